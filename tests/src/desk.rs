@@ -1,5 +1,5 @@
-//! What tests across packages begin with: shipped sessions, a device and its
-//! host, plain trains, frames. What cannot be had panics.
+//! Fixtures for tests across packages: shipped sessions, a device and its host, plain trains,
+//! frames. Functions panic if a fixture cannot be created.
 
 use firmware::device::Identity;
 use firmware::link::message::ResetCause;
@@ -18,14 +18,14 @@ use host_core::link::{Connection, Port, SimulatedPort};
 use host_core::run::{DeviceName, Outcome, SessionFile, chip_image, run};
 use std::path::{Path, PathBuf};
 
-/// A shipped session's file.
+/// Returns the path of a shipped session's file.
 #[must_use]
 pub fn session_path(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tool/sessions");
     folder.join(name)
 }
 
-/// The session files of a folder of them, by name.
+/// Returns the session files in a subfolder, sorted by name.
 #[must_use]
 pub fn session_paths(folder: &str) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(session_path(folder)).unwrap();
@@ -35,29 +35,28 @@ pub fn session_paths(folder: &str) -> Vec<PathBuf> {
     files
 }
 
-/// A shipped session.
+/// Loads a shipped session.
 #[must_use]
 pub fn load_session(name: &str) -> SessionFile {
     SessionFile::load(&session_path(name)).unwrap()
 }
 
-/// A session that was played to its end: what came of it, and the pins of a
-/// simulated device, whose trains began at `epoch_us`.
+/// Session that was played to its end: outcome, and the pins of a simulated device.
 pub struct PlayedSession {
-    /// What the host recorded.
+    /// Outcome that the host recorded.
     pub outcome: Outcome,
-    /// What the device put out.
+    /// Pins of the device.
     pub trace: Trace,
-    /// The port's time, µs.
+    /// Start of the trains in the port's time, µs.
     pub epoch_us: u64,
-    /// When the recording ended, µs.
+    /// End of the recording in the port's time, µs.
     pub end_us: u64,
-    /// The wearer's electrodes at that time.
+    /// Loads of the wearer's electrodes at the end.
     pub loads: [Load; 10],
 }
 
 impl PlayedSession {
-    /// Edges of the pins from the start on, with times from there.
+    /// Returns the edges of the pins from the start on, with times relative to it.
     pub fn edges(&self) -> impl Iterator<Item = Edge> {
         let since = self.trace.edges_from(self.epoch_us);
         since.map(|edge| Edge {
@@ -75,7 +74,7 @@ pub fn play(file: &SessionFile, device: &DeviceName) -> PlayedSession {
     play_on(file, port)
 }
 
-/// [`play`] on the simulated device behind `port`.
+/// Does the same as [`play`] on the simulated device behind `port`.
 #[must_use]
 pub fn play_on(file: &SessionFile, port: Box<dyn Port>) -> PlayedSession {
     let (outcome, port) = run(file, port, None, |_| ());
@@ -95,13 +94,13 @@ pub fn play_on(file: &SessionFile, port: Box<dyn Port>) -> PlayedSession {
     }
 }
 
-/// The image that boards are flashed with.
+/// Builds the image that boards are flashed with.
 #[must_use]
 pub fn flashed_image() -> Image {
     chip_image(None).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Ten output stages of this current, none of a conducted group.
+/// Returns ten output stages of this full scale, none of a conducted group.
 #[must_use]
 pub const fn stages(full_scale_ma: f64) -> [Option<Output>; 10] {
     let full_scale = Drive::Milliamps(full_scale_ma);
@@ -112,20 +111,20 @@ pub const fn stages(full_scale_ma: f64) -> [Option<Output>; 10] {
     }); 10]
 }
 
-/// A native device that boots at `boot`, on a wearer who does not move.
+/// Returns a native device that boots at `boot`, on a wearer who does not move.
 #[must_use]
 pub fn world(boot: Micros) -> World {
     let body = Box::new(FixedLoad::new(0.0));
     World::new(Box::new(native(boot)), body, boot, Faults::default(), 1)
 }
 
-/// A host with a session on it, and the answer to its `Hello`.
+/// Opens a session on a native device, and returns its answer to `Hello`.
 #[must_use]
 pub fn open(boot: Micros) -> (Connection<SimulatedPort>, HelloInfo) {
     Connection::open(SimulatedPort::new(world(boot))).unwrap()
 }
 
-/// Who a device is that has just got its power.
+/// Returns the identity of a device after power-on.
 #[must_use]
 pub const fn identity(kind: Kind, first_session: u16) -> Identity {
     Identity {
@@ -139,7 +138,7 @@ pub const fn identity(kind: Kind, first_session: u16) -> Identity {
     }
 }
 
-/// A channel on a current stage, up to `limit_ua`.
+/// Returns a channel on a current stage with the limit `limit_ua`.
 #[must_use]
 pub const fn channel(train: TrainSpec, full_scale_ua: u32, limit_ua: u32) -> ChannelSpec {
     ChannelSpec {
@@ -151,7 +150,7 @@ pub const fn channel(train: TrainSpec, full_scale_ua: u32, limit_ua: u32) -> Cha
     }
 }
 
-/// A wearer whose amplitudes rise within 1 ms.
+/// Returns a wearer whose amplitudes rise within 1 ms.
 #[must_use]
 pub fn wearer(host_timeout_ms: u16) -> WearerSpec {
     WearerSpec {
@@ -161,10 +160,10 @@ pub fn wearer(host_timeout_ms: u16) -> WearerSpec {
     }
 }
 
-/// Who sends it puts the sum of what was sent into it.
+/// Arm order; the sender fills in the checksum of the setup.
 pub const ARM: Request = Request::Arm { setup: 0 };
 
-/// A host's frame.
+/// Encodes a request as a host's frame.
 #[must_use]
 pub fn frame(session: u16, seq: u16, request: Request) -> Vec<u8> {
     let message = ToDevice {
@@ -175,7 +174,7 @@ pub fn frame(session: u16, seq: u16, request: Request) -> Vec<u8> {
     encode(&message).expect("every request fits").to_vec()
 }
 
-/// The messages in whole frames.
+/// Decodes the messages in complete frames.
 pub fn messages(bytes: &[u8]) -> impl Iterator<Item = Vec<u8>> {
     let mut decoder = Decoder::default();
     bytes.iter().filter_map(move |&byte| {

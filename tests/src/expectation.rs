@@ -1,5 +1,5 @@
-//! What a session's trace must look like, written down from its file for the
-//! independent checker. Nothing of the device's scheduling is used.
+//! Expected trace of a session, derived from its file for the independent checker, without any of
+//! the device's scheduling code.
 
 use firmware::pulse::{GroupSpec, Partner, Shape as WireShape, TrainSpec as Wire};
 use hal_sim::trace::check::{Expectation, Group, GroupKind, Limits, Shape, TrainSpec};
@@ -7,11 +7,11 @@ use hal_sim::trace::{Polarity, Trace};
 use host_core::session::{Course, Session};
 use std::ops::Range;
 
-/// The expectation for stimulation from `epoch_us` to `end_us`, every pulse of
-/// every channel that the session's constant amplitudes name.
+/// Returns the expectation for stimulation from `epoch_us` to `end_us`: every pulse of every
+/// channel in the session's constant amplitudes.
 ///
 /// # Panics
-/// If the session streams angles, whose amplitudes nobody knows beforehand.
+/// Panics if the session streams angles, whose amplitudes are not known beforehand.
 #[must_use]
 pub fn session_expectation(session: &Session, epoch_us: u64, end_us: u64) -> Expectation {
     let Course::Amplitudes(values) = &session.setpoints.course else {
@@ -27,7 +27,7 @@ pub fn session_expectation(session: &Session, epoch_us: u64, end_us: u64) -> Exp
     expectation(trains.collect(), &session.groups, end_us)
 }
 
-/// The same for trains of channels 0, 1, …, all of them driven.
+/// Returns the expectation for trains of channels 0, 1, …, all of them driven.
 #[must_use]
 pub fn setup_expectation(
     trains: &[Wire],
@@ -41,8 +41,8 @@ pub fn setup_expectation(
     expectation(trains.collect(), groups, end_us)
 }
 
-/// A trace from `epoch_us` on, with the DAC writes for its first pulses, but
-/// without the electrode check before.
+/// Returns the trace from `epoch_us` on, with the DAC writes for its first pulses, but without the
+/// preceding electrode check.
 #[must_use]
 pub fn trace_since(trace: &Trace, epoch_us: u64) -> Trace {
     Trace {

@@ -1,8 +1,7 @@
-//! What tests across packages share, and the `cargo verify` runner.
+//! Shared code of tests across packages, and the `cargo verify` runner.
 //!
-//! The runner is built without the feature `devices`: it depends on no package
-//! that it checks, starts in seconds on a fresh machine, and can report that
-//! one of them does not compile.
+//! The runner is built without the feature `devices`: it depends on no package that it checks,
+//! starts in seconds on a fresh machine, and can report that one of them does not compile.
 
 #[cfg(feature = "devices")]
 pub mod desk;

@@ -1,27 +1,27 @@
-//! Mutants of device code: a random sample of what cargo-mutants lists, and the proofs of
-//! docs/safety.md that should notice them.
+//! Mutants of device code: a random sample of the list of cargo-mutants, and the proofs of
+//! docs/safety.md that should detect them.
 //!
-//! In: cargo-mutants' JSON, the page, a file's text. Out: mutants, proofs, mutated text.
-//! Nothing here runs a program.
+//! In: cargo-mutants' JSON, the page, a file's text. Out: mutants, proofs, mutated text. This
+//! module runs no program.
 
 use anyhow::Context;
 use hal_sim::random::Random;
 use serde::{Deserialize, Serialize};
 
-/// One small change of a source file, as `cargo mutants --list --json` prints it.
+/// Small change of a source file, as `cargo mutants --list --json` prints it.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug, Deserialize, Serialize)]
 pub struct Mutant {
-    /// Path from the workspace's folder.
+    /// Path relative to the workspace's folder.
     pub file: String,
-    /// The text that is replaced.
+    /// Range of the replaced text.
     pub span: Span,
-    /// The text that replaces it.
+    /// New text for the range.
     pub replacement: String,
-    /// File, line, column and what changes.
+    /// Description: file, line, column and change.
     pub name: String,
 }
 
-/// A range of text.
+/// Range of text.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Deserialize, Serialize)]
 pub struct Span {
     /// First character.
@@ -30,17 +30,16 @@ pub struct Span {
     pub end: Position,
 }
 
-/// A character of a text; both numbers count from 1.
+/// Position of a character in a text; both numbers count from 1.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Deserialize, Serialize)]
 pub struct Position {
-    /// Line.
     pub line: usize,
     /// Column, in characters.
     pub column: usize,
 }
 
 impl Position {
-    /// Offset in `text`, in bytes.
+    /// Returns the offset in `text`, in bytes.
     fn offset(self, text: &str) -> Option<usize> {
         let before = self.line.checked_sub(1)?;
         let start: usize = text.split_inclusive('\n').take(before).map(str::len).sum();
@@ -53,10 +52,10 @@ impl Position {
 }
 
 impl Mutant {
-    /// The mutated text of the file.
+    /// Returns the mutated text of the file.
     ///
     /// # Errors
-    /// `text` has no such span.
+    /// Fails if `text` has no such span.
     pub fn apply(&self, text: &str) -> anyhow::Result<String> {
         let place = self.span.start.offset(text).zip(self.span.end.offset(text));
         let parts = place.and_then(|(start, end)| Some((text.get(..start)?, text.get(end..)?)));
@@ -65,10 +64,10 @@ impl Mutant {
     }
 }
 
-/// The mutants of cargo-mutants' `json` in a random order that depends on `seed` alone.
+/// Returns the mutants in cargo-mutants' `json` in a random order that depends only on `seed`.
 ///
 /// # Errors
-/// It is not the JSON that cargo-mutants 25 to 27 print.
+/// Fails if `json` is not the output of cargo-mutants 25 to 27.
 pub fn shuffled(json: &str, seed: u64) -> anyhow::Result<Vec<Mutant>> {
     let mut mutants: Vec<Mutant> = serde_json::from_str(json)?;
     mutants.sort();
@@ -76,18 +75,18 @@ pub fn shuffled(json: &str, seed: u64) -> anyhow::Result<Vec<Mutant>> {
     Ok(mutants)
 }
 
-/// A test that docs/safety.md names.
+/// Test that docs/safety.md names as a proof.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Proof {
     /// `P` and a number.
     pub number: String,
-    /// The file that it stands in, from the workspace's folder.
+    /// File of the test, relative to the workspace's folder.
     pub file: String,
-    /// Name of the function.
+    /// Name of the test function.
     pub test: String,
 }
 
-/// The list of proofs at the end of docs/safety.md; `page` is its text.
+/// Parses the list of proofs at the end of docs/safety.md; `page` is its text.
 #[must_use]
 pub fn parse_proofs(page: &str) -> Vec<Proof> {
     let list = page.split_once("\n## The proofs\n").unwrap_or_default().1;
@@ -108,7 +107,7 @@ pub fn parse_proofs(page: &str) -> Vec<Proof> {
 }
 
 impl Proof {
-    /// The one of `tests`, names as libtest lists them, that is this proof.
+    /// Returns the member of `tests`, names as libtest lists them, that is this proof.
     #[must_use]
     pub fn test_path<'a>(&self, tests: &[&'a str]) -> Option<&'a str> {
         let inside = self.file.split_once("/src/");

@@ -1,23 +1,23 @@
-//! Everything that a device put out, its times unwrapped.
+//! Outputs of a device, with unwrapped times.
 
 use firmware::lockstep::Sink;
 use firmware::pulse::Levels;
 use firmware::units::{DacCode, Micros};
 use hal_sim::trace::{self, Trace, Unwrap};
 
-/// What a device put out so far.
+/// Outputs of a device so far.
 #[derive(Clone, Default)]
 pub struct Record {
     /// Levels and DAC codes.
     pub trace: Trace,
-    /// What it said.
+    /// Bytes that it sent to the host.
     pub bytes: Vec<u8>,
     levels: Unwrap,
     dac: Unwrap,
 }
 
 impl Record {
-    /// Of a device that boots at `at`.
+    /// Returns an empty record of a device that boots at `at`.
     #[must_use]
     pub fn starting_at(at: Micros) -> Self {
         let mut record = Self::default();

@@ -1,6 +1,6 @@
-//! docs/charts/accuracy.csv and .svg are what this code's integrators err and
-//! take: errors from this computer, cycles from the chip simulator, both the
-//! same in every run, so every change of code shows in their diff.
+//! Checks docs/charts/accuracy.csv and .svg, the errors and cycles of the integrators. Errors are
+//! computed on this computer, cycles by the chip simulator. Both are the same in every run, so
+//! every change of code shows in their diff.
 
 use std::path::Path;
 use studies::accuracy::{Chart, all_errors, cases, digits, measure};
@@ -13,7 +13,7 @@ fn committed(name: &str) -> String {
     std::fs::read_to_string(charts.join(name)).unwrap_or_default()
 }
 
-/// A table's column of errors.
+/// Returns a table's column of errors.
 fn errors(csv: &str) -> Vec<&str> {
     let lines = csv.lines().skip(1);
     lines.filter_map(|line| line.split(',').nth(4)).collect()
@@ -30,8 +30,8 @@ fn the_committed_errors_are_those_of_the_code() {
 #[test]
 fn the_committed_chart_is_that_of_the_code_on_the_chip() {
     let chart: Chart = measure(&cases::all_cases(), |_| ()).unwrap_or_else(|e| panic!("{e}"));
-    // Floating point with libm's and micromath's functions, and fixed point,
-    // give the same bits on this computer and on the simulated Cortex-M4.
+    // Floating point with libm's and micromath's functions, and fixed point, give the same bits on
+    // this computer and on the simulated Cortex-M4.
     assert_eq!(chart.differing, Vec::<String>::new());
     let (was, is) = (committed("accuracy.csv"), chart.csv());
     let new = is

@@ -1,5 +1,5 @@
-//! What the flashed image tries at each boot, before anything can be armed: RAM, its own
-//! flash, the watchdog's oscillator; and what it keeps of a fault through resets.
+//! Boot tests of the flashed image before anything can be armed: RAM, its own flash, the watchdog's
+//! oscillator; and the storage of a fault through resets.
 
 use crate::chip_faults::Bench;
 use firmware::link::message::ResetCause;
@@ -16,7 +16,8 @@ fn powered(image: Image) -> Board<()> {
     Board::power_on(image, desk::stages(24.0), Pace::Lazy, ()).unwrap()
 }
 
-/// Told by its number, and neither acknowledged nor armed.
+/// Checks that the fault is reported by its number, and that neither acknowledging nor arming
+/// works.
 fn assert_refused(bench: &mut Bench, hello: &HelloInfo, fault: Fault) {
     let told = FaultRecord {
         lasts: true,
@@ -38,8 +39,8 @@ fn resets(bench: &mut Bench) {
     bench.run_us(1_000);
 }
 
-/// In a vector that nothing uses, behind the last string, in a variable's first value, in
-/// the sum.
+/// A bit flips in an unused vector, after the last string, in a variable's initial value, or in the
+/// checksum.
 #[test]
 fn a_turned_bit_in_flash_is_told_and_nothing_is_armed() {
     let image = desk::flashed_image();
@@ -54,7 +55,7 @@ fn a_turned_bit_in_flash_is_told_and_nothing_is_armed() {
         let (mut bench, hello) = Bench::boot_and_greet(board);
         println!("{address:#x} bit {bit}: {:?}", hello.last_fault);
         assert_refused(&mut bench, &hello, Fault::Flash);
-        // Written again, it remembers what was, as of any fault.
+        // After the flash is rewritten, the device still remembers the fault, as any other.
         let flash = &mut bench.board.around.soc.flash;
         flash.load(address, &whole.to_le_bytes()).unwrap();
         resets(&mut bench);
@@ -72,7 +73,7 @@ fn an_image_without_its_sum_is_not_whole() {
     assert_refused(&mut bench, &hello, Fault::Flash);
 }
 
-/// First and last word, statics, stack, tape.
+/// Tests the first and last word, statics, stack and tape.
 #[test]
 fn a_stuck_cell_of_ram_starts_nothing_and_is_recorded() {
     for (at, bit, is_high) in [
@@ -89,13 +90,13 @@ fn a_stuck_cell_of_ram_starts_nothing_and_is_recorded() {
         let soc = &mut board.around.soc;
         let mut word = |address| soc.read(address, Size::Word, cycle).unwrap().value;
         let head = 0x4658_0000 | u32::from(Fault::Ram.number());
-        // BKP0R, BKP12R: the fault, the word.
+        // BKP0R and BKP12R: the fault and the address of the word.
         assert_eq!(word(0x4000_2850), head, "{at:#x}");
         assert_eq!(word(0x4000_2880), at & !3);
-        // Ports B and C have no clock: their pins are inputs still. The core sleeps.
+        // Ports B and C have no clock, so their pins are still inputs. The core sleeps.
         assert_eq!(word(0x4002_3830) & 0b110, 0);
         assert!(board.cpu.is_asleep());
-        // The cell came back: the fault is told, and can be acknowledged.
+        // After the cell recovers, the fault is reported and can be acknowledged.
         board.around.soc.ram.heal();
         board.around.soc.request_reset(cycle);
         board.run_to(cycle + 1_000).unwrap();
@@ -138,7 +139,7 @@ fn the_first_fault_is_kept_with_what_came_after_it() {
     bench.expect_isolated(at, 5);
     bench.sensors.over_current = false;
     assert_eq!(bench.fault(), Some(Fault::OverCurrent));
-    // A second one, which resets; then power fails.
+    // A second fault, which resets; then power fails.
     bench.board.around.soc.supply(2_880);
     bench.run_us(100);
     bench.board.around.soc.supply(3_300);
@@ -166,7 +167,7 @@ fn the_first_fault_is_kept_with_what_came_after_it() {
         (ResetCause::PowerOn, Some(kept))
     );
     bench.expect_recovery();
-    // Acknowledged, the next is a first one again.
+    // After the acknowledgement, the next fault counts as a first one again.
     bench.board.around.soc.supply(2_880);
     bench.run_us(100);
     bench.board.around.soc.supply(3_300);
@@ -176,7 +177,8 @@ fn the_first_fault_is_kept_with_what_came_after_it() {
     assert_eq!((next.later, next.power_lost), (0, false));
 }
 
-/// Cycles of the core from power on until `bits` at `address` are as `set` says.
+/// Returns the core cycles from power-on until `bits` at `address` are set or clear, according to
+/// `set`.
 fn cycles_until(board: &mut Board<()>, address: u32, bits: u32, set: bool) -> u64 {
     loop {
         let to = board.cpu.cycle + 500;
@@ -194,7 +196,7 @@ fn the_checks_take_less_than_a_tenth_of_a_second() {
     let mut board = powered(desk::flashed_image());
     const AHB1ENR: u32 = 0x4002_3830;
     const CSR: u32 = 0x4002_3874;
-    // The march ends before the first port has its clock.
+    // The march test ends before the first port has its clock.
     let ports = cycles_until(&mut board, AHB1ENR, 0b110, true);
     let crc = cycles_until(&mut board, AHB1ENR, 1 << 12, true);
     let lsi = cycles_until(&mut board, CSR, 1, true);

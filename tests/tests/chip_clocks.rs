@@ -1,5 +1,5 @@
-//! Clocks and registers of the flashed image: what no longer is as it was set up is
-//! found before it has lasted two windows.
+//! Clocks and registers of the flashed image: a deviation from the configured state is detected
+//! within two windows.
 
 use crate::chip_faults::{Bench, TWO_WINDOWS_US};
 use firmware::safety::Fault;
@@ -7,9 +7,9 @@ use hal_sim::chip::board::wiring::CORE_HZ;
 use hal_sim::chip::cpu::{Bus, Size};
 use hal_sim::trace::Levels;
 
-/// Registers that decide edges (RM0090), and bits of each to turn. Left
-/// out is what the simulator does not model: both timers' prescalers, a TIM1 of 167
-/// counts, the SPI's bit order, other triggers of the ADC.
+/// Registers that determine edges (RM0090), and bits of each to flip. Left out because the
+/// simulator does not model them: both timers' prescalers, a TIM1 of 167 counts, the SPI's bit
+/// order, other triggers of the ADC.
 const UPSETS: [(&str, u32, u32); 29] = [
     ("GPIOA_MODER: trigger", 0x4002_0000, 1 << 30),
     ("GPIOB_MODER: a line of channel 6", 0x4002_0400, 1 << 1),
@@ -58,7 +58,7 @@ fn a_register_that_changes_isolates_within_two_windows() {
         bench.run_us(13_000);
         let (since, last) = *bench.record.trace.levels.last().unwrap();
         let late = since.saturating_sub(at);
-        // A refill that comes no more leaves it to the watchdog.
+        // If refills stop, the watchdog detects it.
         let fault = bench
             .fault()
             .or_else(|| bench.after_reset().last_fault.map(|f| f.fault));
@@ -70,15 +70,15 @@ fn a_register_that_changes_isolates_within_two_windows() {
     assert!(missed.is_empty(), "{missed:?}");
 }
 
-/// A mask that nobody set, whatever it lets through: where that is the refill, USB alone may
-/// be cut off by it, and nothing else would tell.
+/// Sets BASEPRI to every priority, which this program never does. If the refill still runs, USB
+/// alone may be blocked, and nothing else would detect that.
 #[test]
 fn a_priority_that_is_masked_isolates_within_two_windows() {
     let (bench, at) = Bench::stimulating_in_pulse();
     for basepri in (1..16).map(|priority| priority << 4) {
         let mut bench = bench.clone();
         bench.board.cpu.registers.basepri = basepri;
-        bench.run_us(3_000); // the watchdog comes after 4 ms
+        bench.run_us(3_000); // the watchdog resets after 4 ms
         let (since, last) = *bench.record.trace.levels.last().unwrap();
         let late = since.saturating_sub(at);
         bench.board.cpu.registers.basepri = 0;
@@ -91,8 +91,8 @@ fn a_priority_that_is_masked_isolates_within_two_windows() {
     }
 }
 
-/// A crystal or a multiplier that is 0.3 % off is found by the host's frames in 4 s;
-/// one that is 0.1 % off is not.
+/// A crystal or multiplier that is 0.3 % off is detected by the host's frames within 4 s; a
+/// deviation of 0.1 % is not.
 #[test]
 fn the_hosts_frames_tell_of_a_wrong_clock() {
     for (hz, is_found) in [
@@ -109,8 +109,8 @@ fn the_hosts_frames_tell_of_a_wrong_clock() {
     }
 }
 
-/// A PLL that multiplies by another factor makes every phase longer or shorter: the crystal
-/// tells within two windows, which last as much longer.
+/// A PLL that multiplies by another factor makes every phase longer or shorter. The comparison with
+/// the crystal detects it within two windows, whose length changes as well.
 #[test]
 fn a_pll_that_runs_at_another_speed_isolates_within_two_windows() {
     let (bench, at) = Bench::stimulating_in_pulse();
@@ -131,8 +131,8 @@ fn a_pll_that_runs_at_another_speed_isolates_within_two_windows() {
     }
 }
 
-/// The tape plays the word for isolated in each slot: a line that its port raises by
-/// itself falls with the next.
+/// The tape plays the disconnect word in each slot, so a line that its port raises by itself falls
+/// with the next.
 #[test]
 fn an_output_that_flips_is_over_with_the_slot() {
     let (mut bench, _) = Bench::stimulating_in_pulse();
@@ -149,8 +149,8 @@ fn an_output_that_flips_is_over_with_the_slot() {
     assert!(trace.levels.iter().all(|(t, _)| *t <= at + 1));
 }
 
-/// What debuggers write when they attach and detach: DBGMCU_CR, APB1FZR, APB2FZR, DEMCR,
-/// DWT_CTRL, and what each must read as for the firmware (bits that count, value).
+/// Registers that debuggers write when they attach and detach (DBGMCU_CR, APB1FZR, APB2FZR, DEMCR,
+/// DWT_CTRL), with the bits that count and the value that the firmware needs.
 const DEBUG: [(u32, u32, u32); 5] = [
     (0xE004_2004, 1, 1),
     (0xE004_2008, 0x1001, 0),
@@ -181,9 +181,9 @@ fn read_debug(bench: &mut Bench, address: u32) -> u32 {
     }
 }
 
-/// A debugger that detaches restores DBGMCU_CR (CYCCNT stands in sleep then) and clears
-/// DEMCR (it stands for good); one that attaches freezes timers and watchdog under a halt.
-/// Stimulation goes on, and within two windows all is as the firmware needs it.
+/// A debugger that detaches restores DBGMCU_CR, which stops CYCCNT in sleep, and clears DEMCR,
+/// which stops it permanently. A debugger that attaches freezes timers and watchdog during a halt.
+/// Stimulation continues, and within two windows all bits are restored.
 #[test]
 fn what_a_debugger_writes_ends_nothing_and_is_put_back() {
     let (bench, _) = Bench::stimulating_in_pulse();
@@ -198,7 +198,7 @@ fn what_a_debugger_writes_ends_nothing_and_is_put_back() {
     ];
     for writes in cases {
         let mut bench = bench.clone();
-        // At any moment of a window: every 1.013 ms.
+        // At different moments of a window: every 1.013 ms.
         for _ in 0..70 {
             for &(address, value) in writes {
                 write_debug(&mut bench, address, value);
@@ -214,7 +214,7 @@ fn what_a_debugger_writes_ends_nothing_and_is_put_back() {
     }
 }
 
-/// Debug registers that no one keeps: CYCCNT loses what the core sleeps.
+/// Without the debug bits, CYCCNT misses the cycles in which the core sleeps.
 #[test]
 fn the_cycle_counter_stands_while_the_image_sleeps_without_debug_bits() {
     let mut bench = Bench::idle();

@@ -1,6 +1,5 @@
-//! What the flashed image does when something breaks: every fault ends with
-//! isolated outputs within two windows and is reported with its number, after
-//! a reset too.
+//! Faults of the flashed image: every fault ends with disconnected outputs within two windows and
+//! is reported with its number, also after a reset.
 
 use firmware::device::Draft;
 use firmware::link::message::ResetCause;
@@ -17,10 +16,10 @@ use hal_sim::trace::{Levels, State};
 use tests::desk;
 use tests::record::Record;
 
-/// Isolated from a fault on after two windows, µs.
+/// Longest time from a fault until the outputs are disconnected, two windows, µs.
 pub const TWO_WINDOWS_US: u64 = 500;
 
-/// A board and its host. A clone is a fork.
+/// Board and its host. A clone is a fork of the simulation.
 #[derive(Clone)]
 pub struct Bench {
     pub board: Board<()>,
@@ -28,7 +27,7 @@ pub struct Bench {
     pub record: Record,
     session: u16,
     seq: u16,
-    /// What it has sent.
+    /// Setup that the host has sent.
     draft: Draft,
     events: Vec<Event>,
     refused: Vec<Refusal<'static>>,
@@ -36,7 +35,7 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// Booted, and greeted by its host.
+    /// Boots a board and opens a session.
     pub fn idle() -> Self {
         let (image, stages) = (desk::flashed_image(), desk::stages(24.0));
         Self::boot(Board::power_on(image, stages, Pace::Lazy, ()).unwrap())
@@ -48,7 +47,7 @@ impl Bench {
         bench
     }
 
-    /// A board whose power has come, booted, and what it said to its host.
+    /// Boots a board after power-on. Returns its answer to `Hello` too.
     pub fn boot_and_greet(mut board: Board<()>) -> (Self, HelloInfo) {
         let sensors = Sensors::default();
         board.boot(&sensors).unwrap_or_else(|e| panic!("{e}"));
@@ -67,7 +66,7 @@ impl Bench {
         (bench, hello)
     }
 
-    /// Booted, with two channels that stimulate.
+    /// Boots a board that stimulates on two channels.
     fn stimulating() -> Self {
         let mut bench = Self::idle();
         bench.arm_and_start();
@@ -76,7 +75,7 @@ impl Bench {
         bench
     }
 
-    /// What arming a channel is refused with.
+    /// Returns the refusal on arming a channel.
     pub fn refusal_to_arm(&mut self) -> Option<(u16, String, i32)> {
         self.send(Request::Wearer(desk::wearer(100)));
         let spec = spec(0);
@@ -85,7 +84,7 @@ impl Bench {
         self.refusal(desk::ARM)
     }
 
-    /// What `request` is refused with.
+    /// Returns the refusal of `request`.
     pub fn refusal(&mut self, request: Request) -> Option<(u16, String, i32)> {
         self.refused.clear();
         self.send(request);
@@ -153,7 +152,7 @@ impl Bench {
         }
     }
 
-    /// Whether anything is driven in the next `ms`.
+    /// Returns whether any output is driven in the next `ms`.
     pub fn drives_within(&mut self, ms: u64) -> bool {
         self.record.trace.levels.clear();
         self.run_us(ms * 1000);
@@ -161,7 +160,7 @@ impl Bench {
         levels.any(|(_, l)| (0..10).any(|c| l.state(c).is_driven()))
     }
 
-    /// Runs until a channel is driven, for `us` into its phase.
+    /// Runs until a channel is driven, and for `us` into its phase.
     fn run_into_pulse(&mut self, us: u64) {
         self.record.trace.levels.clear();
         while !self.record.trace.last_levels().state(0).is_driven() {
@@ -170,7 +169,7 @@ impl Bench {
         self.run_us(us);
     }
 
-    /// Nothing but isolated outputs from two windows after `since_us` on.
+    /// Checks that all outputs are disconnected from two windows after `since_us` on.
     pub fn expect_isolated(&mut self, since_us: u64, ms: u64) {
         self.run_us(ms * 1000);
         let end = since_us + TWO_WINDOWS_US;
@@ -187,7 +186,8 @@ impl Bench {
         self.board.now_us()
     }
 
-    /// Until interrupts are not masked by the program itself, which would let them in again.
+    /// Runs until the program itself no longer masks interrupts, because it would enable them
+    /// again.
     pub fn leave_critical_section(&mut self) {
         let Board { cpu, around, .. } = &mut self.board;
         while cpu.registers.primask {
@@ -195,7 +195,7 @@ impl Bench {
         }
     }
 
-    /// Masks an interrupt for good.
+    /// Masks an interrupt permanently.
     fn disable(&mut self, line: u32) {
         let register = 0xE000_E180 + line / 32 * 4;
         let cpu = &mut self.board.cpu;
@@ -205,13 +205,13 @@ impl Bench {
         done.unwrap();
     }
 
-    /// The thread goes to sleep for good, `wfi` and back to it: interrupts go on.
+    /// Sends the thread into an endless loop around `wfi`; interrupts continue.
     fn hang_thread(&mut self) {
         let pc = self.find_code([0xBF30, 0xE7FD]);
         self.send_thread_to(pc, []);
     }
 
-    /// Where these instructions, or constants that could be, lie in flash.
+    /// Returns the address of these instructions, or of equal constants, in flash.
     pub fn find_code<const N: usize>(&self, instructions: [u16; N]) -> u32 {
         let (code, _) = self.board.image().flash.as_chunks();
         let wanted = instructions.map(u16::to_le_bytes);
@@ -219,7 +219,7 @@ impl Bench {
         0x0800_0000 + 2 * found.expect("any image has it") as u32
     }
 
-    /// The thread goes on at `pc`, some registers changed.
+    /// Continues the thread at `pc` with some registers changed.
     pub fn send_thread_to<const N: usize>(&mut self, pc: u32, registers: [(usize, u32); N]) {
         let Board { cpu, around, .. } = &mut self.board;
         while cpu.registers.exception != 0 || cpu.registers.it != 0 {
@@ -231,7 +231,7 @@ impl Bench {
         cpu.registers.r[15] = pc;
     }
 
-    /// The chip came back after a reset: what its Hello says.
+    /// Waits until the chip has booted after a reset, and returns its answer to `Hello`.
     pub fn after_reset(&mut self) -> HelloInfo {
         let booted = self.board.boot(&self.sensors);
         booted.unwrap_or_else(|e| panic!("{e}"));
@@ -239,7 +239,7 @@ impl Bench {
         self.greet()
     }
 
-    /// The fault that it told since it was greeted.
+    /// Returns the fault reported since the session was opened.
     pub fn fault(&self) -> Option<Fault> {
         self.events.iter().find_map(|event| match event {
             Event::Faulted(record) => Some(record.fault),
@@ -247,13 +247,13 @@ impl Bench {
         })
     }
 
-    /// It told this fault, and stimulates again once that is acknowledged.
+    /// Checks that the device reported this fault, and stimulates again after its acknowledgement.
     fn recovers_from(mut self, fault: Fault) {
         assert_eq!(self.fault(), Some(fault));
         self.expect_recovery();
     }
 
-    /// It came back by this reset and tells of this fault, likewise.
+    /// Checks that the device reset by this cause, reports this fault, and recovers.
     pub fn recovers_after(mut self, reset: ResetCause, fault: Fault) {
         let hello = self.after_reset();
         assert_eq!(hello.reset, reset);
@@ -261,7 +261,7 @@ impl Bench {
         self.expect_recovery();
     }
 
-    /// Stimulating, 20 µs into a pulse; and when that is.
+    /// Returns a board 20 µs into a pulse, and that time.
     pub fn stimulating_in_pulse() -> (Self, u64) {
         let mut bench = Self::stimulating();
         bench.run_into_pulse(20);
@@ -269,10 +269,10 @@ impl Bench {
         (bench, at)
     }
 
-    /// Acknowledged, it stimulates again.
+    /// Acknowledges the fault, and checks that the device stimulates again.
     pub fn expect_recovery(&mut self) {
         self.send(Request::Acknowledge);
-        self.run_us(450_000); // and until the next electrode check may begin
+        self.run_us(450_000); // until the next electrode check may begin
         let is_recovered = self.events.contains(&Event::Recovered);
         assert!(is_recovered, "{:?} {:?}", self.events, self.refused);
         self.arm_and_start();
@@ -311,13 +311,13 @@ fn a_released_hand_stop_ends_stimulation() {
     assert!(!bench.drives_within(20));
 }
 
-/// TIM2, TIM7 (control), TIM5 and OTG_FS (bytes): RM0090 table 62.
+/// Interrupts of TIM2, TIM7 (control), TIM5 and OTG_FS (USB): RM0090 table 62.
 #[test]
 fn the_watchdog_bites_when_an_owner_freezes() {
     let freezes = [
-        // The second clock isolates, and nobody is left to check in.
+        // The refill watchdog disconnects the outputs, and then no pulser checks in.
         ("pulser", Some(28), TWO_WINDOWS_US, Fault::MissedDeadline),
-        // A pulser that lives goes on until the bite.
+        // A pulser that still runs continues until the watchdog resets.
         ("controller", Some(55), 12_000, Fault::Watchdog),
         ("session", None, 12_000, Fault::Watchdog),
     ];
@@ -347,24 +347,24 @@ fn a_falling_supply_is_remembered_through_the_reset() {
     bench.recovers_after(ResetCause::Software, Fault::BrownOut);
 }
 
-/// It made no edge that an interrupt could see, and once it was Idle.
+/// A supply that is low from the start makes no edge for an interrupt; the device once became Idle.
 #[test]
 fn a_supply_that_is_low_from_the_start_starts_nothing() {
     let (image, stages) = (desk::flashed_image(), desk::stages(24.0));
     const MS: u64 = 1_000 * CYCLES_PER_US;
     let mut board = Board::power_on(image, stages, Pace::Lazy, ()).unwrap();
-    // Enough for the chip, too little for the detector: 2.93 V, 3.03 V rising.
+    // Enough for the chip, but too little for the detector: 2.93 V, 3.03 V rising.
     for (mv, cycle) in [(2_900, 500 * MS), (3_000, 1_000 * MS)] {
         board.around.soc.supply(mv);
         board.run_to(cycle).unwrap();
-        // Stream 5 of DMA2 plays the tape: it stands.
+        // Stream 5 of DMA2, which plays the tape, is off.
         let plays = board
             .around
             .soc
             .read(0x4002_6410 + 0x18 * 5, Size::Word, cycle);
         assert_eq!(plays.unwrap().value & 1, 0, "at {mv} mV");
     }
-    // Above: it boots as if nothing had been.
+    // Above the threshold it boots normally.
     board.around.soc.supply(3_300);
     let mut bench = Bench::boot(board);
     bench.arm_and_start();
@@ -372,7 +372,7 @@ fn a_supply_that_is_low_from_the_start_starts_nothing() {
     assert!(bench.drives_within(10), "{:?}", bench.refused);
 }
 
-/// A crystal that is dead stays dead: the record is in the backup registers.
+/// A dead crystal stays dead; the record is in the backup registers.
 #[test]
 fn a_dead_crystal_isolates_and_is_recorded() {
     let (mut bench, at) = Bench::stimulating_in_pulse();
@@ -388,7 +388,7 @@ fn a_dead_crystal_isolates_and_is_recorded() {
     );
 }
 
-/// Stream 2 erases port B's tape; the isolated words live at the tape's end.
+/// Stream 2 erases port B's tape; the disconnect words lie at the tape's end.
 #[test]
 fn a_tape_that_slips_is_a_fault() {
     let (mut bench, at) = Bench::stimulating_in_pulse();
@@ -447,19 +447,19 @@ fn a_peeling_electrode_is_a_fault() {
         }
     }
     println!("found at {ohm} Ω");
-    // 98 % of 5 mA, less two counts, at 120 V: 24.8 kΩ, and three readings.
+    // 98 % of 5 mA, minus two counts, at 120 V: 24.8 kΩ, and three readings.
     assert!((24_600..=25_000).contains(&ohm), "{ohm} Ω");
     assert!(!bench.drives_within(20));
     bench.sensors.load_ohm[0] = 2_000;
     bench.recovers_from(Fault::LoadWanders);
 }
 
-/// The anodic line of channel 1 breaks behind its pin: its second phase is lost.
+/// The anodic line of channel 1 breaks after its pin, so its second phase is lost.
 #[test]
 fn a_lost_second_phase_is_a_fault() {
     let (mut bench, at) = Bench::stimulating_in_pulse();
     bench.board.around.broken = Levels(State::Anodic as u32);
-    // Of four bursts of 5 ms two are read, one in the second phase.
+    // Of four bursts at 5 ms two are read, one of them in the second phase.
     bench.stimulate(80);
     bench.expect_isolated(at + 80_000, 5);
     bench.board.around.broken = Levels::ISOLATED;

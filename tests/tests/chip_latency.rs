@@ -1,5 +1,5 @@
-//! From the host's write to the earliest slot that it can change, over USB, on
-//! the flashed image on the chip simulator, in both readings of its flash.
+//! Latency from the host's write to the earliest slot that it can change, over USB, on the flashed
+//! image in the chip simulator, in both readings of its flash documentation.
 
 use hal_sim::chip::soc::flash::Prefetched;
 use host_core::run::chip_image;
@@ -32,7 +32,7 @@ fn report(name: &str, found: &Latency) {
     );
 }
 
-/// Issue: the device's part 0.7 ms, the whole with USB frames 2.0 ms.
+/// Requirement: 0.7 ms in the device, 2.0 ms in total with USB frames.
 #[track_caller]
 fn setpoints_change_the_outputs_in_time(prefetched: Prefetched) {
     let image = chip_image(None).unwrap_or_else(|e| panic!("{e}"));

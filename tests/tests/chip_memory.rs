@@ -1,15 +1,15 @@
-//! Memory protection of the flashed image: a program that is lost, or reaches for what is
-//! not its own, isolates and resets with the cause named.
+//! Memory protection of the flashed image: a program with a wrong address disconnects the outputs
+//! and resets with the cause named.
 
 use crate::chip_faults::Bench;
 use firmware::link::message::ResetCause;
 use firmware::safety::Fault;
 
-/// `str r0, [r1]`, `ldr r0, [r1]`.
+/// `str r0, [r1]` and `ldr r0, [r1]`.
 const STORE: u16 = 0x6008;
 const LOAD: u16 = 0x6808;
 
-/// A pulse is under way; the thread executes `instruction` with this in R1.
+/// Executes `instruction` in the thread during a pulse, with `address` in R1.
 fn accesses(instruction: u16, address: u32) {
     println!("{instruction:#06x} at {address:#010x}");
     let (mut bench, at) = Bench::stimulating_in_pulse();
@@ -19,8 +19,8 @@ fn accesses(instruction: u16, address: u32) {
     bench.recovers_after(ResetCause::Software, Fault::Access);
 }
 
-/// A pulse is under way; the thread goes on with its stack at `address`, until the core
-/// stacks there: a window later at most.
+/// Sets the thread's stack to `address` during a pulse, and runs until the core stacks registers
+/// there, at most a window later.
 fn stacks(address: u32, fault: Fault) {
     println!("stack at {address:#010x}");
     let (mut bench, at) = Bench::stimulating_in_pulse();
@@ -30,7 +30,7 @@ fn stacks(address: u32, fault: Fault) {
     bench.recovers_after(ResetCause::Software, fault);
 }
 
-/// A pulse is under way; the thread goes on at `address`, where `code` lies.
+/// Continues the thread at `address` during a pulse.
 fn goes_to(address: u32) {
     println!("to {address:#010x}");
     let (mut bench, at) = Bench::stimulating_in_pulse();
@@ -64,9 +64,8 @@ fn data_and_registers_cannot_be_executed() {
 
 #[test]
 fn what_is_not_the_programs_cannot_be_reached() {
-    // A null pointer (there the flash shows itself once more), CCM, the loader in ROM, SRAM2
-    // beyond the tape and at its end, behind SRAM2, a bit-band alias, behind AHB1, external
-    // memory.
+    // A null pointer (an alias of flash), CCM, the loader in ROM, SRAM2 beyond the tape and at its
+    // end, after SRAM2, a bit-band alias, after AHB1, external memory.
     for address in [
         0,
         0x1000_0000,
@@ -85,7 +84,7 @@ fn what_is_not_the_programs_cannot_be_reached() {
 
 #[test]
 fn the_tape_is_written_by_its_painter_alone() {
-    // Its first word, one of port C, the last of its 4 KiB.
+    // The tape's first word, a word of port C, and the last of its 4 KiB.
     for address in [0x2001_C000, 0x2001_C800, 0x2001_CFFC] {
         accesses(STORE, address);
     }
@@ -93,7 +92,7 @@ fn the_tape_is_written_by_its_painter_alone() {
 
 #[test]
 fn a_lost_stack_is_not_played() {
-    // On the tape, right above it, and further beyond.
+    // On the tape, directly above it, and further beyond.
     for address in [
         0x2001_C400,
         0x2001_C810,

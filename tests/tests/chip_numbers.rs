@@ -1,5 +1,5 @@
-//! What the flashed image uses of the chip under full load, on the chip
-//! simulator in both readings of its flash, held to `tests/budgets.toml`.
+//! Resources of the chip that the flashed image uses under full load, on the chip simulator in both
+//! readings of its flash documentation, compared with `tests/budgets.toml`.
 
 use hal_sim::chip::profile::{Owner, exception};
 use hal_sim::chip::soc::flash::Prefetched;
@@ -11,11 +11,11 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 use tests::desk::{flashed_image, load_session};
 
-/// Ten channels at 100 Hz, ten calcium–force muscles, one finger controller.
+/// Session with ten channels at 100 Hz, ten calcium–force muscles and one finger controller.
 const SESSION: &str = "full_load.toml";
-/// The same ten muscles, and an arm in place of the finger.
+/// Session with the same ten muscles, and an arm in place of the finger.
 const WITH_ARM: &str = include_str!("full_load_arm.toml");
-/// How long it is watched, s of device time.
+/// Measured length, s of device time.
 const SECONDS: f64 = 4.0;
 
 #[derive(Deserialize)]
@@ -35,7 +35,7 @@ struct Chip {
     with_arm: WithArm,
 }
 
-/// What differs while an arm is driven.
+/// Budgets that differ while an arm is driven.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WithArm {
@@ -59,7 +59,7 @@ fn budgets() -> Chip {
     toml::from_str::<Budgets>(text).unwrap().chip
 }
 
-/// In the default reading of the flash.
+/// Returns the profile in the default reading of the flash documentation.
 fn default_profile() -> &'static Profiled {
     static FOUND: OnceLock<Profiled> = OnceLock::new();
     FOUND.get_or_init(|| measure(Prefetched::default()))
@@ -87,8 +87,8 @@ fn the_flashed_image_keeps_its_budgets_at_full_load() {
     assert_within_budgets(default_profile(), &budgets());
 }
 
-/// The session beside a wearer as the shipped one, whose electrodes hold to 100 Hz and are
-/// ten: the tenth has no line.
+/// Returns the session with the wearer of the shipped one, changed to electrodes for 100 Hz and a
+/// tenth electrode without a line.
 fn with_arm() -> SessionFile {
     let text = builtin_wearer("arm-1")
         .unwrap()
@@ -104,8 +104,8 @@ fn with_arm() -> SessionFile {
     file.unwrap_or_else(|e| panic!("{}", e.lines()))
 }
 
-/// An arm recruits 200 times a second from nine angles that are measured 50 times a second,
-/// beside ten muscles' models: with both Jacobians new each time.
+/// An arm recruits 200 times per second from nine angles measured 50 times per second, beside ten
+/// muscle models; both Jacobians are computed anew each time.
 #[test]
 fn it_keeps_them_while_an_arm_is_driven() {
     for prefetched in [Prefetched::default(), Prefetched::NotCached] {
@@ -133,7 +133,7 @@ fn it_keeps_them_while_an_arm_is_driven() {
     }
 }
 
-/// No board has told which reading is right: both must do.
+/// No board has shown which reading is right, so both must stay within the budgets.
 #[test]
 fn it_keeps_them_if_prefetched_lines_are_not_cached() {
     let other = measure(Prefetched::NotCached);
@@ -206,7 +206,7 @@ fn ten_bursts_in_one_window_leave_time() {
     }
 }
 
-/// The profile's own sums, and that it saw the session it was meant to see.
+/// Checks the profile's sums, and that it covers the intended session.
 #[test]
 fn every_cycle_and_edge_of_it_is_accounted_for() {
     let found = default_profile();

@@ -1,5 +1,5 @@
-//! The paper's stimulation patterns and ten channels from the flashed image on
-//! the chip simulator: every edge on its microsecond, and where in it.
+//! The paper's stimulation patterns and ten channels from the flashed image on the chip simulator:
+//! every edge on its microsecond, and its phase within that.
 
 use firmware::lockstep::{Sensors, Sink};
 use firmware::pulse::Levels;
@@ -17,15 +17,15 @@ use std::sync::{Arc, Mutex};
 use tests::desk::{self, flashed_image, load_session, session_path, session_paths};
 use tests::expectation::{session_expectation, trace_since};
 
-/// How long each pattern is watched, µs.
+/// Observed length of each pattern, µs.
 const PATTERN_US: u64 = 300_000;
-/// Issue: bus contention may move an edge by so many cycles.
+/// Requirement: bus contention may move an edge by this many cycles.
 const SPAN_CYCLES: u64 = 20;
 
-/// What the device sent, each with its time.
+/// Packets from the device with their times.
 type Packets = Vec<(Micros, Vec<u8>)>;
 
-/// A board that also keeps each packet to the host with its time.
+/// Board that also records each packet to the host with its time.
 struct RecordedBoard {
     board: Arc<Mutex<Board>>,
     packets: Arc<Mutex<Packets>>,
@@ -68,7 +68,6 @@ impl Device for RecordedBoard {
     }
 }
 
-/// What a session put out.
 struct SessionOutput {
     trace: Trace,
     packets: Packets,
@@ -76,7 +75,7 @@ struct SessionOutput {
     epoch_us: u64,
 }
 
-/// Runs `file` on `board`, which has not run yet.
+/// Runs `file` on a fresh `board`.
 fn stimulate(file: &SessionFile, mut board: Board) -> SessionOutput {
     let booted = board.boot(&Sensors::default());
     booted.unwrap_or_else(|e| panic!("{e}"));
@@ -102,8 +101,8 @@ fn stimulate(file: &SessionFile, mut board: Board) -> SessionOutput {
     }
 }
 
-/// Every edge of `length_us` against its analytic microsecond; how many there
-/// were, and the phases of all edges of the run.
+/// Compares every edge of `length_us` with its analytic microsecond. Returns their number, and the
+/// phases of all edges of the run.
 fn exact(path: &Path, image: &Image, length_us: u64) -> (usize, Phases) {
     let mut file = SessionFile::load(path).unwrap();
     file.session.duration_us = length_us + 20_000;
@@ -153,7 +152,7 @@ fn every_edge_of_every_pattern_is_exact() {
     assert!(span <= SPAN_CYCLES, "{span}");
 }
 
-/// DMA caught up when somebody looks, and DMA one request at a time.
+/// Compares DMA that is simulated lazily with DMA simulated one request at a time.
 #[test]
 fn lazy_dma_changes_nothing() {
     let image = flashed_image();

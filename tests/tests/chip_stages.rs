@@ -1,6 +1,6 @@
-//! The board's own word on its output stages: what is declared falsely is refused by
-//! name, and a table that cannot be relied on stimulates nothing. On the flashed
-//! image, which reads it from its flash and writes it there.
+//! The board's stored table of output stages: a channel configured with a wrong stage is refused by
+//! name, and a corrupt table allows no stimulation. On the flashed image, which stores the table in
+//! its flash.
 
 use firmware::device::Draft;
 use firmware::link::message::OptionBytes;
@@ -25,18 +25,18 @@ const VOLTS: StageKind = StageKind::Voltage {
     full_scale_mv: 60_000,
 };
 
-/// A board in service and its host.
+/// Board in service, and its host.
 struct Bench {
     board: Board<()>,
     record: Record,
     session: u16,
     seq: u16,
-    /// What it has sent.
+    /// Setup that the host has sent.
     draft: Draft,
     said: Vec<ResponseKind>,
 }
 
-/// What the tests look for.
+/// Kinds of responses that the tests distinguish.
 #[derive(Debug)]
 enum ResponseKind {
     Hello(Box<HelloInfo>),
@@ -46,8 +46,7 @@ enum ResponseKind {
 }
 
 impl Bench {
-    /// A board of ten 100 mA stages, whose flash `prepare` has changed before it
-    /// boots.
+    /// Boots a board of ten 100 mA stages, after `prepare` has changed its flash.
     fn booted(prepare: impl FnOnce(&mut Board<()>)) -> Self {
         let (image, outputs) = (desk::flashed_image(), desk::stages(100.0));
         let mut board = Board::power_on(image, outputs, Pace::Lazy, ()).unwrap();
@@ -64,18 +63,18 @@ impl Bench {
         }
     }
 
-    /// The last of what the device says to `request` within `us`.
+    /// Sends `request` and returns the last response within `us`.
     fn ask(&mut self, request: Request, us: u64) -> ResponseKind {
         let before = self.draft.clone();
         self.say(Some(request), us);
         let said = self.said.pop().expect("an answer");
         if let ResponseKind::Refused(..) = said {
-            self.draft = before; // a host sums what was accepted
+            self.draft = before; // a host's checksum covers accepted requests
         }
         said
     }
 
-    /// Says `request`, if there is one, and takes what is said within `us`.
+    /// Sends `request`, if any, and collects the responses within `us`.
     fn say(&mut self, request: Option<Request>, us: u64) {
         let (sensors, now) = (Sensors::default(), self.board.now_us());
         let at = |us: u64| Micros::new(us as u32);
@@ -93,7 +92,7 @@ impl Bench {
         let done = self.board.advance(at(now + us), &sensors, &mut self.record);
         done.unwrap_or_else(|e| panic!("{e}"));
         if self.record.bytes.last() != Some(&0) {
-            return; // nothing, or half of it
+            return; // no answer, or half of one
         }
         for message in desk::messages(&std::mem::take(&mut self.record.bytes)) {
             self.said.push(match postcard::from_bytes(&message) {
@@ -121,7 +120,7 @@ impl Bench {
         }
     }
 
-    /// Declares channel 1 so.
+    /// Configures channel 1 with `stage`.
     fn declare(&mut self, stage: StageSpec) -> ResponseKind {
         let spec = ChannelSpec {
             train: TrainSpec::biphasic(200, 100, 20_000),
@@ -133,7 +132,7 @@ impl Bench {
         self.ask(Request::Channel { channel: 0, spec }, 5_000)
     }
 
-    /// Nothing has been driven since it booted.
+    /// Checks that no output has been driven since boot.
     fn expect_never_driven(&self) {
         let mut levels = self.record.trace.levels.iter();
         assert!(levels.all(|(_, l)| (0..10).all(|c| !l.state(c).is_driven())));
@@ -154,7 +153,7 @@ fn table(stages: [Option<StageKind>; CHANNELS]) -> StageTable {
     }
 }
 
-/// What stores such a table.
+/// Returns a request that stores this table.
 fn store(stages: [Option<StageKind>; CHANNELS]) -> Request {
     let supply = StageSupply::Separate;
     Request::StoreStages { stages, supply }
@@ -176,7 +175,7 @@ fn a_false_declaration_is_refused_by_name() {
     };
     let of_session = (Origin::Session, [Some(AMPS); CHANNELS]);
     assert_eq!((told.origin, told.stages), of_session);
-    // 60 V on a stage of 100 mA: three times the current asked for.
+    // 60 V on a stage of 100 mA: three times the requested current.
     let said = bench.declare(StageSpec::Voltage {
         full_scale_mv: 60_000,
         load_ohm: 2_000,
@@ -186,7 +185,7 @@ fn a_false_declaration_is_refused_by_name() {
         full_scale_ua: 50_000,
     });
     is_refused(&said, Code::OtherStage, "full_scale_ua", 100_000);
-    // Nothing of it stayed: there is nothing to arm.
+    // Nothing was kept, so there is nothing to arm.
     is_refused(
         &bench.ask(desk::ARM, 30_000),
         Code::NothingToArm,
@@ -201,8 +200,8 @@ fn a_false_declaration_is_refused_by_name() {
     assert!(matches!(bench.ask(desk::ARM, 30_000), ResponseKind::Ack));
 }
 
-/// Channel 1's second phase meets channel 2's first: a board whose stages share a supply, or
-/// whose table is from before that was asked, refuses to arm it and names both.
+/// Channel 1's second phase meets channel 2's first. A board whose stages share a supply, or whose
+/// table predates that setting, refuses to arm and names both.
 #[test]
 fn opposite_directions_at_once_are_refused_unless_supplies_are_separate() {
     let common = Some(StageSupply::Common);
@@ -279,7 +278,7 @@ fn option_bytes_are_told() {
 fn an_unreliable_table_arms_nothing() {
     let erased = [u32::MAX; size_of::<StageWords>() / 4];
     let uid = |board: &Board<()>| board.around.soc.signature.uid;
-    /// Both copies, of a whole table and an erased one.
+    /// Builds both copies from a complete table and an erased one.
     type Copies = fn(&StageWords, &StageWords) -> [StageWords; 2];
     let cases: [(StagesFault, Copies); 5] = [
         (StagesFault::Erased, |_, erased| [*erased; 2]),
@@ -287,7 +286,7 @@ fn an_unreliable_table_arms_nothing() {
         (StagesFault::HalfWritten, |whole, erased| [*erased, *whole]),
         (StagesFault::Damaged, |whole, _| {
             let mut cut = *whole;
-            cut[7..].fill(u32::MAX); // power fell while it was programmed
+            cut[7..].fill(u32::MAX); // power failed during programming
             [cut; 2]
         }),
         (StagesFault::OtherBoard, |_, _| {
@@ -323,12 +322,12 @@ fn a_table_is_stored_and_found_after_the_restart() {
     bench.greet();
     let mut ten = [Some(VOLTS); CHANNELS];
     (ten[0], ten[9]) = (Some(AMPS), None);
-    // Out of its range: named, and nothing is stored.
+    // A value out of its range is named, and nothing is stored.
     let mut wild = ten;
     wild[1] = Some(StageKind::Current { full_scale_ua: 999 });
     let said = bench.ask(store(wild), 5_000);
     is_refused(&said, Code::OutOfRange, "full_scale_ua", 100_000);
-    // Accepted, and it restarts by itself: erasing two sectors takes 2 s each.
+    // After accepting, the board restarts by itself; erasing two sectors takes 2 s each.
     let said = bench.ask(store(ten), 5_000_000);
     assert!(matches!(said, ResponseKind::Ack), "{said:?}");
     let hello = bench.greet();
@@ -338,14 +337,14 @@ fn a_table_is_stored_and_found_after_the_restart() {
         full_scale_ua: 100_000,
     });
     assert!(matches!(said, ResponseKind::Ack), "{said:?}");
-    // Not while armed.
+    // Refused while armed.
     assert!(matches!(bench.ask(desk::ARM, 30_000), ResponseKind::Ack));
     let said = bench.ask(store(ten), 5_000);
     is_refused(&said, Code::WrongState, "state", 0);
 }
 
-/// The largest setup there is, refused for its sum: what a session spends on it, from
-/// the frame's arrival to the answer on its way.
+/// Sends the largest possible setup with a wrong checksum, and measures the session's time from the
+/// frame's arrival to the answer.
 #[test]
 fn the_sum_of_a_full_setup_takes_less_than_a_millisecond() {
     let mut bench = Bench::booted(|_| ());
@@ -356,7 +355,7 @@ fn the_sum_of_a_full_setup_takes_less_than_a_millisecond() {
         .setup_requests()
     {
         if let Request::Channel { spec, .. } = &mut request {
-            let full_scale_ua = 100_000; // the bench's
+            let full_scale_ua = 100_000; // full scale of the board's stages
             spec.stage = StageSpec::Current { full_scale_ua };
         }
         let said = bench.ask(request, 5_000);
@@ -364,8 +363,8 @@ fn the_sum_of_a_full_setup_takes_less_than_a_millisecond() {
         sent += 1;
     }
     assert!(sent >= 30, "ten trains, muscles and force controls");
-    // The host asks for answers once a millisecond: so many phases of it, the mean of
-    // which is half of one more than what the device takes.
+    // The host polls for answers once a millisecond. The mean wait over this many phases is the
+    // device's time plus half a millisecond.
     let mut took_us = |request: &Request| {
         let phases = 0..50;
         let waits = phases.map(|phase| {
@@ -382,7 +381,7 @@ fn the_sum_of_a_full_setup_takes_less_than_a_millisecond() {
         let all: u64 = waits.iter().sum();
         (said, all / 50)
     };
-    // Refused as well, but for its shape.
+    // Refused as well, but for another reason.
     let (shape, plain_us) = took_us(&Request::Subscribe { period_ms: 1_001 });
     let (other, sum_us) = took_us(&Request::Arm { setup: 1 });
     for (shape, other) in shape.iter().zip(&other) {
@@ -391,6 +390,6 @@ fn the_sum_of_a_full_setup_takes_less_than_a_millisecond() {
     }
     println!("refused after {plain_us} us, and for its sum after {sum_us} us");
     assert!(sum_us < plain_us + 1_000);
-    // What was sent arms.
+    // The setup that was sent can be armed.
     assert!(matches!(bench.ask(desk::ARM, 60_000), ResponseKind::Ack));
 }

@@ -1,4 +1,4 @@
-//! A host that leaves in the middle of a request, and comes again: the flashed image on the
+//! A host that disconnects in the middle of a request and reconnects, on the flashed image in the
 //! chip simulator.
 
 use firmware::lockstep::Sensors;
@@ -6,18 +6,18 @@ use hal_sim::chip::board::{Board, CYCLES_PER_US};
 use hal_sim::chip::soc::Pace;
 use tests::desk;
 
-/// Cycles of a millisecond.
+/// Core cycles per millisecond.
 const MS: u64 = 1_000 * CYCLES_PER_US;
 
-/// A board whose first enumeration is left at moments of its first milliseconds, some of them
-/// within a request: each time the port opens, whatever the board waited for.
+/// Interrupts a board's first enumeration at different moments of its first milliseconds, some of
+/// them within a request. The port must open again each time.
 fn opens_again_after(leave: fn(&mut Board<()>)) {
     let (image, stages) = (desk::flashed_image(), desk::stages(24.0));
     let mut board = Board::power_on(image, stages, Pace::Lazy, ()).unwrap();
     while board.around.host.frame(board.cpu.cycle).is_none() {
         board.run_to(board.cpu.cycle + MS).unwrap();
     }
-    // 10 ms after the reset the host asks.
+    // The host sends its first request 10 ms after the reset.
     board.run_to(board.cpu.cycle + 19 * MS / 2).unwrap();
     for moment in 0..48 {
         board.run_to(board.cpu.cycle + MS / 16).unwrap();
@@ -37,7 +37,7 @@ fn a_cable_pulled_within_a_request_is_seen() {
     });
 }
 
-/// It keeps the port's power, so the board sees a reset of the bus alone.
+/// The host keeps the port powered, so the board sees only a bus reset.
 #[test]
 fn a_host_that_restarts_within_a_request_is_seen() {
     opens_again_after(|board| {
@@ -49,8 +49,8 @@ fn a_host_that_restarts_within_a_request_is_seen() {
     });
 }
 
-/// A request with more data than the board takes is refused, and one that is not whole ends
-/// with its host: what of their data had come is no other's.
+/// A request with more data than the board accepts is refused, and an incomplete one ends with its
+/// host; their data must not reach another request.
 #[test]
 fn data_of_a_request_that_came_to_nothing_are_dropped() {
     let too_long = [0xE0, 0x21, 0x20, 0, 0, 0, 0x17, 0, 7, 0, 0xC2, 0xF0, 0];

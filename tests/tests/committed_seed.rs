@@ -1,5 +1,5 @@
-//! What `cargo test` draws from: the seed that is committed, or the one that
-//! `cargo verify --soak` gives in its place.
+//! The seed of random tests in `cargo test`: the committed one, or the one that `cargo verify
+//! --soak` sets instead.
 
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;

@@ -1,7 +1,7 @@
-//! docs/charts/cycles.csv and .svg are what the chip simulator counts: cycles
-//! are the same in every run, so every change of code shows in their diff.
-//! `cargo verify budgets` holds the table to tests/budgets.toml. And what the
-//! flash accelerator does to CoreMark.
+//! Checks docs/charts/cycles.csv and .svg, the cycles counted by the chip simulator, which are the
+//! same in every run, so every change of code shows in their diff. `cargo verify budgets` compares
+//! the table with tests/budgets.toml. Also measures the effect of the flash accelerator on
+//! CoreMark.
 
 use hal_sim::chip::alone::FlashWait;
 use hal_sim::chip::soc::flash::Prefetched;
@@ -40,10 +40,9 @@ fn the_committed_cycles_are_those_of_the_code() {
     );
 }
 
-/// RM0090 section 3.5.2: by CoreMark, the accelerator's performance is
-/// "equivalent to 0 wait state" up to 168 MHz. The default reading of that
-/// section keeps it, the other does not and makes prefetch cost more than it
-/// saves. Bounds on both sides of what is measured.
+/// RM0090 section 3.5.2: by CoreMark, the accelerator's performance is "equivalent to 0 wait state"
+/// up to 168 MHz. The default reading of that section agrees with this; the other does not, and
+/// makes prefetch cost more than it saves. The measured values are bounded from both sides.
 #[test]
 fn coremark_runs_as_without_wait_states_and_prefetch_does_not_slow_it() {
     let found = coremark().unwrap_or_else(|e| panic!("{e}"));
@@ -75,7 +74,7 @@ fn coremark_runs_as_without_wait_states_and_prefetch_does_not_slow_it() {
     let by_prefetch = change(not_cached.cycles, not_cached.cycles_without_prefetch);
     println!("other reading, by prefetch: {by_prefetch:.3} %");
     assert!((8.0..11.0).contains(&by_prefetch), "{by_prefetch} %");
-    // Without prefetch there is nothing to read in two ways.
+    // Without prefetch both readings are the same.
     let expected = not_cached.cycles_without_prefetch;
     assert_eq!(cached.cycles_without_prefetch, expected);
 }

@@ -1,12 +1,12 @@
-//! The bounds that `flexor selftest` prints numbers for, held from the outside.
+//! Bounds of the numbers that `flexor selftest` prints, checked from outside.
 
 use host_core::run::DeviceName;
 use host_core::session::LawName;
 use host_tool::selftest::{Path, Subject, full_load, latency, silence, soak};
 use tests::desk::{load_session, play};
 
-/// Issue: 0.6 ms for a direct amplitude (Harris's stimulator: 1.22–1.30 ms),
-/// one control tick more through the control law.
+/// Requirement: 0.6 ms for a direct amplitude (Harris's stimulator: 1.22–1.30 ms), one control tick
+/// more through the controller.
 #[test]
 fn setpoints_change_the_outputs_in_time() {
     let direct = latency(Subject::Native, Path::Direct, 10_000, 1).unwrap();
@@ -27,7 +27,7 @@ fn a_silent_host_leaves_the_outputs_isolated_for_every_timeout() {
     for timeout_ms in 20..=1000 {
         let found = silence(timeout_ms, 5 + timeout_ms % 96).unwrap();
         assert!(found.until_isolated_us <= found.allowed_us(), "{found:?}");
-        // The last pulse before the fall began was not given away either.
+        // The last pulse before the fall uses the allowed time too.
         let end_us = found.until_isolated_us + 100_000;
         assert!(end_us > found.allowed_us(), "{found:?}");
     }
@@ -43,23 +43,24 @@ fn twenty_minutes_on_a_bad_wire_put_out_nothing_unasked_for() {
     assert!(soak.wire.lost > 900 && soak.wire.corrupted() > 900);
 }
 
-/// Across the wrap of the device's clock; the hour is a command (docs/architecture.md).
+/// Runs across the wrap of the device's clock; a separate command runs for an hour
+/// (docs/architecture.md).
 #[test]
 fn full_load_loses_nothing_and_leaves_the_charge_that_is_told() {
     let load = full_load(150, 1, |_| ()).unwrap();
     println!("{load:?}");
     assert!(load.holds(), "{load:?}");
-    // Ten channels at 200 Hz, but for the pauses after faults.
+    // Ten channels at 200 Hz, except for the pauses after faults.
     assert!(load.pulses > 290_000 && load.setpoints > 148_000 && load.samples > 149_000);
-    // Faults came in pulses, or nothing would be recorded that is not 0.
+    // Faults must occur within pulses, because otherwise every recorded charge would be 0.
     assert!(
         load.truncations >= 1 && load.recorded != [0; 10],
         "{load:?}"
     );
 }
 
-/// RMSE of the demo's sessions over 10–30 s against golden values, from both
-/// sides: a result that becomes much better has changed for a reason, too.
+/// Compares the RMSE of the demo's sessions over 10–30 s with golden values, from both sides: a
+/// much better result needs an explanation too.
 #[test]
 fn the_finger_follows_as_well_as_it_did() {
     let golden = [

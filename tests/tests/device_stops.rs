@@ -1,7 +1,6 @@
-//! However a stimulation ends, every pulse that began is whole: random trains
-//! and groups on a whole device, ended by the host, by its silence, by the
-//! hand-held stop or by themselves, twice over, judged by the independent
-//! checker of traces.
+//! Every pulse that has begun is completed, however a stimulation ends: random trains and groups on
+//! a whole device, ended by the host, by its silence, by the hand-held stop or by themselves, twice
+//! in a row, judged by the independent checker of traces.
 
 use firmware::device::Draft;
 use firmware::link::{Request, Response, SCHEMA};
@@ -27,7 +26,7 @@ struct TestHost {
     sensors: Sensors,
     session: u16,
     seq: u16,
-    /// What it has sent.
+    /// Setup that the host has sent.
     draft: Draft,
     clock: Unwrap,
 }
@@ -68,7 +67,7 @@ impl TestHost {
             .receive(at, &bytes, &self.sensors, &mut self.record);
     }
 
-    /// When the device says it carried out the request; `None` if refused.
+    /// Returns the time at which the device carried out the request; `None` if refused.
     fn ask(&mut self, request: Request) -> Option<u64> {
         self.record.bytes.clear();
         let seq = self.seq;
@@ -116,7 +115,7 @@ fn train() -> impl Strategy<Value = TrainSpec> {
             |((shape, width_us, gap, ground), (period_us, offset, count, slack))| {
                 let biphasic = shape.is_biphasic();
                 let gap_us = if biphasic { gap } else { 0 };
-                // Every other biphasic one is grounded, too.
+                // Every other biphasic train is grounded too.
                 let is_grounded = !biphasic || width_us % 2 == 1;
                 let ground_us = if is_grounded { ground } else { 0 };
                 let one = if biphasic {
@@ -150,7 +149,7 @@ fn end() -> impl Strategy<Value = End> {
     prop::sample::select(vec![Stop, Silence, HandStop, HandStopWhileStopping])
 }
 
-/// One stimulation of `us` µs, judged. How many pulses it had.
+/// Runs one stimulation of `us` µs and judges it. Returns the number of pulses.
 fn run(
     desk: &mut TestHost,
     trains: &[TrainSpec],
@@ -231,7 +230,7 @@ fn however_it_ends_every_pulse_is_whole() {
         let groups: heapless::Vec<_, _> = groups.into_iter().collect();
         host.ask(Request::Groups(groups.clone())).unwrap();
         if host.ask(desk::ARM).is_none() {
-            // Isolation with overlap; anything else is armed.
+            // Only an isolated group whose members overlap may be refused.
             prop_assert_eq!(partner, Some(Partner::Isolated));
             refused.set(refused.get() + 1);
             return Ok(());

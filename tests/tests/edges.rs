@@ -8,7 +8,7 @@ use std::path::Path;
 use tests::desk::{load_session, play, session_paths};
 use tests::expectation::{session_expectation, trace_since};
 
-/// Runs so much of a session; its trace from the epoch on, and the epoch.
+/// Runs the first part of a session. Returns its trace from the epoch on, and the epoch.
 fn stimulate(mut file: SessionFile, length_us: u64) -> (SessionFile, Trace, u64) {
     file.session.duration_us = length_us + 50_000;
     let played = play(&file, &DeviceName::Native);
@@ -17,7 +17,7 @@ fn stimulate(mut file: SessionFile, length_us: u64) -> (SessionFile, Trace, u64)
     (file, trace.up_to(epoch + length_us), epoch)
 }
 
-/// The same, every edge held to its analytic microsecond.
+/// Does the same, and checks every edge against its analytic microsecond.
 fn exact(path: &Path, length_us: u64) -> (Trace, u64) {
     let file = SessionFile::load(path).unwrap();
     let (file, trace, epoch) = stimulate(file, length_us);
@@ -60,7 +60,8 @@ fn ten_channels_are_exact() {
     }
 }
 
-/// Each quarter at its turn in the period of 100 ms, the others isolated meanwhile.
+/// Each of four electrodes stimulates in its turn of the 100 ms period, and the others are
+/// disconnected meanwhile.
 #[test]
 fn four_electrodes_share_a_muscle_by_turns() {
     let (_, trace, epoch) = stimulate(load_session("distributed.toml"), 5_200_000);

@@ -1,4 +1,4 @@
-//! A wanted force at the hand does the same on every simulator, edge by edge.
+//! Endpoint force control gives the same edges on every simulator.
 
 use hal_sim::body::{Body, CHANNELS, Load, Pulse};
 use hal_sim::trace::Edge;
@@ -8,10 +8,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use tests::desk::{play, session_path};
 
-/// A shipped session, three times as fast.
+/// Returns a shipped session at three times its speed.
 fn quick(name: &str, rate: &str) -> SessionFile {
     let mut text = std::fs::read_to_string(session_path(name)).unwrap();
-    // Rising: none becomes one that is yet to come.
+    // In ascending order, so that no replaced time is replaced again.
     let times = ["1.0", "2.0", "3.0", "4.0", "5.0", "6.0"];
     for time in times {
         let third = time.parse::<f64>().unwrap() / 3.0;
@@ -21,17 +21,17 @@ fn quick(name: &str, rate: &str) -> SessionFile {
     SessionFile::parse(name, &text).unwrap()
 }
 
-/// Edges of the pins from the start on, with times from there.
+/// Returns the edges of the pins from the start on, with times relative to it.
 fn edges(rate: &str, device: &DeviceName) -> Vec<Edge> {
     let played = play(&quick("endpoint_force.toml", rate), device);
     let events = &played.outcome.trial.events;
     assert_eq!(played.outcome.refused, 0, "{device}: {events:?}");
-    // Up to the stop, which comes at a time of each device's own.
+    // Up to the stop, whose time differs between devices.
     let edges = played.edges();
     edges.take_while(|edge| edge.t_us < 1_990_000).collect()
 }
 
-/// Amplitude codes of a channel's bursts, one after the other.
+/// Returns the amplitude codes of a channel's successive bursts.
 fn codes(edges: &[Edge], channel: u8) -> Vec<u16> {
     let driven = edges
         .iter()
@@ -45,7 +45,7 @@ fn the_native_device_recruits_at_both_rates() {
         let edges = edges(rate, &DeviceName::Native);
         let playing: BTreeSet<u8> = edges.iter().map(|edge| edge.channel).collect();
         assert!(playing.len() >= 3, "{playing:?}");
-        // How many amplitudes each channel came to, one after the other.
+        // Number of amplitude changes of each channel.
         let changes = |channel: &u8| {
             let codes = codes(&edges, *channel);
             codes.windows(2).filter(|two| two[0] != two[1]).count()
@@ -53,7 +53,7 @@ fn the_native_device_recruits_at_both_rates() {
         playing.iter().map(changes).sum::<usize>()
     });
     println!("{counts:?} changes of amplitude at 200 and at 20 Hz");
-    // Bursts come at 40 Hz: of two at least one keeps its amplitude.
+    // Bursts come at 40 Hz, so at least one of two keeps its amplitude.
     assert!(counts[0] > 3 * counts[1] / 2, "{counts:?}");
 }
 
@@ -79,12 +79,12 @@ fn plays_as_native(rate: &str, device: &DeviceName) {
     println!("{rate}, {device}: {} edges are the same", native.len());
 }
 
-/// An arm whose angles are lost at some time of its world.
+/// Arm whose angles are lost at some time.
 struct AngleLossArm {
     arm: Box<dyn Body>,
     now_us: u64,
     lost_us: u64,
-    /// When they were told last.
+    /// Time of the last measurement.
     told_us: Arc<AtomicU64>,
 }
 
@@ -117,11 +117,11 @@ impl Body for AngleLossArm {
     }
 }
 
-/// What the session file allows, ms.
+/// Oldest measurement that the session file allows, ms.
 const STALE_AFTER_MS: u64 = 100;
 
-/// The device's own time of the fault after the last measurement, and of the last driven
-/// edge after that, µs; `device` measures a simulated arm that loses its sensors.
+/// Returns the time from the last measurement to the fault, and from there to the last driven edge,
+/// µs of device time; `device` measures a simulated arm that loses its sensors.
 fn stale_after(device: &DeviceName) -> (i64, i64) {
     let file = quick("endpoint_arm.toml", "rate_hz = 200");
     let mut port = device.open(&file.session, 1).unwrap();
@@ -153,7 +153,7 @@ fn stale_after(device: &DeviceName) -> (i64, i64) {
     };
     assert!(driven().any(|edge| edge.dac_code > 0 && edge.t_us + 30_000 > fault_us));
     let last_us = driven().map(|edge| edge.t_us).max().unwrap();
-    // All of them, not only those that played.
+    // All channels, not only those that played.
     let mut states = std::collections::BTreeMap::new();
     states.extend(trace.edges_from(0).map(|edge| (edge.channel, edge.state)));
     let isolated = states
@@ -165,7 +165,7 @@ fn stale_after(device: &DeviceName) -> (i64, i64) {
     (after(fault_us, told_us), after(last_us, fault_us))
 }
 
-/// An arm that nobody measures any more is not driven: fault 5, and nothing is put out.
+/// An arm that is no longer measured is not driven: fault 5, and no output.
 #[test]
 fn a_posture_that_is_stale_isolates_the_outputs() {
     for device in [DeviceName::Native, DeviceName::Chip] {
@@ -174,9 +174,9 @@ fn a_posture_that_is_stale_isolates_the_outputs() {
             "{device}: stale {fault_us} µs after the last measurement; last edge {last_us} µs after that"
         );
         let late = fault_us - 1_000 * STALE_AFTER_MS as i64;
-        // The host's idea of the device's time, and a control tick.
+        // Covers the host's estimate of device time, and a control tick.
         assert!((-1_000..=2_000).contains(&late), "{device}: {late} µs");
-        // Windows that were rendered already are cut off, not played.
+        // Rendered windows are cut off and not played.
         assert!(last_us <= 500, "{device}: {last_us} µs");
     }
 }

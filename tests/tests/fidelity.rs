@@ -1,12 +1,12 @@
-//! `[fidelity]`: a session made as coarse as its scenes allow is as good as the file's
-//! own, within the tolerance.
+//! `[fidelity]`: a session simplified to the level that its conditions allow stays within the
+//! tolerance of the original.
 
 use host_core::choice::resolve_auto_models;
 use host_core::run::{DeviceName, SessionFile};
 use host_core::session::BodySpec;
 use tests::desk::{play, session_path};
 
-/// A committed session with some tolerance, or as it is.
+/// Loads a committed session with a tolerance, or unchanged.
 fn session(name: &str, tolerance: Option<f64>) -> SessionFile {
     let mut text = std::fs::read_to_string(session_path(&format!("{name}.toml"))).unwrap();
     if let Some(percent) = tolerance {
@@ -17,8 +17,8 @@ fn session(name: &str, tolerance: Option<f64>) -> SessionFile {
     file
 }
 
-/// Telemetry period found, ms, and root mean square of what `of` gives for a sample
-/// from 10 s on.
+/// Plays a session. Returns the telemetry period, ms, and the root mean square of `of` over the
+/// samples from 10 s on.
 fn played(file: &SessionFile, of: impl Fn(&host_core::record::Sample) -> f64) -> (f64, f64) {
     let samples = play(file, &DeviceName::Native)
         .outcome
@@ -32,7 +32,7 @@ fn played(file: &SessionFile, of: impl Fn(&host_core::record::Sample) -> f64) ->
     (period_ms, (square / scored.len() as f64).sqrt())
 }
 
-/// The finger's error changes by less than the tolerance, in % of the way of 80°.
+/// The finger's error changes by less than the tolerance, in % of the 80° range of motion.
 #[test]
 fn a_finger_is_followed_as_well_at_what_its_scenes_need() {
     let name = "hamana_exp4_two_point_finger";

@@ -1,9 +1,8 @@
-//! Force control end to end: a session file, the whole device, its pins, and
-//! the simulator's own muscles on them, which share no code with the device.
+//! Force control end to end: a session file, the whole device, its pins, and the simulator's own
+//! muscles, which share no code with the device.
 //!
-//! `cargo test -p tests --test suite force -- --nocapture` prints how well
-//! ten subjects' forces follow. No evidence about people: the device knows each
-//! muscle's parameters exactly.
+//! `cargo test -p tests --test suite force -- --nocapture` prints how well ten subjects' forces
+//! follow. This is no evidence about people: the device knows each muscle's parameters exactly.
 
 use crate::force_reach::{channel, control, session};
 use hal_sim::body::muscle::{Muscle, Parameters, SUBJECTS, Step};
@@ -13,11 +12,11 @@ use host_core::session::{Session, Setpoint};
 use tests::desk::{load_session, play};
 
 const END_US: u64 = 9_000_000;
-/// What is judged: after the first second, in which the amplitude rises.
+/// Judged interval, after the first second, in which the amplitude rises.
 const FROM_MS: usize = 1_500;
 const TO_MS: usize = 8_500;
 
-/// Force at each millisecond that the channel's pulses give, N.
+/// Returns the force of the channel's pulses at each millisecond, N.
 fn force(p: &Parameters, trace: &Trace, epoch_us: u64) -> Vec<f64> {
     let pulses = &trace.pulses(epoch_us + END_US)[0];
     let mut pulses = pulses.iter().filter(|p| p.start_us >= epoch_us).peekable();
@@ -29,7 +28,7 @@ fn force(p: &Parameters, trace: &Trace, epoch_us: u64) -> Vec<f64> {
             let mut is_whole = true;
             while let Some(pulse) = pulses.next_if(|p| p.start_us < end) {
                 let amplitude_ma = f64::from(pulse.code) * 50.0 / 65_535.0;
-                // A code is rounded down: threshold's own lies just below.
+                // A code is rounded down, so that of the threshold lies just below it.
                 if amplitude_ma < 9.999 {
                     continue;
                 }
@@ -48,7 +47,7 @@ fn force(p: &Parameters, trace: &Trace, epoch_us: u64) -> Vec<f64> {
         .collect()
 }
 
-/// Wanted force at each millisecond, N.
+/// Returns the reference force at each millisecond, N.
 fn wanted(session: &Session) -> Vec<f64> {
     let at = |ms: u64| match session.setpoints.at((ms + 1) * 1000) {
         Setpoint::Force { millinewton, .. } => f64::from(millinewton) * 1e-3,
@@ -57,8 +56,8 @@ fn wanted(session: &Session) -> Vec<f64> {
     (0..END_US / 1000).map(at).collect()
 }
 
-/// Root mean square of wanted less the mean force of the 50 ms around, and of
-/// wanted less the force itself with its ripple, N.
+/// Returns two root mean square errors, N: of the mean force over the surrounding 50 ms, and of the
+/// force itself with its ripple.
 fn errors(wanted: &[f64], force: &[f64]) -> (f64, f64) {
     let rms = |error: &dyn Fn(usize) -> f64| {
         let sum: f64 = (FROM_MS..TO_MS).map(|ms| error(ms).powi(2)).sum();
@@ -71,7 +70,7 @@ fn errors(wanted: &[f64], force: &[f64]) -> (f64, f64) {
     )
 }
 
-/// The courses, for a muscle that gives `n` newtons.
+/// Returns the reference trajectories for a muscle with a largest force of `n` newtons.
 fn courses(n: f64) -> [(&'static str, String); 4] {
     let points = |list: &[(f64, f64)]| {
         let point = |&(s, part): &(f64, f64)| format!("{{ at_s = {s}, n = {:.3} }}", part * n);
@@ -99,7 +98,7 @@ fn courses(n: f64) -> [(&'static str, String); 4] {
     ]
 }
 
-/// Mean over the subjects of [`errors`], in parts of each one's most.
+/// Returns the mean over the subjects of [`errors`], relative to each subject's largest force.
 fn mean_errors(hold: &str) -> [(f64, f64); 4] {
     let mut means = [(0.0, 0.0); 4];
     for p in &SUBJECTS {
@@ -118,8 +117,8 @@ fn mean_errors(hold: &str) -> [(f64, f64); 4] {
     means
 }
 
-/// Ten channels under force control: their forces are asked for, predicted and
-/// told, on the native simulator and by the flashed image alike.
+/// Ten channels under force control: their forces are requested, predicted and reported in the same
+/// way by the native simulator and the flashed image.
 #[test]
 fn ten_forces_at_once_are_followed_on_both_simulators() {
     let mut file = load_session("ten_forces.toml");
@@ -141,15 +140,15 @@ fn ten_forces_at_once_are_followed_on_both_simulators() {
         let rms = squares.map(|square| (square / count).sqrt());
         println!("{device:?}: wanted less predicted force with its ripple, N rms: {rms:.2?}");
         assert!(count > 150.0);
-        // Ripple of 20 Hz trains and what a ramp is off at its corners; a channel
-        // that nothing drove would be 2 N off or more.
+        // Covers the ripple of 20 Hz trains and the error at the corners of ramps; a channel that
+        // is not driven would be 2 N off or more.
         assert!(rms.iter().all(|rms| *rms < 0.5), "{rms:?}");
     }
 }
 
-/// Held setpoints have no rate, so that nothing answers the muscle's lag; those
-/// that go on are answered ahead of it. A step has no rate either way. At 1 Hz
-/// muscles cannot fall as fast as wanted.
+/// Held setpoints have no rate, so the muscle's lag is not compensated; extrapolated setpoints
+/// compensate it. A step has no rate either way. At 1 Hz muscles cannot relax as fast as the
+/// reference.
 #[test]
 fn forces_follow_what_is_wanted() {
     let bounds = [
@@ -162,7 +161,7 @@ fn forces_follow_what_is_wanted() {
             let (smooth_pct, raw_pct) = (1e2 * smooth, 1e2 * raw);
             let told = format!("{hold:11} {name:11} {smooth_pct:5.2} % of the most");
             println!("{told}, {raw_pct:5.2} % with ripple");
-            // From both sides: twice as good would mean that something changed.
+            // Bounded from both sides: half the error would mean that something changed.
             assert!((bound / 2.0..bound).contains(&smooth), "{told}");
         }
     }

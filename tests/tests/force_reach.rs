@@ -1,7 +1,7 @@
-//! Forces that threshold amplitude is too strong for, on the whole device.
+//! Forces below that of threshold amplitude, on the whole device.
 //!
-//! `cargo test -p tests --test suite force_reach -- --nocapture` prints what was
-//! asked for and what the reference model makes of the device's pulses.
+//! `cargo test -p tests --test suite force_reach -- --nocapture` prints the requested forces and
+//! those that the reference model computes from the device's pulses.
 
 use firmware::control::{ForceControl, ForceSpec, HoldPolicy};
 use firmware::muscle::{CalciumForceSpec, Recruitment, RecruitmentSpec, Rung};
@@ -13,7 +13,7 @@ use host_core::run::{DeviceName, SessionFile};
 use host_core::session::Model;
 use tests::desk::{load_session, play};
 
-/// FNV-1a over words.
+/// FNV-1a hash over words.
 #[derive(Clone, Copy)]
 struct Digest(u64);
 
@@ -27,7 +27,7 @@ impl Digest {
     }
 }
 
-/// Every edge from the epoch on.
+/// Hashes every edge from the epoch on.
 fn edges(trace: &Trace, epoch_us: u64) -> Digest {
     let mut digest = Digest::EMPTY;
     for edge in trace.edges().filter(|edge| edge.t_us >= epoch_us) {
@@ -38,9 +38,9 @@ fn edges(trace: &Trace, epoch_us: u64) -> Digest {
     digest
 }
 
-/// Without a slowest rate, and with no model that steers, every edge and every order is
-/// what it was before there were any, but for the rise: the numbers are of commit e7c6abd,
-/// renewed when a rise's first burst was no longer silent.
+/// Without a slowest rate and a steering model, every edge and order is the same as before these
+/// settings existed, except for the rise: the digests are of commit e7c6abd, renewed when a rise's
+/// first burst was no longer silent.
 #[test]
 fn without_a_slowest_rate_nothing_changes() {
     let sessions = [
@@ -61,7 +61,7 @@ fn without_a_slowest_rate_nothing_changes() {
     assert_eq!(found, sessions);
 }
 
-/// Force control of a subject's muscle at 20 Hz, to 60 Hz, from 10 to 20 mA.
+/// Returns force control of a subject's muscle from 20 Hz to 60 Hz, with 10 to 20 mA.
 pub fn control(p: &Parameters, max_period_us: Option<u32>) -> ForceControl {
     let whole = |value: f64| value.round() as u32;
     let muscle = CalciumForceSpec {
@@ -85,7 +85,7 @@ pub fn control(p: &Parameters, max_period_us: Option<u32>) -> ForceControl {
     ForceControl::new(0, &spec, muscle, recruitment.unwrap(), 50_000).unwrap()
 }
 
-/// A channel under force control, `extra` in its `force` table.
+/// Returns the text of a channel under force control, with `extra` in its `force` table.
 pub fn channel(number: usize, p: &Parameters, recruits: (f64, f64), extra: &str) -> String {
     let (threshold, slope) = recruits;
     format!(
@@ -124,10 +124,10 @@ pub fn session(duration_s: f64, channels: &str, setpoints: &str) -> SessionFile 
     SessionFile::parse("reach.toml", &text).unwrap()
 }
 
-/// One pulse: when, µs, and with how much of the muscle.
+/// Pulse: time, µs, and activated share of the muscle.
 pub type Pulse = (u64, f64);
 
-/// The pulses of a channel, from 0, that reach its muscle.
+/// Returns a channel's pulses from time 0 on that reach its muscle.
 pub fn pulses(trace: &Trace, end_us: u64, channel: usize, recruits: (f64, f64)) -> Vec<Pulse> {
     let (threshold, slope) = recruits;
     let all = trace.pulses(end_us);
@@ -135,14 +135,14 @@ pub fn pulses(trace: &Trace, end_us: u64, channel: usize, recruits: (f64, f64)) 
         let amplitude_ma = f64::from(pulse.code) * 50.0 / 65_535.0;
         (pulse.start_us, amplitude_ma)
     });
-    // A code is rounded down: threshold's own lies just below.
+    // A code is rounded down, so that of the threshold lies just below it.
     let felt = all.filter(|&(_, amplitude_ma)| amplitude_ma > threshold - 1e-3);
     felt.map(|(at, amplitude_ma)| (at, (slope * (amplitude_ma - 20.0)).exp()))
         .collect()
 }
 
-/// Mean force of the float model over the whole periods within `from_us..to_us`,
-/// N; 0 without pulses there.
+/// Returns the float model's mean force over the complete periods within `from_us..to_us`, N; 0
+/// without pulses.
 fn mean_force(p: &Parameters, pulses: &[Pulse], from_us: u64, to_us: u64) -> f64 {
     let mut muscle = Muscle::new(*p);
     let (mut area, mut judged_us) = (0.0, 0);
@@ -171,7 +171,7 @@ fn mean_force(p: &Parameters, pulses: &[Pulse], from_us: u64, to_us: u64) -> f64
     }
 }
 
-/// The same of a train that has not changed since the epoch, by the reference.
+/// Returns the same for a train that is constant since the epoch, by the reference.
 fn reference_force(p: &Parameters, pulses: &[Pulse], from_us: u64) -> f64 {
     let (first, gain) = pulses[0];
     let driven = Parameters {
@@ -190,8 +190,8 @@ fn reference_force(p: &Parameters, pulses: &[Pulse], from_us: u64) -> f64 {
     sum / (judged.len() - 1) as f64
 }
 
-/// 4 N of K03, whose threshold gives 7.59 N at 20 Hz: said to be out of reach, or
-/// had at a lower rate.
+/// 4 N of K03, whose threshold gives 7.59 N at 20 Hz, are reported as out of reach, or reached at a
+/// lower rate.
 #[test]
 fn four_newtons_of_k03() {
     let k03 = &SUBJECTS[2];
@@ -223,7 +223,7 @@ fn four_newtons_of_k03() {
             assert!(gap.share > 0.99 && gap.above_n == above, "{gap:?}");
         } else {
             let samples = &outcome.trial.samples;
-            // But for the rise at its begin.
+            // Except for the rise at the beginning.
             let risen = samples.iter().filter(|s| s.t_s > 2.0);
             assert!(risen.count() > 100 && samples.iter().all(|s| s.t_s < 2.0 || !s.limiting));
             assert_eq!(metrics[0].gap, None);
@@ -231,8 +231,8 @@ fn four_newtons_of_k03() {
     }
 }
 
-/// From none to the most of ten subjects, up a stair of which each step is held:
-/// the device's pulses give what was asked for, to 2 %, or it said that they do not.
+/// For ten subjects a staircase of held forces from zero to the largest: the device's pulses give
+/// the requested force to 2 %, or it reported that they do not.
 #[test]
 fn ten_subjects_have_every_force_but_the_least() {
     const STEP_S: f64 = 5.0;
@@ -241,7 +241,7 @@ fn ten_subjects_have_every_force_but_the_least() {
     let channels: String = (1..=10)
         .map(|n| channel(n, &SUBJECTS[n - 1], RECRUITS, extra))
         .collect();
-    // What each can: none, and from … to … mN; and its threshold's at 20 Hz.
+    // Range of each subject: zero, and from … to … mN; and the force at threshold and 20 Hz.
     let reach = |slowest_us| SUBJECTS.map(|p| control(&p, slowest_us).force_range_mn());
     let (slow, fixed) = (reach(Some(1_000_000)), reach(None));
     let wanted: Vec<Vec<u32>> = (0..10)

@@ -1,8 +1,8 @@
-//! Force control steered by the predicted force, on the whole device, judged by a
-//! muscle that tires and shares no code with it.
+//! Force control steered by the predicted force, on the whole device, judged by a muscle with
+//! fatigue that shares no code with it.
 //!
-//! `cargo test -p tests --test suite force_steering -- --nocapture` prints the tables.
-//! What is compared was written down before it was run: see [`holds`] and [`COURSES`].
+//! `cargo test -p tests --test suite force_steering -- --nocapture` prints the tables. The compared
+//! cases were written down before they were run: see [`holds`] and [`COURSES`].
 
 use crate::force_reach::{Pulse, channel, pulses, session};
 use firmware::muscle::FatigueSpec;
@@ -15,16 +15,16 @@ use tests::desk::play;
 
 /// Motor threshold, mA, and slope of the recruitment, per mA, up to 20 mA.
 const RECRUITS: (f64, f64) = (10.0, 0.3);
-/// On which no prediction steers: the inverse alone.
+/// Model level without prediction: the inverse alone.
 const ALONE: &str = "none";
 
-/// How a muscle of this strength tires: Ding's quadriceps, scaled to it.
+/// Returns the fatigue of Ding's quadriceps, scaled to this muscle's strength.
 fn fatigue(p: &Parameters) -> Fatigue {
     host_core::choice::fatigue(&FatigueSpec::scaled_to((p.a_n_per_s * 1e3).round() as u32))
 }
 
-/// What a muscle gives in the mean at some gain with a pulse every `period_us`, N, if
-/// it tires no further.
+/// Returns a muscle's mean force at some gain with a pulse every `period_us`, N, without further
+/// fatigue.
 fn steady(p: Parameters, gain: f64, period_us: u32) -> f64 {
     let mut muscle = FatiguingMuscle::new(p, Fatigue::NEVER);
     let mut mean = 0.0;
@@ -39,17 +39,17 @@ fn steady(p: Parameters, gain: f64, period_us: u32) -> f64 {
     mean
 }
 
-/// What became of a session with one muscle.
+/// Forces and pulses of a session with one muscle.
 struct SessionForces {
     /// True force at each millisecond, N.
     forces: Vec<f64>,
-    /// The muscle's parameters every two seconds.
+    /// Muscle parameters after fatigue, every two seconds.
     tired: Vec<Parameters>,
-    /// What was wanted at each millisecond, N.
+    /// Reference force at each millisecond, N.
     wanted: Vec<f64>,
-    /// When each pulse came, ms.
+    /// Times of the pulses, ms.
     pulses: Vec<usize>,
-    /// When the device was limiting, s.
+    /// Times, s, and whether the device limited the force there.
     limiting: Vec<(f64, bool)>,
 }
 
@@ -95,7 +95,7 @@ impl SessionForces {
         }
     }
 
-    /// Mean force of the whole periods that begin within these milliseconds, N.
+    /// Returns the mean force of the complete periods that begin within these milliseconds, N.
     fn mean(&self, from: usize, to: usize) -> f64 {
         let pulses = &self.pulses[self.pulses.partition_point(|&at| at < from)..];
         let count = pulses.partition_point(|&at| at < to);
@@ -105,7 +105,7 @@ impl SessionForces {
         self.forces[from..to].iter().sum::<f64>() / (to - from) as f64
     }
 
-    /// Root mean square of the mean force of the 50 ms around less what is wanted, N.
+    /// Returns the root mean square error of the mean force over the surrounding 50 ms, N.
     fn rms(&self) -> f64 {
         let range = 1_500..self.forces.len() - 500;
         let off = |ms: usize| {
@@ -115,7 +115,8 @@ impl SessionForces {
         (range.clone().map(off).sum::<f64>() / range.len() as f64).sqrt()
     }
 
-    /// Whether the device was limiting throughout, or ever, in these seconds.
+    /// Returns whether the device limited the force throughout, and whether at any time, in these
+    /// seconds.
     fn limiting(&self, from: f64, to: f64) -> (bool, bool) {
         let mut within = self.limiting.iter().filter(|l| l.0 > from && l.0 <= to);
         (within.clone().all(|l| l.1), within.any(|l| l.1))
@@ -155,8 +156,8 @@ fn points(list: &[(f64, f64)]) -> String {
     format!("kind = \"force-ramp\"\nchannel = 1\npoints = [{list}]")
 }
 
-/// The fields of a table `force`, the fastest and the slowest period that they allow
-/// at the limit and at motor threshold, µs.
+/// Ranges of rates: name, fields of a table `force`, and the shortest and longest period that they
+/// allow, µs.
 #[rustfmt::skip]
 const RATES: [(&str, &str, u32, u32); 3] = [
     ("20 Hz", "max_frequency_hz = 20.0, hold = \"hold\"", 50_000, 50_000),
@@ -164,9 +165,10 @@ const RATES: [(&str, &str, u32, u32); 3] = [
     ("1–20 Hz", "max_frequency_hz = 20.0, min_frequency_hz = 1.0, hold = \"hold\"", 50_000, 1_000_000),
 ];
 
-/// Forces held for a minute: of each of Lee's ten subjects, who tire as Ding's
-/// quadriceps scaled to their strength, in each of [`RATES`] four, drawn between the
-/// least and 80 % of the most; below 1–20 Hz up to what threshold gives at 20 Hz.
+/// Returns forces to hold for a minute. For each of Lee's ten subjects, with the fatigue of Ding's
+/// quadriceps scaled to their strength, and each of [`RATES`], there are four random forces between
+/// the smallest and 80 % of the largest; at 1–20 Hz they stay below the force of threshold at 20
+/// Hz.
 fn holds() -> Vec<(usize, usize, f64)> {
     let mut random = Random::new(13);
     let mut all = Vec::new();
@@ -186,8 +188,8 @@ fn holds() -> Vec<(usize, usize, f64)> {
     all
 }
 
-/// A tired muscle's force is held within 5 % wherever it still can give it, from the
-/// third second on; where it no longer can, the device says so.
+/// A fatigued muscle's force is held within 5 % while the muscle can still produce it, from the
+/// third second on; afterwards the device reports that it cannot.
 #[test]
 fn a_tired_muscle_holds_what_it_can() {
     println!("            wanted   given to   first 2 s   worst after   inverse alone");
@@ -204,7 +206,7 @@ fn a_tired_muscle_holds_what_it_can() {
         let (mut ours, mut others, mut to_s) = (0f64, 0f64, 0);
         for i in 1..29 {
             let s = 2.0 * i as f64;
-            // What it can at the end of these two seconds.
+            // Largest possible force at the end of these two seconds.
             if can(i) >= 1.0 {
                 ours = ours.max(off(&steered, i).abs());
                 let other = off(&alone, i);
@@ -217,7 +219,7 @@ fn a_tired_muscle_holds_what_it_can() {
             }
             let (throughout, ever) = steered.limiting(s, s + 2.0);
             let who = format!("K{:02} {name} {n:.2} N at {s} s", subject + 1);
-            // A second's fatigue comes at once: near the end it may be so already.
+            // A second's fatigue is applied at once, so near the limit it may come early.
             assert!(can(i) < 1.06 || !throughout, "{who}: {}", can(i));
             assert!(can(i) < 1.2 || !ever, "{who}: {}", can(i));
             assert!(can(i - 1) > 0.94 || throughout, "{who}: {}", can(i - 1));
@@ -240,7 +242,7 @@ fn a_tired_muscle_holds_what_it_can() {
     assert!(worst < 0.05, "{worst}");
 }
 
-/// Courses in parts of the muscle's most, for twelve seconds.
+/// Reference trajectories as shares of the largest force, for twelve seconds.
 const COURSES: [(&str, &[(f64, f64)]); 4] = [
     ("hold", &[(0.0, 0.4)]),
     (
@@ -280,8 +282,8 @@ const COURSES: [(&str, &[(f64, f64)]); 4] = [
     ),
 ];
 
-/// A muscle that does not tire and whose model is exact has nothing to gain from its
-/// prediction but what the inverse's table errs, and loses next to nothing.
+/// For a muscle without fatigue and with an exact model, the prediction can only correct errors of
+/// the inverse's table, and loses almost nothing.
 #[test]
 fn a_rested_muscle_is_given_what_it_was_given() {
     let sine = |hz: f64, n: f64| {
@@ -326,7 +328,8 @@ fn a_rested_muscle_is_given_what_it_was_given() {
     }
 }
 
-/// The ripple of slow pulses upsets nothing: the mean over each period is as good.
+/// The ripple of slow pulses does not disturb the control: the mean over each period is as
+/// accurate.
 #[test]
 fn ripple_does_not_upset_what_is_held() {
     println!("mean error of all periods and worst period, %: alone, steered");

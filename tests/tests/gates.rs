@@ -1,17 +1,17 @@
-//! Trains that play while the trigger input is held do the same on every simulator, edge
-//! by edge.
+//! Trains that play while the trigger input is active give the same edges on every simulator.
 
 use hal_sim::trace::{Edge, State};
 use host_core::run::{DeviceName, SessionFile};
 use tests::desk::{play, session_path};
 
-/// When the input comes to be held, µs from the start: the second time after a release as
-/// short as may be, so that the last period is not over.
+/// Times at which the input becomes active, µs from the start. The second comes after the shortest
+/// possible release, so that the last period is not over.
 const HELD_AT_US: [u64; 4] = [100_100, 351_313, 800_000, 1_300_077];
-/// For how long each time, µs.
+/// Time for which the input stays active, µs.
 const HELD_US: u64 = 250_200;
 
-/// The shipped session, gated: channel 1 endless, channel 2 four pulses a time.
+/// Returns the shipped session with gated trains: channel 1 endless, channel 2 with four pulses
+/// each time.
 fn file() -> SessionFile {
     let text = std::fs::read_to_string(session_path("trigger.toml")).unwrap();
     let times = HELD_AT_US.map(|us| (us as f64 / 1e6).to_string());
@@ -32,14 +32,14 @@ fn file() -> SessionFile {
     SessionFile::parse("gated.toml", &text).unwrap()
 }
 
-/// Edges of the pins from the start on, with times from there.
+/// Returns the edges of the pins from the start on, with times relative to it.
 fn edges(device: &DeviceName) -> Vec<Edge> {
     let played = play(&file(), device);
     assert_eq!(played.outcome.refused, 0, "{device}");
     played.edges().collect()
 }
 
-/// Beginnings of a channel's first phases.
+/// Returns the starts of a channel's first phases.
 fn starts(edges: &[Edge], channel: u8) -> Vec<u64> {
     let first = |edge: &&Edge| edge.channel == channel && edge.state == State::Cathodic;
     edges.iter().filter(first).map(|edge| edge.t_us).collect()
@@ -49,8 +49,8 @@ fn starts(edges: &[Edge], channel: u8) -> Vec<u64> {
 fn the_native_device_plays_while_it_is_held() {
     let edges = edges(&DeviceName::Native);
     let train = |from: u64, count: u64| (0..count).map(move |n| from + n * 20_000);
-    // 250.2 ms hold 13 pulses. The second time begins when the last period of the first,
-    // which began 340 100 µs from the start, is over: in the window after that.
+    // 250.2 ms contain 13 pulses. The second time begins in the window after the end of the first
+    // one's last period, which began 340 100 µs from the start.
     let [first, _, third, fourth] = HELD_AT_US.map(|at| at + 1_000);
     let second = 361_250;
     let endless = [(first, 13), (second, 13), (third, 13), (fourth, 13)];

@@ -1,5 +1,5 @@
-//! Stimulation that follows the joints of two arms: the same on every simulator, edge by
-//! edge, and at every angle its quartic's.
+//! Stimulation that follows the joints of two arms: the same edges on every simulator, with the
+//! amplitude of the quartic at every angle.
 
 use firmware::haptics::{Form, ModulatedSpec, ModulationSpec, QuarticSpec};
 use hal_sim::trace::Edge;
@@ -8,7 +8,7 @@ use host_core::session::{Session, SessionJoint};
 use std::collections::BTreeSet;
 use tests::desk::{play, session_path};
 
-/// Edges of the pins from the start on up to `until_us`, with times from there.
+/// Returns the edges of the pins from the start up to `until_us`, with times relative to the start.
 fn edges(file: &SessionFile, device: &DeviceName, until_us: u64) -> Vec<Edge> {
     let played = play(file, device);
     let events = &played.outcome.trial.events;
@@ -17,7 +17,7 @@ fn edges(file: &SessionFile, device: &DeviceName, until_us: u64) -> Vec<Edge> {
     edges.take_while(|edge| edge.t_us < until_us).collect()
 }
 
-/// Just before the stop, which comes at a time of each device's own.
+/// Just before the stop, whose time differs between devices.
 const END_US: u64 = 8_990_000;
 
 #[test]
@@ -37,9 +37,10 @@ fn the_flashed_image_lifts_as_the_native_device_does() {
     }
 }
 
-/// The shipped session with 100 words a second, which come at any time between bursts: over
-/// USB they arrive later than on the native device, and a burst between has the angle before.
-/// All edges are at the same times; amplitudes differ by at most what one word moves them.
+/// Runs the shipped session with 100 host messages per second, which arrive at any time between
+/// bursts. Over USB they arrive later than on the native device, and a burst in between has the
+/// previous angle. All edges have the same times; amplitudes differ by at most the effect of one
+/// message.
 #[test]
 fn a_burst_between_arrivals_has_the_word_before() {
     let text = std::fs::read_to_string(session_path("lift.toml")).unwrap();
@@ -79,12 +80,12 @@ fn a_burst_between_arrivals_has_the_word_before() {
     assert!(latest_us < 5_000, "{latest_us}");
 }
 
-/// Of a stage of 40 mA.
+/// DAC codes per µA of a stage of 40 mA.
 const CODES_PER_UA: f64 = 65_535.0 / 40_000.0;
-/// From one word of the host to the next, µs.
+/// Interval of the host's messages, µs.
 const WORD_US: u64 = 10_000;
 
-/// How far the latest word before a burst moves its DAC code.
+/// Returns the change of the DAC code by the latest message before a burst.
 fn by_one_word(session: &Session, burst: &Edge) -> f64 {
     let last = burst.t_us / WORD_US;
     let mut joints = session.modulations.iter();
@@ -101,8 +102,9 @@ fn by_one_word(session: &Session, burst: &Edge) -> f64 {
     found.unwrap_or_else(|| panic!("{burst:?}"))
 }
 
-/// Up the whole range of every joint and down again, `way_s` each, at 200 Hz of pulses and
-/// of angles; within 8 s, for an elbow slower than its dead band has no phase.
+/// Returns a sweep over the whole range of every joint and back, `way_s` each, at 200 Hz of pulses
+/// and of angles. `way_s` must be at most 8 s, because an elbow slower than its dead band has no
+/// phase.
 fn sweep(way_s: u32) -> SessionFile {
     let (up, down) = (f64::from(way_s) + 0.5, f64::from(2 * way_s) + 0.5);
     let mut text = std::fs::read_to_string(session_path("lift.toml")).unwrap();
@@ -128,7 +130,7 @@ fn sweep(way_s: u32) -> SessionFile {
     while let Some(begin) = text[from..].find("angles = [") {
         let begin = from + begin;
         let end = begin + text[begin..].find("\n]").unwrap();
-        // The joint's own range stands before its angles.
+        // The joint's own range precedes its angles.
         let said = |name: &str| {
             let at = text[..begin].rfind(name).unwrap() + name.len();
             text[at..].lines().next().unwrap().trim().to_owned()
@@ -144,7 +146,8 @@ fn sweep(way_s: u32) -> SessionFile {
     SessionFile::parse("sweep.toml", &text).unwrap()
 }
 
-/// The code of the formula in real numbers: a share of what is above the threshold.
+/// Computes the code of the formula in floating point: a share of the amplitude above the
+/// threshold.
 fn wanted(spec: &ModulationSpec, muscle: &ModulatedSpec, quartic: &QuarticSpec, deg: f64) -> f64 {
     let (low, high) = (spec.angle_min_mdeg, spec.angle_max_mdeg);
     let u = (deg * 1e3 - f64::from(low)) / f64::from(high - low);
@@ -159,11 +162,11 @@ fn wanted(spec: &ModulationSpec, muscle: &ModulatedSpec, quartic: &QuarticSpec, 
     (threshold + terms.sum::<f64>() * (base - threshold)) * CODES_PER_UA
 }
 
-/// Every burst of the sweep against its quartic at the angles that were measured in the
-/// 15 ms before it (three, and the one on its way): how many different angles there were.
+/// Compares every burst of the sweep with its quartic at the angles measured in the preceding 15 ms
+/// (three, and one in transit). Returns the number of different angles.
 fn check(session: &Session, edges: &[Edge], way_s: u32) -> usize {
     let way_us = u64::from(way_s) * 1_000_000;
-    // From when the phase is told and amplitudes have risen.
+    // From the time when the phase is reported and amplitudes have risen.
     let spans = [
         (1_000_000, 500_000 + way_us),
         (1_000_000 + way_us, 500_000 + 2 * way_us),

@@ -1,4 +1,4 @@
-//! docs/maps/*.txt are what the code does: a map that changes shows in the diff.
+//! Checks docs/maps/*.txt against the code, so that a change of a map shows in the diff.
 
 use std::path::{Path, PathBuf};
 use studies::figures::map_picture;
@@ -10,7 +10,7 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/maps")
 }
 
-/// Names of the committed files with this extension.
+/// Returns the names of the committed files with this extension.
 fn committed(extension: &str) -> Vec<String> {
     let files = std::fs::read_dir(folder()).expect("docs/maps is there");
     let mut names: Vec<String> = files
@@ -34,7 +34,8 @@ fn every_map_has_its_text_and_its_picture_and_no_file_is_left_over() {
 fn the_committed_maps_are_those_of_the_code() {
     let names = committed("txt");
     let drawn = std::thread::scope(|scope| {
-        // Two at a time would do; the maps are few and differ much in length.
+        // One thread for each map; two would do, because the maps are few and differ much in
+        // length.
         let work = names.iter().map(|name| scope.spawn(|| draw(name)));
         let work: Vec<_> = work.collect();
         let drawn = work.into_iter().map(|w| w.join().expect("a map"));
@@ -67,7 +68,7 @@ fn draw(name: &str) -> Map {
     draw(SEED, &mut |_| {})
 }
 
-/// The lines that differ, place by place.
+/// Returns the lines that differ, position by position.
 fn difference(was: &str, is: &str) -> String {
     let (was, is): (Vec<_>, Vec<_>) = (was.lines().collect(), is.lines().collect());
     let line = |lines: &[&str], n| lines.get(n).copied().unwrap_or("").to_owned();

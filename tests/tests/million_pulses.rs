@@ -1,7 +1,6 @@
-//! More than a million pulses of the whole device, from random setups of ten
-//! channels, each edge compared with its analytic time by the independent
-//! checker: timing, charge balance, dead time, grounding, group rules, DAC
-//! writes. Half of the setups cross the wrap of the 32-bit clock.
+//! More than a million pulses of the whole device, from random setups of ten channels, each edge
+//! compared with its analytic time by the independent checker: timing, charge balance, dead time,
+//! grounding, group rules, DAC writes. Half of the setups cross the wrap of the 32-bit clock.
 
 use firmware::link::Code;
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
@@ -39,7 +38,7 @@ fn train() -> impl Strategy<Value = TrainSpec> {
             width_us,
             max_width_us: 0,
             gap_us: if shape.is_biphasic() { gap } else { 0 },
-            // Every other biphasic one is grounded, too.
+            // Every other biphasic train is grounded too.
             ground_us: if shape.is_biphasic() && width_us % 2 == 0 {
                 0
             } else {
@@ -56,8 +55,8 @@ fn train() -> impl Strategy<Value = TrainSpec> {
     )
 }
 
-/// Gives the members of isolated groups one period, single pulses and offsets
-/// at least 2 ms apart: isolation of random trains is almost always refused.
+/// Gives the members of isolated groups one period, single pulses and offsets at least 2 ms apart,
+/// because isolation of random trains is almost always refused.
 fn set_apart(trains: &mut [TrainSpec], groups: &[GroupSpec]) {
     let isolated = groups.iter().filter(|g| g.partner == Partner::Isolated);
     for group in isolated {
@@ -71,7 +70,7 @@ fn set_apart(trains: &mut [TrainSpec], groups: &[GroupSpec]) {
     }
 }
 
-/// A valid train: most random ones are; the others are drawn again.
+/// Generates a valid train by rejection; most random trains are valid.
 fn valid() -> impl Strategy<Value = TrainSpec> {
     train().prop_filter("valid", |train| train.validate().is_ok())
 }
@@ -103,7 +102,7 @@ fn play(trains: &[TrainSpec], mut groups: Vec<GroupSpec>, boot: Micros) -> Playe
         client.set_groups(&groups).unwrap();
         match client.arm() {
             Ok(_) => break,
-            // Random isolated pulses mostly overlap: refused, and not played.
+            // Random isolated pulses mostly overlap; such a setup is refused and not played.
             Err(Error::Refused(refused)) => {
                 let code = refused.code();
                 assert!(

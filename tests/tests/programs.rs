@@ -1,6 +1,6 @@
-//! A program of ten channels, judged at the pins by arithmetic of its own: every edge of on
-//! and off within a period of its time, every burst of a ramp on its line, and the same edges
-//! from native, QEMU and chip.
+//! A program of ten channels, judged at the pins by independent arithmetic: every on and off within
+//! a period of its time, every burst of a ramp on its line, and the same edges from native, QEMU
+//! and chip.
 
 use hal_sim::trace::State;
 use host_core::run::{DeviceName, SessionFile};
@@ -14,12 +14,12 @@ const UP_US: u64 = 500_000;
 const DOWN_US: u64 = 300_000;
 const STAGGER_US: u64 = 370_001;
 const DELAY_US: u64 = 100_000;
-/// Full scale, µA, and what code it has.
+/// Full scale, µA, and its DAC code.
 const FULL_SCALE_UA: f64 = 100_000.0;
 const FULL_CODE: f64 = 65_535.0;
 
-/// Ten channels at 50 Hz, 1.9 ms apart, each with an amplitude of its own: two seconds on and
-/// two off, one after the other.
+/// Returns ten channels at 50 Hz, 1.9 ms apart, each with its own amplitude: two seconds on and two
+/// off, one after the other.
 fn ten(seconds: u64) -> SessionFile {
     let mut text = format!(
         "title = \"Ten programs\"\nduration_s = {seconds}.0\n\n[wearer]\nrise_ms = 300\n\
@@ -50,12 +50,12 @@ fn amplitude_ma(number: u64) -> f64 {
     5.0 + 0.7 * number as f64
 }
 
-/// When pass `pass` of a channel begins, µs.
+/// Returns the start of repetition `pass` of a channel, µs.
 fn at_us(number: u64, pass: u64) -> u64 {
     DELAY_US + (number - 1) * STAGGER_US + pass * (ON_US + OFF_US)
 }
 
-/// Bursts of a channel until the session ends: when, and the code.
+/// Returns a channel's bursts until the session ends: time and code.
 fn bursts(played: &PlayedSession, number: u64, end_us: u64) -> Vec<(u64, u16)> {
     let edges = played
         .edges()
@@ -64,8 +64,8 @@ fn bursts(played: &PlayedSession, number: u64, end_us: u64) -> Vec<(u64, u16)> {
     begins.map(|edge| (edge.t_us, edge.dac_code)).collect()
 }
 
-/// Holds every burst of a channel to the program's words: the number of bursts and the
-/// largest distance of a ramp's burst from its line, DAC steps.
+/// Compares every burst of a channel with the program. Returns the number of bursts and the largest
+/// distance of a ramp's burst from its line, DAC steps.
 fn judge(played: &PlayedSession, number: u64, end_us: u64) -> (usize, f64) {
     let full = amplitude_ma(number) * 1e3 / FULL_SCALE_UA * FULL_CODE;
     let (mut furthest, mut next) = (0.0_f64, 0);
@@ -82,7 +82,7 @@ fn judge(played: &PlayedSession, number: u64, end_us: u64) -> (usize, f64) {
             .collect();
         next += within.len();
         let (first_us, last_us) = (within[0].0, within[within.len() - 1].0);
-        // On at the first burst from its time on, off at the first that is left out.
+        // On at the first burst after its time, off at the first burst that is left out.
         assert!(
             (on_us..on_us + PERIOD_US).contains(&first_us),
             "{number}: on {first_us}"
@@ -130,7 +130,7 @@ fn a_minute_of_ten_programs_is_as_it_is_written() {
     judge_all(&play(&ten(60), &DeviceName::Native), 60);
 }
 
-/// `cargo test -p tests --test suite programs -- --ignored --nocapture`
+/// Run with `cargo test -p tests --test suite programs -- --ignored --nocapture`.
 #[test]
 #[ignore = "ten minutes of ten channels"]
 fn ten_minutes_of_ten_programs_are_as_they_are_written() {
@@ -167,14 +167,14 @@ fn programs_have_the_same_edges_on_native_qemu_and_chip() {
     same_edges(5);
 }
 
-/// `cargo test --release -p tests --test suite programs -- --ignored --nocapture`
+/// Run with `cargo test --release -p tests --test suite programs -- --ignored --nocapture`.
 #[test]
 #[ignore = "half an hour: ten minutes of ten channels on the chip simulator and QEMU"]
 fn ten_minutes_of_programs_have_the_same_edges_on_native_qemu_and_chip() {
     same_edges(600);
 }
 
-/// A host that dies: what waits in the device is not played on.
+/// If the host dies, waiting orders of the program are not played.
 #[test]
 fn programs_end_with_their_host() {
     use host_core::link::Port;

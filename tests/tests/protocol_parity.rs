@@ -1,5 +1,5 @@
-//! One protocol on the native simulator and on the flashed image: blocks, order,
-//! conditions, and every edge.
+//! One protocol on the native simulator and on the flashed image: blocks, order, conditions, and
+//! every edge.
 
 use host_core::link::Interruption;
 use host_core::run::DeviceName;
@@ -7,7 +7,8 @@ use std::fs;
 use std::path::Path;
 use studies::laboratory::{Course, Experiment, Operator};
 
-/// Open loop: a closed one hears its sensor at other microseconds after another boot.
+/// Protocol in open loop; in a closed loop the sensor is read at other microseconds after each
+/// boot.
 const DECLARED: &str = r#"
 name = "parity"
 title = "One protocol on two devices"

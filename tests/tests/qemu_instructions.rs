@@ -1,6 +1,6 @@
-//! The core computes what QEMU computes: 200,000 random instructions, every
-//! register, flag and byte of scratch memory compared after every few, and
-//! every encoding that the images contain at least 200 times.
+//! The simulated core against QEMU: 200,000 random instructions, with every register, flag and byte
+//! of scratch memory compared after every few, and every encoding in the images executed at least
+//! 200 times.
 
 use hal_sim::images::Image;
 use std::collections::BTreeSet;
@@ -11,9 +11,9 @@ use tests::differential::{
     Encodings, Program, RECORD_WORDS, chip, find_instructions, qemu, record_word_name,
 };
 
-/// Instructions to execute.
+/// Number of instructions to execute.
 const INSTRUCTIONS: u32 = 200_000;
-/// Times that an encoding of the images is to be executed.
+/// Smallest number of executions of an encoding in the images.
 const TIMES: u32 = 200;
 
 fn words(record: &[u8]) -> Vec<u32> {
@@ -21,7 +21,7 @@ fn words(record: &[u8]) -> Vec<u32> {
     record.chunks_exact(4).map(word).collect()
 }
 
-/// What differs in case `index`, for people.
+/// Describes the differences in case `index` for people.
 fn explain(program: &Program, index: usize, ours: &[u8], theirs: &[u8]) -> String {
     let (at, case) = &program.cases[index];
     let mut lines = vec![format!("seed {}, case {index} at {at:#010x}", program.seed)];
@@ -36,7 +36,7 @@ fn explain(program: &Program, index: usize, ours: &[u8], theirs: &[u8]) -> Strin
     lines.join("\n")
 }
 
-/// Differences between here and QEMU in the program of `seed`.
+/// Returns the differences from QEMU in the records of `program`.
 fn differences(program: &Program, ours: &[u8], theirs: &[u8]) -> Vec<String> {
     let size = RECORD_WORDS * 4;
     let mut found: Vec<String> = ours
@@ -87,7 +87,7 @@ fn the_core_computes_what_qemu_computes() {
     assert!(missing.is_empty(), "{}", missing.join("\n"));
 }
 
-/// Encodings that were not executed often enough.
+/// Returns the encodings that were executed too rarely.
 fn rare(encodings: &Encodings, executed: &[u32]) -> Vec<String> {
     let all = encodings.0.iter().map(|p| p.encoding).zip(executed);
     let counted = all.filter(|(encoding, _)| !matches!(encoding.kind, Kind::Left(_)));
@@ -102,7 +102,7 @@ fn rare(encodings: &Encodings, executed: &[u32]) -> Vec<String> {
         .collect()
 }
 
-/// Instructions of the images that are of no encoding.
+/// Returns the images' instructions that have no known encoding.
 fn unknown(encodings: &Encodings) -> Vec<String> {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut unknown = Vec::new();

@@ -1,4 +1,4 @@
-//! A running session that is copied: both go on as if there were one.
+//! A copy of a running session: both continue exactly like the original.
 
 use host_core::run::{Attachments, DeviceName, SessionFile, StepEnd, StepLimit, Stepper};
 use tests::desk::load_session;
@@ -22,7 +22,7 @@ fn a_copy_of_a_session_on_the_chip_goes_on_as_the_session_does() {
         .snapshot()
         .expect("the chip simulator can be copied");
     assert_eq!(copy.time_us(), stepper.time_us());
-    // The copy goes first, so that nothing of it is the other's.
+    // The copy runs first, which shows whether it shares state with the original.
     assert_eq!(copy.step(StepLimit::Time(u64::MAX)).unwrap(), StepEnd::Over);
     let (copied, _) = copy.close(Ok(()));
     assert_eq!(

@@ -1,4 +1,4 @@
-//! Tests across packages, one program: a room each.
+//! Tests across packages, one program with a module for each.
 
 mod accuracy;
 mod bad_input;

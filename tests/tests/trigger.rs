@@ -1,14 +1,15 @@
-//! Simulated trigger edges do the same on every simulator: the same trains, each
-//! exactly 1000 µs after its edge.
+//! Simulated trigger edges have the same effect on every simulator: the same trains, each exactly
+//! 1000 µs after its edge.
 
 use hal_sim::trace::{Edge, State};
 use host_core::run::{DeviceName, SessionFile};
 use tests::desk::{play, session_path};
 
-/// Off every grid: the window's 250 µs, the tick's and the world's 1000.
+/// Edges that coincide with no period: the window's 250 µs, or the 1000 µs of the tick and the
+/// simulated world.
 const EDGES_US: [u64; 4] = [100_000, 350_013, 600_999, 850_251];
 
-/// Edges of the pins from the start on, with times from there.
+/// Returns the edges of the pins from the start on, with times relative to it.
 fn edges(device: &DeviceName) -> Vec<Edge> {
     let text = std::fs::read_to_string(session_path("trigger.toml")).unwrap();
     let list: Vec<_> = EDGES_US.iter().map(|us| format!("0.{us:06}")).collect();

@@ -1,10 +1,10 @@
-//! A width that rises and a list of pulses do the same on every simulator, edge by edge.
+//! A width ramp and a list of pulses give the same edges on every simulator.
 
 use hal_sim::trace::{Edge, State};
 use host_core::run::{DeviceName, SessionFile};
 use tests::desk::{play, session_path};
 
-/// The shipped ramp in 1.5 s, and a list on the channel beside it.
+/// Returns the shipped ramp within 1.5 s, with a list on a second channel.
 fn file() -> SessionFile {
     let text = std::fs::read_to_string(session_path("width_ramp.toml")).unwrap();
     let text = text
@@ -21,16 +21,16 @@ fn file() -> SessionFile {
     SessionFile::parse("width_ramp.toml", &format!("{text}\n{list}")).unwrap()
 }
 
-/// Edges of the pins from the start on, with times from there.
+/// Returns the edges of the pins from the start on, with times relative to it.
 fn edges(device: &DeviceName) -> Vec<Edge> {
     let played = play(&file(), device);
     assert_eq!(played.outcome.refused, 0, "{device}");
-    // Up to the stop, which comes at a time of each device's own.
+    // Up to the stop, whose time differs between devices.
     let edges = played.edges();
     edges.take_while(|edge| edge.t_us < 1_990_000).collect()
 }
 
-/// First phases of a channel: start, width, code.
+/// Returns the first phases of a channel: start, width, code.
 fn pulses(edges: &[Edge], channel: u8) -> Vec<(u64, u64, u16)> {
     let own: Vec<_> = edges
         .iter()
@@ -60,13 +60,13 @@ fn the_native_device_plays_the_ramp_and_the_list() {
         .map(|window| window[1] - window[0])
         .collect();
     assert!(steps.iter().all(|step| *step <= 8), "{steps:?}");
-    // The first is 20 of 120 ms; 35 mA from 500 ms after it on: while the width grows too, its
+    // The first is 20 of 120 ms; 35 mA are reached 500 ms later. While the width grows too, the
     // charge rises no faster than the slope.
     let code = (35_000_u64 * 65_535 / 100_000) as u16;
     assert_eq!(ramp[0].2, (35_000_u64 / 6 * 65_535 / 100_000) as u16);
     let full = ramp.iter().filter(|pair| pair.0 >= ramp[0].0 + 500_000);
     assert!(full.clone().all(|edge| edge.2 == code));
-    // The list, to the microsecond, between the train's own pulses.
+    // The list plays to the microsecond between the train's own pulses.
     let listed = pulses(&edges, 1);
     let code = |ma: u64| (ma * 1_000 * 65_535 / 100_000) as u16;
     let place = listed.iter().position(|pair| pair.2 == code(8)).unwrap();

@@ -1,6 +1,6 @@
-//! CoreMark's 2K performance run on the STM32F405, counted in core clock
-//! cycles, with prefetch and without. Two runs that differ in iterations only:
-//! their difference leaves out what is set up and checked around the iterations.
+//! CoreMark's 2K performance run on the STM32F405, counted in core clock cycles, with prefetch and
+//! without. Takes the difference of two runs with different numbers of iterations, which excludes
+//! set-up and checks.
 #![no_std]
 #![no_main]
 
@@ -17,22 +17,22 @@ use panic_semihosting as _;
 #[global_allocator]
 static HEAP: TlsfHeap = TlsfHeap::empty();
 
-/// FLASH_ACR (RM0090, section 3.9.1): five wait states, prefetch, both caches,
-/// as the stimulator at 168 MHz.
+/// FLASH_ACR (RM0090, section 3.9.1): five wait states, prefetch, both caches, as the stimulator at
+/// 168 MHz.
 const FLASH_ACR: *mut u32 = 0x4002_3C00 as *mut u32;
 const PREFETCH: u32 = 1 << 8;
 const FIVE_WAIT_STATES_ALL_CACHES: u32 = 5 | PREFETCH | 1 << 9 | 1 << 10;
 
-/// The 2K performance run among the known ones.
+/// Index of the 2K performance run among the known results.
 const PERFORMANCE_2K: usize = 3;
 
-/// Iterations that count.
+/// Number of counted iterations.
 const ITERATIONS: u32 = 10;
 
 #[entry]
 fn main() -> ! {
-    // SAFETY: once, before any allocation and before any other use of a
-    // peripheral; more wait states than needed are always allowed.
+    // SAFETY: this runs once, before any allocation and before any other use of a peripheral. More
+    // wait states than needed are always allowed.
     let mut core = unsafe {
         embedded_alloc::init!(HEAP, 16 * 1024);
         FLASH_ACR.write_volatile(FIVE_WAIT_STATES_ALL_CACHES);
@@ -42,9 +42,8 @@ fn main() -> ! {
     core.DWT.enable_cycle_counter();
 
     let valid = measure("");
-    // Prefetch that is slower than none would tell which reading of RM0090
-    // section 3.5.2 is wrong (docs/chip.md).
-    // SAFETY: as above; what the caches hold stays true.
+    // If prefetch were slower than no prefetch, this would show which reading of RM0090 section
+    // 3.5.2 is wrong (docs/chip.md). SAFETY: as above; the contents of the caches stay valid.
     unsafe { FLASH_ACR.write_volatile(FIVE_WAIT_STATES_ALL_CACHES & !PREFETCH) };
     let valid = measure("prefetch off: ") && valid;
     loop {
@@ -56,8 +55,8 @@ fn main() -> ! {
     }
 }
 
-/// Counts iterations and prints three lines that begin with `how`; whether the
-/// results are right.
+/// Counts iterations, prints three lines that begin with `how`, and returns whether the results are
+/// right.
 fn measure(how: &str) -> bool {
     let (one, short) = counted(1);
     let (many, long) = counted(1 + ITERATIONS);
@@ -87,8 +86,8 @@ fn measure(how: &str) -> bool {
     valid
 }
 
-/// Whether the results are those that the reference gives for this run. The
-/// crate's own verdict also asks for ten seconds, which a simulator needs not.
+/// Returns whether the results are the reference's for this run. The crate's own check also
+/// requires ten seconds, which a simulator does not need.
 fn is_valid(results: &Results) -> bool {
     results.known_id == PERFORMANCE_2K as i32
         && results.crclist == LIST_KNOWN_CRC[PERFORMANCE_2K]
@@ -96,8 +95,8 @@ fn is_valid(results: &Results) -> bool {
         && results.crcstate == STATE_KNOWN_CRC[PERFORMANCE_2K]
 }
 
-/// A run of so many iterations, and its cycles. One copy of the code for all
-/// measurements: at other addresses it would take other cycles.
+/// Runs this many iterations and returns the cycles. All measurements use the same copy of the
+/// code, because cycles depend on its address.
 #[inline(never)]
 fn counted(iterations: u32) -> (Results, u32) {
     let config = Config {

@@ -1,4 +1,4 @@
-//! `cargo run --release -p tests --bin fuzz -- TARGET`: a long fuzz on the stable compiler,
+//! `cargo run --release -p tests --bin fuzz -- TARGET`: a long fuzz run on the stable compiler, see
 //! docs/fuzz.md.
 
 use anyhow::Context;
@@ -13,29 +13,29 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 use tests::fuzz::{self, Campaign, Find, TARGETS, Target};
 
-/// Run inputs like those of a target's corpus, but wrong, until something breaks a promise.
+/// Run mutated inputs from a target's corpus until one of them breaks a promise
 #[derive(Parser)]
 #[command(name = "fuzz")]
 struct Arguments {
-    /// What is fuzzed
+    /// Target to fuzz
     #[arg(value_parser = targets())]
     target: String,
-    /// How many inputs
+    /// Number of inputs
     #[arg(long, default_value_t = 1_000_000)]
     runs: u64,
-    /// Which stream of inputs
+    /// Seed of the stream of inputs
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Number of the first input: goes on where another run ended
+    /// Number of the first input; continues where another run ended
     #[arg(long, default_value_t = 0)]
     from: u64,
-    /// Threads; default: all cores
+    /// Number of threads; default: all cores
     #[arg(long)]
     threads: Option<usize>,
     /// Run the inputs in these files instead
     #[arg(long, num_args = 1..)]
     input: Vec<PathBuf>,
-    /// One line of JSON
+    /// Print one line of JSON
     #[arg(long)]
     json: bool,
 }
@@ -50,7 +50,7 @@ fn main() -> anyhow::Result<ExitCode> {
     let arguments = Arguments::parse();
     let mut all = TARGETS.iter();
     let target = all.find(|target| target.name == arguments.target);
-    let target = target.context("a target")?; // clap has checked
+    let target = target.context("a target")?; // clap has checked this
     if !arguments.input.is_empty() {
         return run_files(target, &arguments.input);
     }
@@ -70,7 +70,7 @@ fn main() -> anyhow::Result<ExitCode> {
     };
     let since = Instant::now();
     let (shown, mut kept) = (ProgressDisplay::new(&arguments), Vec::new());
-    // At once: a run that is killed has its finds.
+    // Finds are saved at once, so that a killed run keeps them.
     let mut lost = Ok(());
     let (done, finds) = campaign.run(|done, finds| {
         shown.show(done, finds.len());
@@ -90,7 +90,7 @@ fn main() -> anyhow::Result<ExitCode> {
     })
 }
 
-/// The number of the first signal, 0 before; a second one ends the program at once.
+/// Returns the number of the first signal, 0 before; a second signal ends the program at once.
 fn catch_signals() -> anyhow::Result<Arc<AtomicUsize>> {
     let (signal, again) = (
         Arc::new(AtomicUsize::new(0)),
@@ -104,7 +104,7 @@ fn catch_signals() -> anyhow::Result<Arc<AtomicUsize>> {
     Ok(signal)
 }
 
-/// A bar on a terminal, a line a minute elsewhere.
+/// Progress: a bar on a terminal, one line per minute elsewhere.
 struct ProgressDisplay<'a> {
     arguments: &'a Arguments,
     bar: ProgressBar,
@@ -114,7 +114,7 @@ struct ProgressDisplay<'a> {
 
 impl<'a> ProgressDisplay<'a> {
     fn new(arguments: &'a Arguments) -> Self {
-        let bar = ProgressBar::new(arguments.runs); // hidden where there is no terminal
+        let bar = ProgressBar::new(arguments.runs); // hidden without a terminal
         let style = "{msg} {wide_bar} {human_pos}/{human_len} {per_sec} {eta}";
         if let Ok(style) = ProgressStyle::with_template(style) {
             bar.set_style(style);
@@ -140,7 +140,7 @@ impl<'a> ProgressDisplay<'a> {
     }
 }
 
-/// Tells what was done.
+/// Prints the number of inputs, the finds and the rate.
 fn print_summary(arguments: &Arguments, done: u64, kept: &[PathBuf], time: Duration) {
     let (name, seed, from) = (&arguments.target, arguments.seed, arguments.from);
     let (seconds, finds) = (time.as_secs_f64(), kept.len());
@@ -163,7 +163,7 @@ fn print_summary(arguments: &Arguments, done: u64, kept: &[PathBuf], time: Durat
     }
 }
 
-/// Keeps a find as a file, and tells it.
+/// Saves a find as a file, and prints its path.
 fn save_find(arguments: &Arguments, find: &Find) -> anyhow::Result<PathBuf> {
     let (name, seed) = (&arguments.target, arguments.seed);
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -182,7 +182,7 @@ fn save_find(arguments: &Arguments, find: &Find) -> anyhow::Result<PathBuf> {
     Ok(file)
 }
 
-/// Each file once, its panic as it comes.
+/// Runs each file once; a panic is printed as it comes.
 fn run_files(target: &Target, files: &[PathBuf]) -> anyhow::Result<ExitCode> {
     for file in files {
         let input = std::fs::read(file)

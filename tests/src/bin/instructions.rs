@@ -1,25 +1,24 @@
-//! `cargo instructions`: what a second of a session costs the native simulator,
-//! in instructions of the processor, which neither load nor clock of a machine
-//! changes. Builds the release `flexor`, runs sessions under callgrind, prints a
-//! table, and fails where one costs more than its budget.
+//! `cargo instructions`: measures the cost of one session second in the native simulator, in
+//! processor instructions, which depend neither on the load nor on the clock of the computer.
+//! Builds the release `flexor`, runs sessions under callgrind, prints a table, and fails if one
+//! costs more than its budget.
 //!
-//! `cargo instructions --keep DIR` leaves callgrind's files there, for
-//! `callgrind_annotate`.
+//! `cargo instructions --keep DIR` leaves callgrind's files there, for `callgrind_annotate`.
 
 use anyhow::{Context, bail};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
-/// Sessions, and the most that a second of each may cost, in millions: what it
-/// costs now and little more. What is owed is in docs/architecture.md.
+/// Sessions and the largest cost of one second of each, in millions of instructions: the present
+/// cost and a small margin. docs/architecture.md lists the remaining goals.
 const SESSIONS: [(&str, f64); 3] = [
     ("ten_channels_and_finger", 10.5),
     ("hamana_exp4_two_point_finger", 7.2),
     ("full_load", 13.4),
 ];
 
-/// The C library's functions for any processor of this kind, so that the same are
-/// counted everywhere.
+/// Selects the C library's generic functions, so that the count is the same on all processors of
+/// this kind.
 const TUNABLES: &str =
     "glibc.cpu.hwcaps=-AVX,-AVX2,-AVX512F,-AVX512VL,-BMI2,-ERMS,-FMA,-FMA4,-FSRM,-RTM,-XSAVEC";
 
@@ -57,11 +56,11 @@ fn main() -> anyhow::Result<ExitCode> {
         is_within &= each <= budget;
     }
     measure_model_choice(root, &flexor, files, &scratch)?;
-    let _ = std::fs::remove_dir_all(&scratch); // of use to nobody
+    let _ = std::fs::remove_dir_all(&scratch); // a leftover folder does no harm
     Ok(ExitCode::from(u8::from(!is_within)))
 }
 
-/// What it costs to choose ten muscle models for 30 s of forces on tiring muscles.
+/// Measures the choice of ten muscle models for 30 s of forces on fatiguing muscles.
 fn measure_model_choice(
     root: &Path,
     flexor: &Path,
@@ -84,7 +83,7 @@ fn measure_model_choice(
     Ok(())
 }
 
-/// The release build of `flexor`.
+/// Builds the release `flexor`, and returns its path.
 fn build(root: &Path) -> anyhow::Result<PathBuf> {
     let arguments = "build --quiet --release --package host-tool --bin flexor";
     let status = Command::new("cargo")
@@ -100,7 +99,7 @@ fn build(root: &Path) -> anyhow::Result<PathBuf> {
     Ok(target.join("release/flexor"))
 }
 
-/// How long the session in the file at `path` lasts.
+/// Returns the length of the session in the file at `path`.
 fn duration_s(path: &Path) -> anyhow::Result<f64> {
     let text = std::fs::read_to_string(path);
     let text = text.with_context(|| format!("cannot read {}", path.display()))?;
@@ -109,14 +108,14 @@ fn duration_s(path: &Path) -> anyhow::Result<f64> {
     duration.with_context(|| format!("{}: no duration_s", path.display()))
 }
 
-/// Runs `session` into the record `out` under callgrind, which writes `profile`;
-/// its count of instructions.
+/// Runs `session` into the record `out` under callgrind, which writes `profile`. Returns the
+/// instruction count.
 fn instructions(flexor: &Path, session: &Path, profile: &Path, out: &Path) -> anyhow::Result<u64> {
     let mut command = callgrind(flexor, profile);
     count_instructions(command.arg("run").arg(session).arg("--out").arg(out))
 }
 
-/// `flexor` under callgrind, which writes `profile`.
+/// Returns a command that runs `flexor` under callgrind, which writes `profile`.
 fn callgrind(flexor: &Path, profile: &Path) -> Command {
     let mut command = Command::new("valgrind");
     command
@@ -127,7 +126,7 @@ fn callgrind(flexor: &Path, profile: &Path) -> Command {
     command
 }
 
-/// What callgrind counts of this command.
+/// Runs the command and returns callgrind's instruction count.
 fn count_instructions(command: &mut Command) -> anyhow::Result<u64> {
     let ran = command
         .output()

@@ -1,5 +1,5 @@
-//! `cargo run -p tests --bin mutants`: how much the proofs of docs/safety.md would notice.
-//! Runs them against a random sample of the mutants of `firmware/src/safety` and of
+//! `cargo run -p tests --bin mutants`: measures how many code changes the proofs of docs/safety.md
+//! detect. Runs them against a random sample of the mutants of `firmware/src/safety` and of
 //! `firmware/src/device/pulser`.
 
 use anyhow::{Context, ensure};
@@ -11,16 +11,16 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use tests::mutants::{Mutant, Proof, parse_proofs, shuffled};
 
-/// Files whose mutants are listed; tests among them have none.
+/// Files whose mutants are listed; test code has none.
 const FILES: [&str; 3] = [
     "firmware/src/safety/**/*.rs",
     "firmware/src/device/pulser/mod.rs",
     "firmware/src/device/pulser/**/*.rs",
 ];
 
-/// Test programs in the order in which they run, the quickest to build first: package, cargo's
-/// options for the program, folder of its proofs. Each runs against the mutants that those
-/// before it let survive. The proofs of other packages do not run.
+/// Test programs in the order in which they run, the fastest to build first: package, cargo's
+/// options for the program, folder of its proofs. Each runs against the mutants that survived the
+/// earlier programs. The proofs of other packages do not run.
 const STAGES: [(&str, &[&str], &str); 4] = [
     ("firmware", &["--lib"], "firmware/src/"),
     ("firmware", &["--test", "suite"], "firmware/tests/"),
@@ -28,59 +28,60 @@ const STAGES: [(&str, &[&str], &str); 4] = [
     ("studies", &["--test", "suite"], "host-tool/studies/tests/"),
 ];
 
-/// Builds of firmware that take seconds after a small change. The code is the same, and needs
-/// more than the 2 MiB of stack that a test's thread has.
+/// Build settings with which firmware rebuilds in seconds after a small change. The code behaves
+/// the same, but needs more than the 2 MiB of stack of a test thread.
 const QUICK: [&str; 3] = [
     "profile.dev.package.firmware.opt-level=1",
     "profile.dev.package.firmware.codegen-units=64",
     "profile.dev.package.firmware.debug=0",
 ];
 
-/// Run the proofs of docs/safety.md against mutants of the code that they are about.
+/// Run the proofs of docs/safety.md against mutants of the code that they concern
 #[derive(Parser)]
 #[command(name = "mutants")]
 struct Arguments {
-    /// How many mutants, of those that compile
+    /// Number of mutants, counting those that compile
     #[arg(long, default_value_t = 60)]
     count: usize,
-    /// Which random order
+    /// Seed of the random order
     #[arg(long, default_value_t = 42_015)]
     seed: u64,
-    /// Run the first so many of: firmware's unit tests, its suite, `tests`, `studies`
+    /// Number of programs to run, in this order: firmware's unit tests, its suite, `tests`,
+    /// `studies`
     #[arg(long, default_value_t = STAGES.len())]
     stages: usize,
-    /// Run every test of these programs, not the proofs alone
+    /// Run every test of these programs, not only the proofs
     #[arg(long)]
     every_test: bool,
-    /// Only the mutants of these numbers in the random order
+    /// Run only the mutants with these numbers in the random order
     #[arg(long, value_delimiter = ',')]
     only: Vec<usize>,
-    /// Folder for a checkout of HEAD and what is built of it; a second run is quicker
+    /// Folder for a checkout of HEAD and its builds; a second run is faster
     #[arg(long, default_value_os_t = std::env::temp_dir().join("flexor-mutants"))]
     work: PathBuf,
-    /// One line of JSON
+    /// Print one line of JSON
     #[arg(long)]
     json: bool,
 }
 
-/// What became of a mutant.
+/// Outcome of one mutant.
 #[derive(Clone, PartialEq, Eq, Debug, serde::Serialize)]
 enum MutantResult {
-    /// It does not compile: it takes no part in the share.
+    /// The mutant does not compile and does not count.
     Unviable,
     /// A proof failed, or the test program crashed.
     Killed {
         stage: usize,
         by: Vec<String>,
     },
-    /// The proofs ran four times as long as without it, and a minute: it counts as killed.
+    /// The proofs ran four times as long as without the mutant, plus a minute; counts as killed.
     TimedOut {
         stage: usize,
     },
     Survived,
 }
 
-/// A mutant with its number in the random order.
+/// Mutant with its number in the random order and its outcome.
 type MutantVerdict = (usize, Mutant, MutantResult);
 
 fn main() -> anyhow::Result<()> {
@@ -125,7 +126,7 @@ fn main() -> anyhow::Result<()> {
     print_summary(&arguments, (listed, run), &judged)
 }
 
-/// A checkout that is mutated, so that the workspace never is.
+/// Separate checkout for mutations, so that the workspace stays unchanged.
 struct Bench {
     tree: PathBuf,
     work: PathBuf,
@@ -151,7 +152,7 @@ impl Bench {
         Ok(Self { tree, work })
     }
 
-    /// What cargo-mutants lists, as JSON.
+    /// Returns the output of cargo-mutants, JSON.
     fn list_mutants(&self) -> anyhow::Result<String> {
         let mut command = Command::new("cargo");
         command.args(["mutants", "--list", "--json", "--package", "firmware"]);
@@ -165,12 +166,12 @@ impl Bench {
         Ok(String::from_utf8(output.stdout)?)
     }
 
-    /// Runs `cargo test` in the checkout, at most `limit`: whether it succeeded, nothing if it
-    /// was ended; and its words.
+    /// Runs `cargo test` in the checkout for at most `limit`. Returns whether it succeeded, `None`
+    /// if it was ended, and its output.
     fn cargo(&self, words: &[&str], limit: Duration) -> anyhow::Result<(Option<bool>, String)> {
         let path = self.work.join("words");
         let file = File::create(&path)?;
-        // Ends all that it started: a mutant may never return.
+        // `timeout` ends all child processes, because a mutant may never return.
         let status = Command::new("timeout")
             .args(["--kill-after=5", &limit.as_secs().to_string()])
             .args(["cargo", "test"])
@@ -190,15 +191,15 @@ impl Bench {
     }
 }
 
-/// Longer than any build takes.
+/// Time limit that no build reaches.
 const BUILD: Duration = Duration::from_secs(3600);
 
-/// A test program with its proofs.
+/// Test program with its proofs.
 struct Program {
     stage: usize,
-    /// Numbers, and names as libtest knows them.
+    /// Numbers of the proofs, and their names as libtest lists them.
     proofs: Vec<(String, String)>,
-    /// Every test runs, not the proofs alone.
+    /// Whether every test runs and not only the proofs.
     is_whole: bool,
     limit: Duration,
 }
@@ -222,7 +223,7 @@ impl Program {
         })
     }
 
-    /// Runs without a mutant, which must pass, for how long that takes.
+    /// Runs the program without a mutant, which must pass, and stores the time taken.
     fn measure_duration(&mut self, bench: &Bench) -> anyhow::Result<()> {
         let since = Instant::now();
         let (success, words) = self.run(bench)?;
@@ -292,7 +293,7 @@ fn stage_name(stage: usize) -> String {
     format!("{package} {}", target.join(" "))
 }
 
-/// A line for a fate.
+/// Formats the outcome of one mutant as a line of text.
 fn line(number: usize, mutant: &Mutant, fate: &MutantResult) -> String {
     let fate = match fate {
         MutantResult::Unviable => "does not compile".to_owned(),
@@ -308,7 +309,7 @@ fn show(number: usize, mutant: &Mutant, fate: &MutantResult) {
     eprintln!("{}", line(number, mutant, fate));
 }
 
-/// Prints each fate, the counts, and the share with its interval.
+/// Prints each outcome, the counts, and the share of detected mutants with its interval.
 fn print_summary(
     arguments: &Arguments,
     (listed, run): (usize, usize),
@@ -326,7 +327,7 @@ fn print_summary(
     let viable = judged.len() - unviable;
     let noticed = viable - survived;
     let share = noticed as f64 / viable as f64;
-    // Two bounds of Clopper and Pearson, each of 97.5 %.
+    // Two Clopper–Pearson bounds of 97.5 % each.
     let low = 1.0 - share_upper_bound(survived as u64, viable as u64, 0.975)?;
     let high = share_upper_bound(noticed as u64, viable as u64, 0.975)?;
     if arguments.json {

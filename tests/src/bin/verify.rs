@@ -1,4 +1,4 @@
-//! `cargo verify`: everything is checked. See [`tests::verify`].
+//! `cargo verify`: runs every check. See [`tests::verify`].
 
 use std::process::ExitCode;
 

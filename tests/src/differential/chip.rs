@@ -1,4 +1,4 @@
-//! Runs a program on the simulated core.
+//! Execution of a program on the simulated core.
 
 use super::Program;
 use super::encodings::{Encodings, is_wide};
@@ -7,15 +7,14 @@ use hal_sim::chip::cpu::Cpu;
 use hal_sim::chip::cpu::flat::Flat;
 use hal_sim::chip::cpu::registers::flag;
 
-/// Many times what a program takes.
+/// Step limit, far above the length of a program.
 const STEPS: u64 = 10_000_000;
 
-/// The records of `program`, one after another, as the simulated core computes
-/// them. `executed` counts the instructions of its cases by their encodings;
-/// one whose condition fails does not count.
+/// Returns the records of `program`, one after another, computed by the simulated core. `executed`
+/// counts the executed instructions of its cases by encoding, without those whose condition fails.
 ///
 /// # Errors
-/// The core stops, or the program does not end.
+/// Fails if the core stops or the program does not end.
 pub fn records(program: &Program, encodings: &Encodings, executed: &mut [u32]) -> Result<Vec<u8>> {
     let mut bus = Flat::default();
     ensure!(
@@ -52,7 +51,7 @@ pub fn records(program: &Program, encodings: &Encodings, executed: &mut [u32]) -
     bail!("seed {}: the program does not end", program.seed)
 }
 
-/// What the semihosting call to write, whose block is at `block`, would write.
+/// Appends the data that the semihosting write with the block at `block` would write.
 fn copy(bus: &Flat, block: u32, records: &mut Vec<u8>) -> Result<()> {
     let word = |at: u32| {
         let word = bus.word(at);
@@ -65,7 +64,7 @@ fn copy(bus: &Flat, block: u32, records: &mut Vec<u8>) -> Result<()> {
     Ok(())
 }
 
-/// Whether the next instruction's condition in an IT block holds.
+/// Returns whether the next instruction's condition in an IT block holds.
 fn condition_passes(cpu: &Cpu) -> bool {
     let (value, apsr) = (cpu.registers.it, cpu.registers.apsr);
     if value & 15 == 0 {

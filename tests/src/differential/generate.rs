@@ -1,62 +1,62 @@
-//! Random cases: a few instructions, and what is in the registers before.
+//! Random cases: a few instructions, and the preceding register contents.
 
 use super::encodings::{Encodings, Form, Kind, Pattern};
 use super::random::Random;
 
-/// Scratch memory, which cases load from and store to.
+/// Address of the scratch memory, which cases load from and store to.
 pub(super) const SCRATCH: u32 = 0x2000_1000;
-/// Its size; accesses of cases stay inside. The stack is in it, too.
+/// Size of the scratch memory; it also holds the stack, and accesses of cases stay inside.
 pub(super) const SCRATCH_BYTES: u32 = 256;
 
 /// Registers before a case.
 #[derive(Clone, Debug)]
 pub struct Input {
-    /// FPSCR.
+    /// Floating-point status and control.
     pub fpscr: u32,
-    /// N, Z, C, V, Q, GE.
+    /// Flags N, Z, C, V, Q and GE.
     pub apsr: u32,
-    /// S0–S31.
+    /// Single-precision registers S0–S31.
     pub s: [u32; 32],
-    /// R0–R12.
+    /// Core registers R0–R12.
     pub r: [u32; 13],
-    /// R14.
+    /// Link register, R14.
     pub lr: u32,
 }
 
-/// One case.
+/// Test case for the core.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// Registers before.
+    /// Registers before the case.
     pub input: Input,
-    /// Machine code, without the way back.
+    /// Machine code, without the branch back to the harness.
     pub code: Vec<u16>,
 }
 
-/// An instruction with its width in bits.
+/// Instruction with its width in bits.
 pub(super) type Instruction = (u32, u32);
 
-/// Makes one case.
+/// Builder of one case.
 pub(super) struct Builder<'a> {
     pub(super) random: &'a mut Random,
     encodings: &'a Encodings,
-    /// Times that each encoding was planned, in all cases.
+    /// Number of uses planned for each encoding in all cases.
     planned: &'a mut [u32],
-    /// Address of the case.
+    /// Address of the case's code.
     address: u32,
     pub(super) code: Vec<u16>,
-    /// Register that accesses are relative to, one of R0–R7. Instructions
-    /// write to it only by an access's write-back.
+    /// Register that accesses are relative to, one of R0–R7. Instructions write to it only by an
+    /// access's write-back.
     pub(super) base: u32,
     /// Index register, one of R0–R7, never written.
     pub(super) index: u32,
     index_value: u32,
-    /// What the base register holds, once an access has fixed it.
+    /// Value of the base register, once an access has fixed it.
     base_value: Option<u32>,
-    /// A write-back has happened: no more accesses.
+    /// Whether a write-back has happened, after which no access follows.
     closed: bool,
 }
 
-/// Makes a case whose code is at `address`.
+/// Generates a case whose code is at `address`.
 pub(super) fn case(
     random: &mut Random,
     encodings: &Encodings,
@@ -98,7 +98,7 @@ pub(super) fn case(
 }
 
 impl Builder<'_> {
-    /// Anything: of three encodings, the one that was planned least.
+    /// Appends a random encoding: of three, the one planned least often so far.
     fn push_any(&mut self) {
         let count = self.encodings.0.len() as u32;
         let candidates = [(); 3].map(|()| self.random.within(0..count) as usize);
@@ -119,7 +119,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Any instruction that neither branches nor writes back.
+    /// Generates an instruction that neither branches nor writes back.
     pub(super) fn draw_simple(&mut self) -> Instruction {
         let count = self.encodings.0.len() as u32;
         loop {
@@ -136,7 +136,7 @@ impl Builder<'_> {
         &self.encodings.0[id]
     }
 
-    /// An instruction called `name`, with random fields.
+    /// Generates an instruction called `name` with random fields.
     pub(super) fn draw_named(&mut self, name: &str) -> Instruction {
         let pattern = self.encodings.by_name(name).clone();
         (pattern.width, self.fill(&pattern))
@@ -149,13 +149,13 @@ impl Builder<'_> {
         self.code.push(word as u16);
     }
 
-    /// Address of the next instruction.
+    /// Returns the address of the next instruction.
     pub(super) fn next_address(&self) -> u32 {
         self.address + self.code.len() as u32 * 2
     }
 
-    /// An instruction of the encoding `id` that the architecture defines and
-    /// whose accesses stay within the scratch memory; `None` if luck fails.
+    /// Generates an instruction of the encoding `id` that the architecture defines and whose
+    /// accesses stay within the scratch memory; `None` after 40 failed attempts.
     fn try_draw(&mut self, id: usize, may_write_back: bool) -> Option<Instruction> {
         let pattern = self.encodings.0[id].clone();
         for _ in 0..40 {
@@ -179,7 +179,7 @@ impl Builder<'_> {
         None
     }
 
-    /// Whether the access can be; fixes the base register's value by it.
+    /// Returns whether the access is possible, and fixes the base register's value for it.
     pub(super) fn place_access(&mut self, access: Access) -> bool {
         if !access.uses_base {
             return true;
@@ -200,7 +200,7 @@ impl Builder<'_> {
         true
     }
 
-    /// All fields at random, registers as their letters say.
+    /// Fills all fields at random, and registers according to their letters.
     pub(super) fn fill(&mut self, pattern: &Pattern) -> u32 {
         let mut word = pattern.fixed_bits();
         let mut used: Vec<u32> = Vec::new();
@@ -226,7 +226,7 @@ impl Builder<'_> {
         word
     }
 
-    /// R0–R12 and R14, or R0–R7 if there are only three bits.
+    /// Chooses one of R0–R12 and R14, or of R0–R7 if there are only three bits.
     fn source(&mut self, bits: u32) -> u32 {
         loop {
             let register = self.random.within(0..1 << bits);
@@ -245,7 +245,7 @@ impl Builder<'_> {
         }
     }
 
-    /// A register that may be written, none of `used`.
+    /// Chooses a register that may be written and is not in `used`.
     pub(super) fn destination(&mut self, bits: u32, used: &[u32]) -> u32 {
         loop {
             let register = self.source_except_base(bits);
@@ -255,8 +255,8 @@ impl Builder<'_> {
         }
     }
 
-    /// Bits of a list of two or more registers that an instruction called
-    /// `name` may have; the highest is R14 where there are more than eight.
+    /// Generates the bits of a list of two or more registers for the instruction called `name`;
+    /// with more than eight bits, the highest is R14.
     pub(super) fn register_list(&mut self, bits: u32, name: &str) -> u32 {
         let mut kept = 1 << self.base;
         if !name.starts_with("ST") && !name.starts_with("PUSH") {
@@ -272,7 +272,7 @@ impl Builder<'_> {
     }
 }
 
-/// Where an access is.
+/// Memory access relative to the base register.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Access {
     pub(super) offset: i32,
@@ -283,7 +283,7 @@ pub(super) struct Access {
 }
 
 impl Access {
-    /// `None` if it is UNPREDICTABLE or too long.
+    /// Returns `None` if the access is UNPREDICTABLE or too long.
     fn of(pattern: &Pattern, form: Form, size: u32, w: u32, index: u32) -> Option<Self> {
         let bit = |n: u32| w >> n & 1 != 0;
         let byte = (w & 0xFF) as i32;

@@ -1,4 +1,4 @@
-//! Which encodings an image contains.
+//! Encodings that an image contains.
 
 use super::encodings::{Encodings, is_wide};
 use anyhow::{Context, Result};
@@ -6,20 +6,19 @@ use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolSection};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// What is in an image.
+/// Instructions of an image, with and without a known encoding.
 #[derive(Debug, Default)]
 pub struct ImageInstructions {
-    /// Number of instructions by their encodings.
+    /// Number of instructions by encoding.
     pub known: BTreeMap<usize, u32>,
     /// Address, width in bits and code of instructions without an encoding.
     pub unknown: Vec<(u64, u32, u32)>,
 }
 
-/// All instructions of the ELF at `path`: what its mapping symbols call Thumb
-/// code.
+/// Finds all instructions of the ELF at `path` that its mapping symbols mark as Thumb code.
 ///
 /// # Errors
-/// It is no ELF with mapping symbols.
+/// Fails if the file is no ELF with mapping symbols.
 pub fn find_instructions(path: &Path, encodings: &Encodings) -> Result<ImageInstructions> {
     let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
     let elf = object::File::parse(&*bytes)?;

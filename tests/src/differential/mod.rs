@@ -1,12 +1,11 @@
-//! The same random machine code here and under QEMU.
+//! Differential test: the same random machine code on the simulated core and under QEMU.
 //!
-//! `encodings` is the instruction set, `generate` makes cases of it from a
-//! seed, `program` puts them into an image with a harness that loads registers,
-//! runs a case, and writes every register, flag and the scratch memory to a
-//! record. `chip` and `qemu` run the image and give the records. In: a seed.
-//! Out: records to compare, and how often each encoding was executed.
+//! `encodings` is the instruction set, `generate` makes cases of it from a seed, `program` puts
+//! them into an image with a harness that loads registers, runs a case, and writes every register,
+//! flag and the scratch memory to a record. `chip` and `qemu` run the image and return the records.
+//! In: a seed. Out: records to compare, and the number of executions of each encoding.
 //!
-//! QEMU is an oracle for results, not for time or faults.
+//! QEMU is a reference for results, not for time or faults.
 
 pub mod chip;
 pub mod encodings;
@@ -21,7 +20,7 @@ pub use encodings::Encodings;
 pub use images::{ImageInstructions, find_instructions};
 pub use program::{Program, RECORD_WORDS};
 
-/// What the words of a record are.
+/// Returns the name of a word in a record.
 #[must_use]
 pub fn record_word_name(word: usize) -> String {
     match word {

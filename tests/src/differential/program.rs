@@ -1,10 +1,10 @@
-//! An image of cases and the harness that runs them.
+//! Image of cases, with the harness that runs them.
 
 use super::encodings::Encodings;
 use super::generate::{self, Case, SCRATCH, SCRATCH_BYTES};
 use super::random::Random;
 
-/// What a case leaves: APSR, FPSCR, SP, S0–S31, R0–R12, LR, the scratch memory.
+/// Words of a record: APSR, FPSCR, SP, S0–S31, R0–R12, LR, the scratch memory.
 pub const RECORD_WORDS: usize = 49 + SCRATCH_BYTES as usize / 4;
 
 const FLASH: u32 = 0x0800_0000;
@@ -16,13 +16,13 @@ const STACK: u32 = SCRATCH + 192;
 const INPUT_BYTES: u32 = 192;
 const CASES: usize = 3_000;
 
-/// Where the harness is, after the vector table.
+/// Address of the harness, after the vector table.
 const HARNESS_AT: u32 = FLASH + 0x40;
-/// Where tables and cases begin: so far up that literals may be below.
+/// Start of tables and cases, high enough for literals below.
 const TABLES_AT: u32 = FLASH + 0x2000;
 
-/// BKPTs of the harness, from its start: the host opens a file, writes to it,
-/// ends the program.
+/// Offsets of the BKPTs in the harness, at which the host opens a file, writes to it, and ends the
+/// program.
 const OPEN: u32 = 0x20;
 const WRITE: u32 = 0xCA;
 const EXIT: u32 = 0xB6;
@@ -30,9 +30,9 @@ const AFTER: u32 = 0x64;
 const SUPERVISOR_CALL: u32 = 0xCE;
 const FAULT: u32 = 0xD0;
 
-/// Enables the FPU; takes the next input, its case and the stack pointer;
-/// stores what the case left to a record; lets the host write full buffers. A
-/// fault ends the program, so that records are missing.
+/// Harness. It enables the FPU; takes the next input, its case and the stack pointer; stores the
+/// results of the case in a record; and lets the host write full buffers. A fault ends the program,
+/// so that records are missing.
 #[rustfmt::skip]
 const HARNESS: &[u16] = &[
     // reset:
@@ -125,24 +125,24 @@ const HARNESS: &[u16] = &[
     0xBF00,          // nop
 ];
 
-/// An image and what is in it.
+/// Image and its contents.
 #[derive(Clone, Debug)]
 pub struct Program {
-    /// What it was made from.
+    /// Seed of the cases.
     pub seed: u64,
     /// Flash contents from 0x0800_0000 on.
     pub flash: Vec<u8>,
-    /// Its cases, and the addresses of their code.
+    /// Cases, with the addresses of their code.
     pub cases: Vec<(u32, Case)>,
     /// Addresses of the harness's BKPTs: open, write, exit.
     pub calls: [u32; 3],
-    /// First address behind the cases.
+    /// First address after the cases.
     pub end: u32,
 }
 
 impl Program {
-    /// The program of `seed`, which executes little of what `planned` counts
-    /// high. Its records go to the file `output` in the host's directory.
+    /// Creates the program of `seed`, which prefers encodings with low counts in `planned`. Its
+    /// records go to the file `output` in the host's directory.
     #[must_use]
     pub fn new(seed: u64, encodings: &Encodings, planned: &mut [u32], output: &str) -> Self {
         let mut random = Random::new(seed);
@@ -184,7 +184,7 @@ impl Program {
     }
 }
 
-/// B.W from `from` to `to` (Arm ARM A7.7.12, encoding T4).
+/// Encodes B.W from `from` to `to` (Arm ARM A7.7.12, encoding T4).
 fn branch(from: u32, to: u32) -> [u16; 2] {
     let offset = to.wrapping_sub(from + 4);
     let sign = offset >> 24 & 1;
@@ -228,8 +228,8 @@ impl Image {
         const ENDED: u32 = 0x2_0026;
         self.words(&[COPROCESSOR_ACCESS, control, RAM, open, STACK - 4]);
         self.words(&[SCRATCH, end, ENDED]);
-        // What is at the start of RAM: input, list, record, cases left; then
-        // the host's file, buffer, length.
+        // Contents at the start of RAM: input, list, record, remaining cases; then the host's file,
+        // buffer, length.
         let cases = CASES as u32;
         self.words(&[inputs, list, RECORDS, cases, 0, RECORDS, 0]);
         // The file is opened as "wb".

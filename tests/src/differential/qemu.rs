@@ -1,4 +1,4 @@
-//! Runs a program under QEMU.
+//! Execution of a program under QEMU.
 
 use super::Program;
 use anyhow::{Context, Result, ensure};
@@ -10,11 +10,11 @@ use std::time::{Duration, Instant};
 const QEMU: &str = "qemu-system-arm";
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// The records of `program`, one after another, as QEMU computes them. Its
-/// output must be named `output`; files go to `directory`.
+/// Returns the records of `program`, one after another, computed by QEMU. Its output must be named
+/// `output`; files go to `directory`.
 ///
 /// # Errors
-/// QEMU is not installed, does not end, or fails.
+/// Fails if QEMU is not installed, does not end, or fails.
 pub fn records(program: &Program, directory: &Path, output: &str) -> Result<Vec<u8>> {
     let image = directory.join(format!("{output}.image"));
     std::fs::write(&image, &program.flash)?;
@@ -54,7 +54,7 @@ pub fn records(program: &Program, directory: &Path, output: &str) -> Result<Vec<
     Ok(records)
 }
 
-/// Whether it ended in time; it is killed otherwise.
+/// Returns whether QEMU ended in time; kills it otherwise.
 fn wait(child: &mut Child) -> Result<bool> {
     let start = Instant::now();
     while start.elapsed() < PATIENCE {

@@ -1,9 +1,9 @@
-//! Numbers from a seed.
+//! Random register contents and choices from a seed.
 
 use hal_sim::random;
 use std::ops::Range;
 
-/// Draws what an instruction's operands hold.
+/// Generator of operands for instructions.
 #[derive(Clone, Debug)]
 pub(super) struct Random(random::Random);
 
@@ -16,12 +16,12 @@ impl Random {
         self.0.word() as u32
     }
 
-    /// A number of `range`, which is not empty.
+    /// Returns a number in `range`, which must not be empty.
     pub(super) fn within(&mut self, range: Range<u32>) -> u32 {
         range.start + self.word() % (range.end - range.start)
     }
 
-    /// Whether something happens that happens once in `n` times.
+    /// Returns `true` with a probability of 1/`n`.
     pub(super) fn once_in(&mut self, n: u32) -> bool {
         self.word().is_multiple_of(n)
     }
@@ -30,7 +30,7 @@ impl Random {
         from[self.word() as usize % from.len()]
     }
 
-    /// What a core register holds: often a number at an edge.
+    /// Generates the contents of a core register, often an edge case.
     pub(super) fn integer(&mut self) -> u32 {
         const EDGES: [u32; 12] = [
             0,
@@ -51,16 +51,16 @@ impl Random {
             0 => self.pick(&EDGES),
             1 => word >> (word & 31),
             2 => (word as i32 >> (word & 31)) as u32,
-            // As an amount of a shift, often about a word's width.
+            // As a shift amount, often about a word's width.
             3 if word & 0x100 == 0 => 30 + word % 5,
             3 => word & 0xFF,
             _ => word,
         }
     }
 
-    /// What the floating-point registers hold. In one case of four all are
-    /// edges, so that two or three of them meet in one instruction; in one of
-    /// eight, zero, infinity, NaNs and 1.
+    /// Generates the contents of the floating-point registers. In one case of four all are edge
+    /// cases, so that two or three of them meet in one instruction; in one of eight they are zero,
+    /// infinity, NaNs and 1.
     pub(super) fn floats(&mut self) -> [u32; 32] {
         const FEW: [u32; 5] = [0, 0x3F80_0000, 0x7F80_0000, 0x7FC1_2345, 0x7F80_0001];
         if self.once_in(8) {
@@ -87,7 +87,7 @@ impl Random {
         0x7FC1_2345,
     ];
 
-    /// A number of any kind.
+    /// Generates a floating-point number of any kind.
     fn float(&mut self) -> u32 {
         let word = self.word();
         let sign = word & 1 << 31;
@@ -100,14 +100,14 @@ impl Random {
             4 => word | 0x7F80_0000,
             // A small whole number, perhaps with a half or a quarter.
             5 | 6 => ((self.word() as i32 >> 20) as f32 / 4.0).to_bits(),
-            // About as large as half precision or an integer may be.
+            // Near the largest half-precision number or integer.
             7 => sign | (0x3000_0000 + (word & 0x1FFF_FFFF)),
             // Near 1.
             _ => sign | (0x3C00_0000 + (word & 0x07FF_FFFF)),
         }
     }
 
-    /// FPSCR: as the firmware has it in one case of two.
+    /// Generates FPSCR; in one case of two with the firmware's settings.
     pub(super) fn fpscr(&mut self) -> u32 {
         let word = self.word();
         let flags = word & 0xF000_009F;

@@ -1,10 +1,10 @@
-//! Instructions that need others around them.
+//! Instructions that need other instructions around them.
 
 use super::encodings::Unit;
 use super::generate::{Access, Builder, Instruction};
 
 impl Builder<'_> {
-    /// Appends the encoding `id` and what it needs.
+    /// Appends the encoding `id` and its surroundings.
     pub(super) fn unit(&mut self, unit: Unit, id: usize) {
         let pattern = self.pattern(id).clone();
         let word = self.fill(&pattern);
@@ -34,7 +34,7 @@ impl Builder<'_> {
         }
     }
 
-    /// `register` = `value`: MOVW, MOVT.
+    /// Loads `value` into `register` with MOVW and MOVT.
     fn load_constant(&mut self, register: u32, value: u32) {
         for (name, half) in [("MOVW", value & 0xFFFF), ("MOVT", value >> 16)] {
             let (width, word) = self.draw_named(name);
@@ -45,26 +45,26 @@ impl Builder<'_> {
         }
     }
 
-    /// A half-word that nothing may execute: its result would show.
+    /// Appends a half-word that must be skipped; its execution would show in the results.
     fn push_skipped(&mut self) {
         let register = self.destination(3, &[]);
         self.push((16, 0x2000 | register << 8 | 0xA5)); // movs
     }
 
-    /// A branch over one to three instructions, taken or not.
+    /// Appends a branch over one to three instructions, taken or not.
     fn push_branch(&mut self, name: &str, (width, word): Instruction) {
         let body: Vec<Instruction> = (0..self.random.within(1..4))
             .map(|_| self.draw_simple())
             .collect();
         let halves: u32 = body.iter().map(|(width, _)| width / 16).sum();
-        // From the instruction's address + 4, in half-words.
+        // Relative to the instruction's address + 4, in half-words.
         let offset = width / 16 + halves - 2;
         let word = match name {
             "CBZ" | "CBNZ" => word & !0x02F8 | (offset & 31) << 3 | offset >> 5 << 9,
             "B (cond, T1)" => word & !0xFF | offset,
             "B (T2)" => word & !0x7FF | offset,
             "B (cond, T3)" => word & !0x043F_2FFF | offset,
-            // J1 and J2 are set where the offset is not negative.
+            // J1 and J2 are set if the offset is not negative.
             _ => word & !0x07FF_07FF | 0x2800 | offset,
         };
         self.push((width, word));
@@ -73,7 +73,7 @@ impl Builder<'_> {
         }
     }
 
-    /// IT and its one to four instructions.
+    /// Appends IT and its one to four instructions.
     fn push_it_block(&mut self, value: u32) {
         let mask = value & 15;
         let mask = if mask == 0 { 8 } else { mask };
@@ -84,10 +84,10 @@ impl Builder<'_> {
         }
     }
 
-    /// Loads the program counter, or moves to it.
+    /// Loads the program counter, or moves a register to it.
     fn load_counter(&mut self, name: &str, (width, word): Instruction) {
         let lr = 14;
-        // Three half-words and more until the target, which is odd for loads.
+        // At least three half-words lie before the target, which is odd for loads.
         let (before, load): (Option<Instruction>, Instruction) = match name {
             "MOV (reg to PC, T1)" => (None, (width, word & !0x78 | lr << 3)),
             "POP (with PC, T1)" => (Some((16, 0xB500 | word & 0xFF)), (width, word)),
@@ -107,7 +107,7 @@ impl Builder<'_> {
         self.push_skipped();
     }
 
-    /// TBB or TBH to one of eight places.
+    /// Appends TBB or TBH with eight targets.
     fn push_table_branch(&mut self, instruction: Instruction) {
         self.push(instruction);
         let wide = instruction.1 & 0x10 != 0;
@@ -126,7 +126,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Pushes, does something else, and pops as much.
+    /// Pushes, executes another instruction, and pops the same amount.
     fn stack(&mut self, name: &str) {
         let (push, pop) = match name {
             "PUSH (T1)" | "POP (T1)" => self.core_stack(16),
@@ -142,7 +142,7 @@ impl Builder<'_> {
         self.push(pop);
     }
 
-    /// The same number of registers, not the same ones.
+    /// Returns a push and a pop of the same number of registers, not of the same registers.
     fn core_stack(&mut self, width: u32) -> (Instruction, Instruction) {
         let bits = if width == 16 { 8 } else { 14 };
         let load = self.register_list(bits, "POP");
@@ -201,7 +201,7 @@ impl Builder<'_> {
         self.push(up);
     }
 
-    /// Loads exclusively, and stores to the same place.
+    /// Loads exclusively, and stores to the same address.
     fn exclusive(&mut self, name: &str) {
         let suffix = name.trim_start_matches("LDREX").trim_start_matches("STREX");
         let (width, mut load) = self.draw_named(&format!("LDREX{suffix}"));
@@ -223,7 +223,7 @@ impl Builder<'_> {
         if !self.place_access(access) {
             return;
         }
-        // The status goes to none of the other registers.
+        // The status register differs from all other registers.
         let stored = store >> 12 & 15;
         let status = self.destination(4, &[stored]);
         let at = if suffix.is_empty() { 8 } else { 0 };
@@ -237,9 +237,8 @@ impl Builder<'_> {
 
     /// Writes or reads a mask register, then clears them.
     ///
-    /// A value written has its lowest four bits clear: QEMU keeps those of
-    /// BASEPRI, which this chip, with four bits of priority, does not have (Arm
-    /// ARM B1.4.3; PM0214: bits 3:0 reserved).
+    /// A written value has its lowest four bits clear: QEMU keeps those of BASEPRI, which this
+    /// chip, with four bits of priority, does not have (Arm ARM B1.4.3; PM0214: bits 3:0 reserved).
     fn mask(&mut self, (width, word): Instruction) {
         let zero = self.destination(4, &[]);
         let instruction = if word >> 20 == 0xF38 {

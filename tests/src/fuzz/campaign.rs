@@ -1,4 +1,4 @@
-//! Many inputs of one target, on all cores, interruptible at any of them.
+//! Fuzz campaign: many inputs of one target, on all cores, interruptible between blocks of inputs.
 
 use super::Target;
 use super::mutate::mutation;
@@ -10,39 +10,39 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, Once};
 use std::time::{Duration, Instant};
 
-/// Which inputs: those of these numbers of stream `seed`.
+/// Inputs with a range of numbers from the stream `seed`.
 pub struct Campaign<'a> {
-    /// What is run.
+    /// Target that receives the inputs.
     pub target: &'a Target,
-    /// What the inputs are like; not empty.
+    /// Inputs to mutate; not empty.
     pub corpus: Vec<Vec<u8>>,
-    /// The stream.
+    /// Seed of the stream.
     pub seed: u64,
-    /// The numbers.
+    /// Numbers of the inputs in the stream.
     pub inputs: Range<u64>,
 }
 
-/// An input that broke a promise, and which.
+/// Input that broke a promise.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Find {
-    /// Its number.
+    /// Number of the input in the stream.
     pub index: u64,
-    /// Itself.
+    /// Bytes of the input.
     pub input: Vec<u8>,
-    /// What the panic said, and where.
+    /// Place and message of the panic.
     pub told: String,
 }
 
-/// One input may take this long; a simulator that goes on for longer does not end.
+/// Time limit of one input; a simulator that takes longer counts as endless.
 const LONGEST: Duration = Duration::from_secs(60);
 
-/// A block is about this long: so long an interruption waits.
+/// Approximate length of a block, and so the delay of an interruption.
 const BLOCK: Duration = Duration::from_millis(500);
 
 impl Campaign<'_> {
-    /// Runs until the end or until `ask` says to stop; `ask` hears, between two blocks, how
-    /// many are done and what has been found. How many were run without a gap from the
-    /// first, and one find for each place that a promise was broken at.
+    /// Runs until the end or until `ask` returns `false`. Between two blocks `ask` gets the number
+    /// of inputs done and the finds. Returns the number of inputs run without a gap from the first,
+    /// and one find for each place at which a promise was broken.
     pub fn run(&self, mut ask: impl FnMut(u64, &[Find]) -> bool) -> (u64, Vec<Find>) {
         let finds = Mutex::new(Vec::<Find>::new());
         let (mut next, mut block) = (self.inputs.start, 1);
@@ -82,13 +82,13 @@ impl Campaign<'_> {
     }
 }
 
-/// What `input` breaks, if it breaks anything; a panic is not printed then.
+/// Returns the promise that `input` breaks, if any; the panic is not printed.
 #[must_use]
 pub fn broken_promise(function: fn(&[u8]), input: &[u8]) -> Option<String> {
     install_panic_hook();
     SAID.set(Some(String::new()));
     let done = panic::catch_unwind(AssertUnwindSafe(|| {
-        // Twice: a program that was held, as by Ctrl-Z, took as long.
+        // Tried twice, because a program stopped by Ctrl-Z also takes long.
         is_long(function, input) && is_long(function, input)
     }));
     let said = SAID.take();
@@ -105,11 +105,11 @@ fn is_long(function: fn(&[u8]), input: &[u8]) -> bool {
 }
 
 thread_local! {
-    /// What the last panic of this thread said, while it is listened to.
+    /// Text of this thread's last panic, while it is captured.
     static SAID: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
-/// From now on panics of threads that are listened to are kept and not printed.
+/// Installs a hook that captures the panics of threads that ask for it, and prints all others.
 fn install_panic_hook() {
     static NOTED: Once = Once::new();
     NOTED.call_once(|| {
@@ -124,8 +124,8 @@ fn install_panic_hook() {
     });
 }
 
-/// The place decides which finds are the same, so it comes first, and numbers that differ
-/// from input to input are left to the file.
+/// Returns the text of a panic. The place comes first, because it decides which finds are the same;
+/// digits, which vary from input to input, are left out.
 fn panic_text(info: &PanicHookInfo<'_>) -> String {
     let place = info.location().map(ToString::to_string);
     let said = info.payload_as_str().unwrap_or("a panic without words");
@@ -134,10 +134,10 @@ fn panic_text(info: &PanicHookInfo<'_>) -> String {
     format!("{}: {words}", place.unwrap_or_default())
 }
 
-/// Every file in these folders of the repository, by name, but for schemas.
+/// Returns every file in these folders of the repository, sorted by name, without schemas.
 ///
 /// # Panics
-/// If one cannot be read: they are committed.
+/// Panics if a file, all of which are committed, cannot be read.
 #[must_use]
 pub fn corpus(folders: &[&str]) -> Vec<Vec<u8>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");

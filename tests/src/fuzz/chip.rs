@@ -1,4 +1,4 @@
-//! What the chip simulator is given from outside: an image's file, gdb's bytes.
+//! External inputs of the chip simulator: the file of an image, and gdb's bytes.
 
 use hal_sim::chip::board::{Board, BoardError};
 use hal_sim::chip::gdb::{AfterDebugger, Debugger, Line, Points, Port};
@@ -9,9 +9,9 @@ use std::collections::VecDeque;
 use std::io;
 use std::path::Path;
 
-/// An image's file: refused with a number, or taken; then it fits the flash, starts in it
-/// and names what lies where, and a chip that runs it for a thousand instructions or so
-/// comes to an end that it can tell.
+/// Fuzzes an image's file: it is refused with a number, or it fits the flash, starts in it and has
+/// valid symbols, and a chip that runs it for about a thousand instructions ends in a state that it
+/// can report.
 pub fn elf(data: &[u8]) {
     let image = match Image::parse(Path::new("image.elf"), data) {
         Ok(image) => image,
@@ -37,11 +37,11 @@ pub fn elf(data: &[u8]) {
     }
 }
 
-/// How long a made-up image runs, cycles.
+/// Length of a run of a fuzzed image, cycles.
 const RUN: u64 = 2_000;
 
-/// Whatever bytes come to the port for gdb: the board behind it lets go or goes on as gdb
-/// lets it, and says only what gdb can read.
+/// Fuzzes the port for gdb: for any bytes the board stops or continues as gdb requests, and sends
+/// only packets that gdb can read.
 pub fn gdb(data: &[u8]) {
     thread_local!(static BOARD: OnceCell<Board<Points>> = const { OnceCell::new() });
     let power_on = || {
@@ -61,7 +61,7 @@ pub fn gdb(data: &[u8]) {
     }
 }
 
-/// A port to which one client comes.
+/// Port to which one client connects.
 struct SingleClient(Option<Script>);
 
 impl Port for SingleClient {
@@ -71,15 +71,15 @@ impl Port for SingleClient {
     }
 }
 
-/// gdb, of which all bytes are known; once they are through it is gone.
+/// A gdb whose bytes are all known; it disconnects once they are sent.
 struct Script {
     bytes: VecDeque<u8>,
     said: PacketPosition,
 }
 
 impl Script {
-    /// Packets with the right sum, since what has a wrong one is only asked for again:
-    /// each line is one, but for those that begin with `!`, which are sent as they are.
+    /// Creates packets with valid checksums, because a packet with an invalid one is only requested
+    /// again. Each line is one packet; a line that begins with `!` is sent as it is.
     fn from_lines(data: &[u8]) -> Self {
         let mut bytes = VecDeque::new();
         for line in data.split(|byte| *byte == b'\n') {
@@ -97,7 +97,7 @@ impl Script {
     }
 }
 
-/// Where in what gdb is told.
+/// Position within the replies to gdb.
 #[derive(Clone, Copy, PartialEq)]
 enum PacketPosition {
     Between,
@@ -106,7 +106,7 @@ enum PacketPosition {
 }
 
 impl Script {
-    /// A byte that gdb is told.
+    /// Checks one byte of a reply to gdb.
     fn check_reply_byte(&mut self, byte: u8) {
         let digit = |byte: u8| char::from(byte).to_digit(16).expect("a digit of a sum") as u8;
         self.said = match (self.said, byte) {

@@ -1,4 +1,4 @@
-//! A whole device for a second or so, judged by what its stages would do at the electrode.
+//! A whole device for about a second, judged by the effect of its stages at the electrode.
 
 use super::judged::since_boot;
 use super::session::Session;
@@ -8,12 +8,11 @@ use firmware::pulse::CHANNELS;
 use firmware::safety::{Origin, StageSupply, StageTable};
 use hal_sim::trace::judge::{Pump, judge};
 
-/// The steps of [`super::lockstep`] for up to a second, then a host that is silent: what
-/// came out is judged against the limits that were armed, and nothing comes out once the
-/// silence was too long.
+/// Runs the steps of [`super::lockstep`] for up to a second, then a silent host. The output is
+/// judged against the armed limits, and must end once the silence is too long.
 ///
-/// The board has the stages that the input's first configuration of each channel declares,
-/// and loads of 2 kΩ.
+/// The board has the stages that the input's first configuration of each channel names, and loads
+/// of 2 kΩ.
 pub fn device(data: &[u8]) {
     let steps = read_steps(data, Budget::LONG);
     let requests = steps.iter().filter_map(|step| step.request());
@@ -32,11 +31,11 @@ pub fn device(data: &[u8]) {
     assert!(findings.is_empty(), "{}", findings[0]);
 }
 
-/// What the first valid configuration of each channel declares.
+/// Returns the stage in the first valid configuration of each channel.
 fn declared_stages(requests: impl Iterator<Item = Request>) -> StageTable {
     let mut table = StageTable {
         origin: Origin::Owner,
-        supply: Some(StageSupply::Separate), // the judge knows each stage by itself
+        supply: Some(StageSupply::Separate), // the judge considers each stage separately
         stages: [None; CHANNELS],
     };
     for request in requests {

@@ -1,4 +1,4 @@
-//! Files and lines that people or a cut-off program leave behind.
+//! Files and lines written by people or by an interrupted program.
 
 use firmware::range::OutOfRange;
 use firmware::safety::{StageKind, StageTable, StageWords, Stages};
@@ -9,9 +9,8 @@ use host_core::wearer::Wearer;
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 
-/// A wearer file: refused with a report that can be shown, or taken; then what is
-/// written of it reads back to the same, and a calibration can be planned from it or says
-/// why not.
+/// Fuzzes a wearer file: it is refused with a report that can be shown, or it reads back unchanged
+/// from its own output, and a calibration is planned from it or refused with a reason.
 pub fn wearer(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else {
         return;
@@ -30,9 +29,8 @@ pub fn wearer(data: &[u8]) {
     }
 }
 
-/// A calibration's journal: refused with its line, or kept; then it goes on to where it
-/// was. Once as it is, and once with its lines' sums made right, so that what they say is
-/// read, too.
+/// Fuzzes a calibration's journal: it is refused with its line, or the calibration continues from
+/// it. Runs once unchanged and once with corrected checksums, so that the contents are read too.
 pub fn journal(data: &[u8]) {
     for text in [data.to_vec(), with_checksums(data)] {
         let kept = match calibration::parse_journal(Path::new("x.journal"), &text) {
@@ -57,7 +55,7 @@ pub fn journal(data: &[u8]) {
     }
 }
 
-/// The plan of the journals in the corpus.
+/// Returns the plan of the journals in the corpus.
 fn plan() -> Plan {
     thread_local!(static PLAN: OnceCell<Plan> = const { OnceCell::new() });
     let text = include_str!("../../../host-tool/calibrations/one_electrode.toml");
@@ -65,8 +63,8 @@ fn plan() -> Plan {
     PLAN.with(|plan| plan.get_or_init(read).clone())
 }
 
-/// The lines with numbers and sums as the program would have written them: the first 64
-/// bits of SHA-256 over the last sum and the line up to its own.
+/// Returns the lines with the numbers and checksums that the program would write: the first 64 bits
+/// of SHA-256 over the last checksum and the line up to its own.
 fn with_checksums(data: &[u8]) -> Vec<u8> {
     let (mut out, mut sum) = (Vec::new(), String::new());
     for line in data.split_inclusive(|byte| *byte == b'\n') {
@@ -83,8 +81,8 @@ fn with_checksums(data: &[u8]) -> Vec<u8> {
     out
 }
 
-/// What another program or a person types at a calibration, in pieces: orders, or refused
-/// with a number. An order reads back from what is written of it.
+/// Fuzzes the lines that a program or person enters at a calibration, in pieces: each is an order,
+/// or refused with a number. An order reads back from its output.
 pub fn lines(data: &[u8]) {
     let (mut whole, mut pieces) = (PartialLine::default(), PartialLine::default());
     let lines = whole.take_lines(data, true);
@@ -105,10 +103,10 @@ pub fn lines(data: &[u8]) {
     }
 }
 
-/// Two copies of a board's stage table as they lie in its flash, the chip's number before
-/// them. A board knows its stages only if both copies say the same, whole, for this chip,
-/// within the ranges; then they are what would be written. Once as they are, and once
-/// with magic, version and sums made right.
+/// Fuzzes the two copies of a board's stage table in flash, preceded by the chip's ID. The board
+/// accepts them only if both are equal and complete, belong to this chip and lie within the ranges;
+/// writing them again gives the same words. Runs once unchanged and once with corrected magic,
+/// version and checksums.
 pub fn stage_words(data: &[u8]) {
     let words: Vec<u32> = data
         .chunks_exact(4)
@@ -128,7 +126,7 @@ pub fn stage_words(data: &[u8]) {
     );
 }
 
-/// The words with the first and the last as a board writes them.
+/// Returns the words with the first and last ones as a board writes them.
 fn with_valid_checksum(mut words: StageWords, [a, b, c]: [u32; 3]) -> StageWords {
     let [magic, version, x, y, z, ..] = &mut words;
     (*magic, *version) = (u32::from_le_bytes(*b"FXST"), *version & 1 | 1 << 16);
@@ -155,7 +153,8 @@ fn check_stages(copies: &[StageWords; 2], unique_id: [u32; 3]) {
     }
 }
 
-/// The ranges of docs/protocol.md, typed again: a mistake in them is not shared.
+/// Checks the ranges of docs/protocol.md, which are repeated here so that a mistake in them is not
+/// shared.
 fn check_ranges(table: &StageTable) -> Result<(), OutOfRange> {
     for stage in table.stages.iter().flatten() {
         let (value, highest) = match *stage {
@@ -167,13 +166,14 @@ fn check_ranges(table: &StageTable) -> Result<(), OutOfRange> {
     table.validate()
 }
 
-/// A record of which one file is anything: its name, a line, its contents. Refused with a
-/// number, or loaded and checked for damage.
+/// Fuzzes a record in which one file is replaced by the input: its name, a line, its contents. The
+/// record is refused with a number, or loaded and checked for damage.
 pub fn record(data: &[u8]) {
     with_spoilt_file(data, |dir| drop(load(dir)));
 }
 
-/// The same; one that is loaded is shown and compared, as `report` and `compare` do.
+/// Fuzzes a record in the same way; if it loads, it is shown and compared, as `report` and
+/// `compare` do.
 pub fn report(data: &[u8]) {
     with_spoilt_file(data, |dir| {
         if let Some(run) = load(dir) {
@@ -194,7 +194,7 @@ fn with_spoilt_file(data: &[u8], call: fn(&Path)) {
     FOLDER.with(|folder| folder.with_replaced_file(index, contents, call));
 }
 
-/// What `report`, `rerun` and `compare` begin with.
+/// Loads a record as `report`, `rerun` and `compare` do.
 fn load(dir: &Path) -> Option<Run> {
     let run = match record::load(dir) {
         Ok(run) => run,
@@ -218,7 +218,7 @@ fn check_pages(run: Run) {
     assert!(document("both", &compare_body(&both)).ends_with("</html>\n"));
 }
 
-/// The files of the record that is spoilt, each with its name's line before it.
+/// Files of the fuzzed record, with their contents.
 const RECORD: [(&str, &str); 6] = [
     (
         "run.json",
@@ -246,7 +246,7 @@ const RECORD: [(&str, &str); 6] = [
     ),
 ];
 
-/// A folder of this thread's own, taken away with it.
+/// Temporary folder of this thread, removed at the end.
 struct Folder(PathBuf);
 
 impl Folder {
@@ -274,7 +274,7 @@ impl Folder {
         std::fs::write(folder.join(file), contents).expect("a temporary file");
     }
 
-    /// Calls with one file replaced, and puts it back.
+    /// Calls `call` with one file replaced, and restores the file.
     fn with_replaced_file(&self, index: usize, contents: &[u8], call: fn(&Path)) {
         self.write(index, contents);
         let done = std::panic::catch_unwind(|| call(&self.0));
@@ -289,7 +289,7 @@ impl Folder {
     }
 }
 
-/// The folder of the record's only trial.
+/// Folder of the record's only trial.
 const TRIAL: &str = "01-ten-channels-and-the-finger";
 
 impl Drop for Folder {
@@ -298,7 +298,7 @@ impl Drop for Folder {
     }
 }
 
-/// An error that a person can look up: it begins with its number.
+/// Checks that an error begins with its number.
 fn assert_numbered(error: &str) {
     let digits = error.strip_prefix('E').unwrap_or_default();
     let is_numbered = digits.len() > 3 && digits.as_bytes()[..3].iter().all(u8::is_ascii_digit);

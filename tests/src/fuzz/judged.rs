@@ -1,4 +1,4 @@
-//! What a run of a device is judged by.
+//! Limits and events by which a run of a device is judged.
 
 use firmware::pulse::CHANNELS;
 use firmware::safety::{Setup, StageKind, StageTable};
@@ -6,36 +6,36 @@ use firmware::units::Micros;
 use hal_sim::trace::Trace;
 use hal_sim::trace::judge::{Channel, Fault, QuietInterval, Stage, Truth};
 
-/// The board boots shortly before its clock wraps.
+/// Boot time; the board boots shortly before its clock wraps.
 pub const BOOT: Micros = Micros::new(u32::MAX - 20_000);
 
-/// Time on the trace's axis, which begins with the boot's own number.
+/// Converts a device time to the trace's axis, which begins at the boot time.
 pub fn since_boot(at: Micros) -> u64 {
     let since = (at - BOOT).us();
     u64::from(BOOT.get()).saturating_add_signed(since.into())
 }
 
-/// The load of each channel, Ω.
+/// Load of each channel, Ω.
 const LOAD_OHM: f64 = 2_000.0;
 
-/// Bursts of eight at 200 Hz, and the pulses of electrode checks.
+/// Largest pulse rate: bursts of eight at 200 Hz, and the pulses of electrode checks.
 const PULSES_PER_S: usize = 1_700;
 
-/// What a run must be judged by.
+/// Limits and events of a run.
 #[derive(Clone, Default)]
 pub struct JudgedRun {
-    /// The highest limit that was armed, µA or mV.
+    /// Largest limit that was armed, µA or mV.
     limits: [u32; CHANNELS],
-    /// The longest time from the host's last word to silence, µs.
+    /// Longest time from the host's last message until the outputs must be silent, µs.
     silent_us: u32,
-    /// The host's last word.
+    /// Device time of the host's last message.
     heard: Micros,
-    /// When electrodes came off or on.
+    /// Times at which electrodes were disconnected or connected.
     loads: Vec<(u64, usize, bool)>,
 }
 
 impl JudgedRun {
-    /// What is armed now.
+    /// Notes the limits of a setup that is armed.
     pub fn note_setup(&mut self, setup: &Setup) {
         let wearer = &setup.wearer;
         self.silent_us = self
@@ -47,17 +47,17 @@ impl JudgedRun {
         }
     }
 
-    /// The host was heard.
+    /// Notes a message of the host.
     pub const fn note_host(&mut self, at: Micros) {
         self.heard = at;
     }
 
-    /// An electrode came off, or on again.
+    /// Notes that an electrode was disconnected or connected.
     pub fn note_load(&mut self, at: Micros, channel: usize, is_on: bool) {
         self.loads.push((since_boot(at), channel, is_on));
     }
 
-    /// What is true of a board with these stages on which these faults came.
+    /// Returns the limits and events for a board with these stages and these faults.
     pub fn truth(&self, stages: &StageTable, faults: Vec<Micros>) -> Truth {
         let mut truth = Truth::default();
         let channels = truth.channels.iter_mut().zip(&stages.stages);
@@ -79,7 +79,7 @@ impl JudgedRun {
             let loads = changes.map(|&(t, _, is_on)| (t, is_on.then_some(LOAD_OHM)));
             channel.loads.extend(loads);
         }
-        // What an electrode that comes off cuts is no more the device's than a fault's.
+        // A pulse cut by a disconnected electrode is excused like one cut by a fault.
         let cut = self.loads.iter().map(|load| load.0);
         let cut = cut.chain(faults.into_iter().map(since_boot));
         truth.faults = cut.map(|t_us| Fault { t_us }).collect();
@@ -92,5 +92,5 @@ impl JudgedRun {
     }
 }
 
-/// What a session tells at its end.
+/// Results of a session: limits and events, trace, and times of faults.
 pub type SessionEnd = (JudgedRun, Trace, Vec<Micros>);

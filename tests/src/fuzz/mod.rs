@@ -1,9 +1,8 @@
-//! What is fuzzed: one function for each thing that parses bytes.
+//! Fuzz targets: one function for each parser of bytes.
 //!
-//! Each takes any bytes and panics if the code behind it breaks a promise.
-//! The libFuzzer targets in tests/fuzz, the test `fuzz_short` and the program `fuzz` run
-//! the same functions.
-//! In: bytes. Out: nothing, or a panic that says which promise was broken.
+//! Each takes any bytes and panics if the tested code breaks a promise. The libFuzzer targets in
+//! tests/fuzz, the test `fuzz_short` and the program `fuzz` run the same functions. In: bytes. Out:
+//! nothing, or a panic that names the broken promise.
 
 mod campaign;
 mod chip;
@@ -27,23 +26,23 @@ pub use mutate::mutation;
 pub use session::{BOOTED, Session, payload, request_frame};
 pub use usb::usb;
 
-/// Something that is fuzzed.
+/// Fuzz target.
 pub struct Target {
-    /// As commands and folders call it.
+    /// Name in commands and folders.
     pub name: &'static str,
-    /// What it is given.
+    /// Description of the input.
     pub about: &'static str,
-    /// Panics if its input breaks a promise.
+    /// Function that panics if its input breaks a promise.
     pub function: fn(&[u8]),
-    /// Folders of the repository whose files its inputs are like.
+    /// Folders of the repository with example inputs.
     pub corpus: &'static [&'static str],
-    /// Mutations that `cargo verify` runs.
+    /// Number of mutations that `cargo verify` runs.
     pub short: u64,
 }
 
 macro_rules! targets {
     ($($name:ident $corpus:literal $short:literal $about:literal)*) => {
-        /// All of them.
+        /// All fuzz targets.
         pub const TARGETS: &[Target] = &[$(Target {
             name: stringify!($name),
             about: $about,
@@ -73,9 +72,9 @@ targets! {
     usb "tests/fuzz/corpus/usb" 6 "control requests of other programs to the flashed image"
 }
 
-/// Whatever bytes arrive on a session's line: the device never panics, drives
-/// no output before it was asked to arm, and says only well-formed answers.
-/// A host reading the same bytes does not panic either.
+/// Fuzzes the bytes on a session's line: the device never panics, drives no output before an arm
+/// request, and sends only well-formed answers. A host that reads the same bytes does not panic
+/// either.
 pub fn frame(data: &[u8]) {
     session::decode_as_host(data);
     let mut session = Session::open();
@@ -86,13 +85,13 @@ pub fn frame(data: &[u8]) {
     session.advance(5_000);
 }
 
-/// Requests with their payloads at random, but well framed, between steps of
-/// time and changes of the board's inputs.
+/// Fuzzes well-framed requests with random payloads, between steps of time and changes of the
+/// board's inputs.
 pub fn lockstep(data: &[u8]) {
     run_steps(Session::open(), data);
 }
 
-/// The same, beside a board that leaves no refill out: both put out the same.
+/// Does the same beside a board that skips no refill; both must emit the same.
 pub fn skipping(data: &[u8]) {
     run_steps(Session::with_unskipping_twin(), data);
 }
@@ -104,7 +103,7 @@ fn run_steps(mut session: Session, data: &[u8]) {
     session.advance(5_000);
 }
 
-/// How much of an input is played, so that long inputs end.
+/// Limits on the part of an input that is played, so that long inputs end.
 #[derive(Clone, Copy)]
 struct Budget {
     steps: usize,
@@ -123,17 +122,17 @@ impl Budget {
     };
 }
 
-/// One step of an input.
+/// Step of an input.
 enum Step<'a> {
     Request(&'a [u8]),
     Time(u32),
     Inputs(u8),
-    /// A trigger edge; whether the input is held from then on.
+    /// Trigger edge, and whether the input stays active from then on.
     Trigger(bool),
     Joint(&'a [u8]),
 }
 
-/// A step is a byte for its kind, a byte `n`, and for a request `n` bytes of payload, for a
+/// Parses steps: a byte for the kind, a byte `n`, and for a request `n` bytes of payload, for a
 /// joint reading two bytes.
 fn read_steps(data: &[u8], mut budget: Budget) -> Vec<Step<'_>> {
     let (mut rest, mut steps) = (data, Vec::new());
@@ -162,7 +161,7 @@ fn read_steps(data: &[u8], mut budget: Budget) -> Vec<Step<'_>> {
 }
 
 impl Step<'_> {
-    /// The request, if it is one that a device would understand.
+    /// Returns the request, if a device can parse it.
     fn request(&self) -> Option<Request> {
         match self {
             Self::Request(payload) => postcard::from_bytes(payload).ok(),
@@ -184,7 +183,7 @@ impl Step<'_> {
     }
 }
 
-/// An edge file: refused, or read and written back to the same edges.
+/// Fuzzes an edge file: it is refused, or reads back to the same edges from its own output.
 pub fn edge_file(data: &[u8]) {
     let Ok(edges) = read_csv(data) else { return };
     let mut written = Vec::new();
@@ -193,8 +192,8 @@ pub fn edge_file(data: &[u8]) {
     assert_eq!(edges, again, "an edge file changes when it is written back");
 }
 
-/// A session file: refused with a report that can be shown, or taken, and then
-/// a device takes every request that it leads to.
+/// Fuzzes a session file: it is refused with a report that can be shown, or a device accepts every
+/// request that follows from it.
 pub fn session_toml(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else {
         return;
@@ -210,7 +209,7 @@ pub fn session_toml(data: &[u8]) {
     let mut session = Session::open();
     for request in file.setup_requests().into_iter().chain([desk::ARM]) {
         session.request(&payload(&request));
-        session.advance(250); // one window: an electrode check is still under way
+        session.advance(250); // one window: the electrode check is still in progress
         let (_, refused) = session.answers();
         assert_eq!(refused, 0, "a device refuses {request:?}");
     }
@@ -222,5 +221,5 @@ pub fn session_toml(data: &[u8]) {
     }
 }
 
-/// Steps of one input, so that long inputs end.
+/// Largest number of steps of one input, so that long inputs end.
 const MAX_STEPS: usize = 64;

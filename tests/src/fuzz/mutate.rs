@@ -1,15 +1,15 @@
-//! Inputs like those of a corpus, but wrong: each a function of a seed and a number, so
-//! that a run repeats, goes on where it ended, and is the same on any number of cores.
+//! Mutated inputs of a corpus. Each is a function of a seed and a number, so that a run can be
+//! repeated and continued, and is the same on any number of cores.
 
 use hal_sim::random::{Random, word};
 
-/// Longest input, bytes.
+/// Length of the longest input, bytes.
 const LONGEST: usize = 4096;
 
 /// Bytes at the edges of ranges and encodings.
 const TELLING: [u8; 8] = [0, 1, 2, 0x7F, 0x80, 0xFE, 0xFF, b','];
 
-/// Numbers and marks at the edges of what texts hold.
+/// Numbers and punctuation at the edges of text formats.
 const WORDS: [&str; 22] = [
     "-1",
     "0",
@@ -35,7 +35,7 @@ const WORDS: [&str; 22] = [
     "\"",
 ];
 
-/// Input `index` of stream `seed`: one, two, four or eight changes to an input of `corpus`;
+/// Returns input `index` of stream `seed`: one, two, four or eight changes to an input of `corpus`;
 /// one in 16 is noise. `corpus` must not be empty.
 #[must_use]
 pub fn mutation(corpus: &[Vec<u8>], seed: u64, index: u64) -> Vec<u8> {
@@ -85,21 +85,21 @@ impl<'a> Mutator<'a> {
                 data.splice(at..at, again);
             }
             6 => data.truncate(at),
-            // Another number or word in place of the one that stands there.
+            // Replaces a number or word by another.
             7 => {
                 let is_word = |byte: &u8| byte.is_ascii_alphanumeric() || b"._-+".contains(byte);
                 let end = at + data[at..].iter().take_while(|byte| is_word(byte)).count();
                 let new = WORDS[self.below(WORDS.len())];
                 data.splice(at..end, new.bytes());
             }
-            // A piece of one input within another.
+            // Inserts a piece of one input into another.
             8 => {
                 let other = self.pick();
                 let from = self.below(other.len());
                 let to = (from + 1 + self.below(64)).min(other.len());
                 data.splice(at..at, other[from..to].iter().copied());
             }
-            // The end of one input after the beginning of another.
+            // Appends the end of one input to the beginning of another.
             _ => {
                 let other = self.pick();
                 let from = self.below(other.len());

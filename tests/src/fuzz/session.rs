@@ -1,4 +1,4 @@
-//! A board whose host sends anything.
+//! A board whose host may send anything.
 
 use super::judged::{BOOT, JudgedRun, SessionEnd};
 use super::watch::Watch;
@@ -11,42 +11,42 @@ use firmware::pulse::Levels;
 use firmware::safety::{StageTable, Stages};
 use firmware::units::{DacCode, Micros, us};
 
-/// Its time once it has answered `Hello`.
+/// Device time after the answer to `Hello`.
 pub const BOOTED: Micros = Micros::new(BOOT.get() + 2_000);
 
-/// The longest step between two looks at the device's state, µs.
+/// Longest interval between two checks of the device's state, µs.
 const LOOK_US: u32 = 250;
 
 /// The only session number that a fresh board grants.
 const SESSION: u16 = 1;
 
-/// A native board with an open session, and a watch on its outputs.
+/// Native board with an open session, whose outputs are checked.
 pub struct Session {
     board: Lockstep,
-    /// One that is to put out the same.
+    /// Second board that must emit the same.
     twin: Option<Lockstep>,
     sensors: Sensors,
     watch: Watch,
     record: Record,
     judged: JudgedRun,
     heard: Decoder,
-    /// What it was sent, as far as it accepts that whatever its state.
+    /// Setup sent so far, as far as it is acceptable in any state.
     draft: Draft,
     seq: u16,
 }
 
 impl Session {
-    /// A freshly booted board that has answered `Hello`.
+    /// Boots a board that answers `Hello`.
     pub fn open() -> Self {
         Self::boot(false, Stages::AsDeclared)
     }
 
-    /// The same, of a board with these stages.
+    /// Does the same for a board with these stages.
     pub fn with_stages(stages: StageTable) -> Self {
         Self::boot(false, Stages::Stored(stages))
     }
 
-    /// The same, beside a board that leaves no refill out.
+    /// Does the same beside a board that skips no refill.
     pub fn with_unskipping_twin() -> Self {
         Self::boot(true, Stages::AsDeclared)
     }
@@ -72,8 +72,8 @@ impl Session {
         session
     }
 
-    /// Bytes of at most one frame arrive now; an arm order of no parts means what was
-    /// sent, or nothing would ever be armed.
+    /// Delivers bytes of at most one frame. An arm order of an empty setup gets the checksum of the
+    /// setup sent, because nothing would ever be armed otherwise.
     pub fn receive(&mut self, bytes: &[u8]) {
         let mut meant = None;
         for message in requests(&mut self.heard, bytes) {
@@ -99,7 +99,7 @@ impl Session {
         }
     }
 
-    /// Drives the board, and its twin to the same.
+    /// Drives the board and its twin, and compares their outputs.
     fn drive(&mut self, drive: impl Fn(&mut Lockstep, &Sensors, &mut Outputs)) {
         let mut outputs = Outputs::default();
         drive(&mut self.board, &self.sensors, &mut outputs);
@@ -115,7 +115,7 @@ impl Session {
         }
     }
 
-    /// A well-formed frame arrives whose request is `payload`, whatever it says.
+    /// Delivers a well-formed frame whose request is `payload`.
     pub fn request(&mut self, payload: &[u8]) {
         self.seq = self.seq.wrapping_add(1);
         let room = payload.len().min(MAX_MESSAGE - 6); // two numbers of at most 3 bytes
@@ -124,7 +124,7 @@ impl Session {
         self.receive(&frame);
     }
 
-    /// Time goes on by `length_us`.
+    /// Advances time by `length_us`.
     pub fn advance(&mut self, length_us: u32) {
         let end = self.board.now() + us(length_us);
         while self.board.now().is_before(end) {
@@ -137,8 +137,8 @@ impl Session {
         }
     }
 
-    /// Arm input, hand-held stop, over-current and one electrode: a bit each,
-    /// the electrode's channel in the upper half.
+    /// Sets arm key, hand-held stop, over-current and one electrode: one bit each, with the
+    /// electrode's channel in the upper half.
     pub fn set_inputs(&mut self, bits: u8) {
         self.sensors.arm = bits & 1 == 0;
         self.sensors.hand_stop = bits & 2 == 0;
@@ -154,44 +154,44 @@ impl Session {
         }
     }
 
-    /// A trigger edge, now.
+    /// Generates a trigger edge now.
     pub fn trigger(&mut self) {
         self.sensors.trigger = Some(self.board.now());
     }
 
-    /// The joint sensor converts to these two bytes; without them it is off.
+    /// Sets the joint sensor's code to these two bytes; without them the sensor is off.
     pub fn set_joint_code(&mut self, bytes: &[u8]) {
         let code = <[u8; 2]>::try_from(bytes).ok();
         self.sensors.joint = code.map(u16::from_le_bytes);
     }
 
-    /// The trigger input is held, or not.
+    /// Sets whether the trigger input is active.
     pub fn set_held(&mut self, held: bool) {
         self.sensors.held = held;
     }
 
-    /// The device's time.
+    /// Returns the device time.
     pub fn now(&self) -> Micros {
         self.board.now()
     }
 
-    /// What a judge needs.
+    /// Returns the data for the judge.
     pub fn into_result(self) -> SessionEnd {
         (self.judged, self.record.trace, self.watch.faults)
     }
 
-    /// Whether any output has been driven.
+    /// Returns whether any output has been driven.
     pub fn has_driven(&self) -> bool {
         self.watch.has_driven
     }
 
-    /// Requests that the board carried out, and those that it refused.
+    /// Returns the numbers of accepted and refused requests.
     pub fn answers(&self) -> (u32, u32) {
         (self.watch.acknowledged, self.watch.refused)
     }
 }
 
-/// What a board put out, in order.
+/// Outputs of a board, in order.
 #[derive(PartialEq, Debug, Default)]
 struct Outputs(Vec<DeviceOutput>);
 
@@ -226,7 +226,7 @@ impl Sink for Outputs {
     }
 }
 
-/// Bytes that stand in a message as they are.
+/// Bytes that a message contains unchanged.
 struct Raw<'a>(&'a [u8]);
 
 impl serde::Serialize for Raw<'_> {
@@ -240,19 +240,19 @@ impl serde::Serialize for Raw<'_> {
     }
 }
 
-/// The frame of a request in the session that [`Session::open`] opens.
+/// Returns the frame of a request in the session that [`Session::open`] opens.
 pub fn request_frame(request: &Request, seq: u16) -> Vec<u8> {
     desk::frame(SESSION, seq, request.clone())
 }
 
-/// A request as it stands in a message.
+/// Returns a request as it is encoded in a message.
 pub fn payload(request: &Request) -> Vec<u8> {
     let mut buffer = [0; MAX_MESSAGE];
     let used = postcard::to_slice(request, &mut buffer).expect("every request fits");
     used.to_vec()
 }
 
-/// The requests that end in `bytes`, as the device would understand them.
+/// Returns the requests that end in `bytes`, as the device would parse them.
 fn requests(decoder: &mut Decoder, bytes: &[u8]) -> Vec<ToDevice> {
     let mut found = Vec::new();
     for &byte in bytes {
@@ -264,7 +264,7 @@ fn requests(decoder: &mut Decoder, bytes: &[u8]) -> Vec<ToDevice> {
     found
 }
 
-/// A host reads `bytes` as answers, which they may not be.
+/// Decodes `bytes` as a host reads answers, which they need not be.
 pub fn decode_as_host(bytes: &[u8]) {
     let mut decoder = Decoder::default();
     for &byte in bytes {

@@ -1,5 +1,5 @@
-//! Requests that any program may send on a board's endpoint 0, to the flashed image on the
-//! chip simulator.
+//! Requests that any program may send to a board's endpoint 0, on the flashed image in the chip
+//! simulator.
 
 use crate::desk;
 use crate::record::Record;
@@ -15,13 +15,13 @@ use hal_sim::chip::usb::Failure;
 use hal_sim::lockstep::Device;
 use std::sync::LazyLock;
 
-/// Control requests with any SETUP packet and any data: the device never stops or resets,
-/// never answers more than was asked for, its outputs stay as they were to the
-/// microsecond, and once the cable was out it enumerates and answers.
+/// Fuzzes control requests with any SETUP packet and any data: the device never stops or resets,
+/// never answers with more bytes than requested, its outputs stay unchanged to the microsecond, and
+/// after the cable was out it enumerates and answers.
 ///
-/// The first byte says where: a board that is not enumerated, one that is, or one that
-/// stimulates; and whether the cable is pulled at the end ([`Place`]). Then for each
-/// request eight bytes of SETUP, one `n` and `n` modulo 70 bytes of data.
+/// The first byte selects the case: a board that is not enumerated, one that is, or one that
+/// stimulates; and whether the cable is pulled at the end ([`Place`]). Then each request has eight
+/// bytes of SETUP, one `n` and `n` modulo 70 bytes of data.
 pub fn usb(data: &[u8]) {
     let Some((first, mut rest)) = data.split_first() else {
         return;
@@ -58,11 +58,11 @@ pub fn usb(data: &[u8]) {
     assert_eq!(board.last_reset(), before, "the board was reset");
 }
 
-/// Of an input's first byte: modulo 3 which case, and whether its highest bit is set.
+/// First byte of an input: the case, modulo 3, and a flag in its highest bit.
 struct Place {
     case: usize,
-    /// The cable is pulled once the requests are served: it takes twenty times as long, for
-    /// a host waits before it looks at what was plugged in.
+    /// Whether the cable is pulled once the requests are served. This takes twenty times as long,
+    /// because a host waits before it enumerates a new device.
     is_pulled: bool,
 }
 
@@ -75,16 +75,16 @@ impl Place {
     }
 }
 
-/// Requests of one input.
+/// Largest number of requests in one input.
 const MOST: usize = 8;
 
-/// While requests are served, and how long at least, ms of the chip's time.
+/// Shortest time for which requests are served, ms of the chip's time.
 const SERVED_MS: u64 = 12;
 
-/// Where a board is when somebody asks.
+/// State of a board when requests arrive.
 struct Case {
     board: Board<()>,
-    /// What it puts out in [`SERVED_MS`] if nobody does.
+    /// Outputs within [`SERVED_MS`] without any request.
     outputs: Vec<(u64, u32)>,
     is_new: bool,
 }
@@ -100,12 +100,12 @@ static CASES: LazyLock<[Case; 3]> = LazyLock::new(|| {
     })
 });
 
-/// Whether device time is known, so that outputs can be told.
+/// Returns whether device time is known, so that outputs can be reported.
 fn has_started(board: &Board<()>) -> bool {
     board.now_us() > 0
 }
 
-/// Frames run, nothing was asked.
+/// Returns a board whose host sends frames but no request yet.
 fn new() -> Board<()> {
     let (image, outputs) = (desk::flashed_image(), desk::stages(100.0));
     let mut board = Board::power_on(image, outputs, Pace::Lazy, ()).expect("it starts");
@@ -122,7 +122,8 @@ fn enumerated() -> Board<()> {
     board
 }
 
-/// Two channels at 200 Hz, and a host that may be silent for a second.
+/// Returns a board that stimulates on two channels at 200 Hz, whose host may be silent for a
+/// second.
 fn stimulating() -> Board<()> {
     let mut board = enumerated();
     let session = hello(&mut board);
@@ -161,7 +162,7 @@ fn stimulating() -> Board<()> {
 
 const MS: u64 = 1_000 * CYCLES_PER_US;
 
-/// Bytes to the board, and what it does in `ms`.
+/// Sends bytes to the board, and records its output for `ms`.
 fn exchange(board: &mut Board<()>, bytes: &[u8], ms: u64) -> Record {
     let (sensors, now) = (Sensors::default(), board.now_us());
     let (at, to) = (
@@ -175,13 +176,13 @@ fn exchange(board: &mut Board<()>, bytes: &[u8], ms: u64) -> Record {
     record
 }
 
-/// What the board answers to a frame.
+/// Sends a frame, and returns the board's messages within 10 ms.
 fn answers(board: &mut Board<()>, frame: &[u8]) -> Vec<Vec<u8>> {
     let said = exchange(board, frame, 10);
     desk::messages(&said.bytes).collect()
 }
 
-/// A session's number.
+/// Opens a session, and returns its number.
 fn hello(board: &mut Board<()>) -> u16 {
     let told = answers(board, &hello_frame());
     let session =
@@ -199,7 +200,7 @@ fn hello_frame() -> Vec<u8> {
     [&[0][..], &desk::frame(BROADCAST, 0, request)].concat()
 }
 
-/// The changes of all lines, from now on.
+/// Returns the changes of all output lines from now on.
 fn line_changes(board: &mut Board<()>) -> Vec<(u64, u32)> {
     if !has_started(board) {
         let to = board.cpu.cycle + SERVED_MS * MS;
@@ -213,8 +214,8 @@ fn line_changes(board: &mut Board<()>) -> Vec<(u64, u32)> {
         .collect()
 }
 
-/// Lets the requests be served, and holds the outputs against those of a board that
-/// nobody asked; they may be served no faster than the host's frames.
+/// Waits until the requests are served, and compares the outputs with those of a board without
+/// requests. Requests are served no faster than the host's frames.
 fn check_served(board: &mut Board<()>, outputs: &[(u64, u32)]) {
     assert_eq!(line_changes(board), outputs, "the outputs changed");
     for _ in 0..4 {
@@ -225,7 +226,7 @@ fn check_served(board: &mut Board<()>, outputs: &[(u64, u32)]) {
     }
 }
 
-/// The cable out and in again.
+/// Removes the cable and connects it again.
 fn replug(board: &mut Board<()>) {
     board.around.plug(false, board.cpu.cycle);
     let to = board.cpu.cycle + 5 * MS;
@@ -233,7 +234,7 @@ fn replug(board: &mut Board<()>) {
     board.around.plug(true, board.cpu.cycle);
     let open = board.boot(&Sensors::default());
     open.unwrap_or_else(|why| panic!("it does not enumerate again: {why}"));
-    // One that still stimulates turns a new host away.
+    // A board that still stimulates refuses a new host.
     let told = answers(board, &hello_frame());
     let is_answer = |message: &Vec<u8>| {
         matches!(

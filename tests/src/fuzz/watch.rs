@@ -1,5 +1,5 @@
-//! The promises about a board's outputs and answers that hold for any input.
-//! It decides by what comes out, not by how the scheduler works.
+//! Promises about a board's outputs and answers that hold for any input, checked from the output
+//! alone, without knowledge of the scheduler.
 
 use firmware::link::{Decoder, Event, Response};
 use firmware::lockstep::Sink;
@@ -7,41 +7,41 @@ use firmware::pulse::{CHANNELS, Levels, State as Line};
 use firmware::safety::State;
 use firmware::units::{DacCode, Micros, us};
 
-/// From a request to arm to the last pulse of the electrode check: an order
-/// waits for at most two windows, ten pulses come 2 ms apart.
+/// Longest time from an arm request to the last pulse of the electrode check: two windows until the
+/// order is taken, and ten pulses 2 ms apart.
 const CHECK_US: u32 = 25_000;
 
-/// What is rendered plays on for two windows after the state has changed.
+/// Time for which rendered windows play on after a change of state: two windows.
 const RENDERED_US: u32 = 500;
 
-/// No phase is longer (design, "Pulses").
+/// Longest phase (design, "Pulses").
 const MAX_PHASE_US: u32 = 500;
 
-/// Isolation between opposite drive (design, "Pulses": a board constant).
+/// Disconnected time between opposite drive (design, "Pulses": a board constant).
 const DEAD_TIME_US: u32 = firmware::pulse::DEAD_TIME_US as u32;
 
-/// What one channel's output does.
+/// Output state of one channel.
 #[derive(Clone, Copy)]
 struct Channel {
     line: Line,
     since: Micros,
-    /// The latest drive and when it ended.
+    /// Latest drive and its end.
     drive: Option<(Line, Micros)>,
 }
 
-/// Judges everything that a board puts out.
+/// Checker of everything that a board outputs.
 pub struct Watch {
-    /// Until when driven outputs are in order.
+    /// Time until which driven outputs are allowed.
     may_drive: Option<Micros>,
     channels: [Channel; CHANNELS],
     answers: Decoder,
-    /// When the board says that it went into a fault.
+    /// Times at which the board reported a fault.
     pub faults: Vec<Micros>,
     /// Whether any output has been driven.
     pub has_driven: bool,
-    /// Requests that the board carried out.
+    /// Number of requests that the board carried out.
     pub acknowledged: u32,
-    /// Requests or frames that the board refused.
+    /// Number of requests or frames that the board refused.
     pub refused: u32,
 }
 
@@ -65,12 +65,12 @@ impl Default for Watch {
 }
 
 impl Watch {
-    /// The host has asked the board to arm.
+    /// Notes that the host has asked the board to arm.
     pub fn note_arm_request(&mut self, now: Micros) {
         self.allow_until(now + us(CHECK_US));
     }
 
-    /// The board is in `state` at `now`. Must be told at least every window.
+    /// Notes that the board is in `state` at `now`; must be called at least every window.
     pub fn note_state(&mut self, now: Micros, state: State) {
         if matches!(state, State::Armed | State::Stimulating | State::Stopping) {
             self.allow_until(now + us(RENDERED_US));
@@ -147,7 +147,7 @@ mod tests {
     use super::*;
     use std::panic::{AssertUnwindSafe, catch_unwind};
 
-    /// Whether the watch objects to these states of channel 3 at these times.
+    /// Returns whether the checker objects to these states of channel 3 at these times.
     fn objects(armed: bool, lines: &[(u32, Line)]) -> bool {
         let mut watch = Watch::default();
         if armed {

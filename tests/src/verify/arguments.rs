@@ -1,8 +1,8 @@
-//! What `cargo verify` was asked for.
+//! Command line of `cargo verify`.
 
 use std::time::Duration;
 
-/// How it is called.
+/// Help text.
 pub(super) const USAGE: &str = "\
 usage: cargo verify [STEP...]         everything, or only these steps
        cargo verify quick             rules, format, lints, unit tests of changed packages
@@ -11,22 +11,21 @@ usage: cargo verify [STEP...]         everything, or only these steps
        cargo verify --soak MINUTES    property tests on fresh seeds, 1 to 10080 minutes
        cargo verify --soak-seed SEED  one round of them on this seed";
 
-/// A week: longer is a slip of the hand.
+/// A week; a longer time is probably a typing error.
 const LONGEST_MINUTES: u64 = 7 * 24 * 60;
 
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) enum VerifyMode {
-    /// All of them if it is empty.
+    /// Steps by name; all steps if empty.
     Steps(Vec<String>),
-    /// Rounds on fresh seeds until this is over.
+    /// Rounds on fresh seeds for this time.
     Soak(Duration),
     /// One round on this seed.
     SoakSeed(u64),
     Help,
 }
 
-/// What `arguments` ask for, with `steps` to choose from; what is wrong if they
-/// ask for nothing that there is.
+/// Parses `arguments`, with `steps` to choose from. Returns an explanation if they are invalid.
 pub(super) fn parse(arguments: &[String], steps: &[&str]) -> Result<VerifyMode, String> {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match words[..] {

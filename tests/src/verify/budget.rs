@@ -1,8 +1,7 @@
-//! What the linked images use of the chip's memories, and what each algorithm
-//! takes of its time, held to tests/budgets.toml.
+//! Memory use of the linked images and time of each algorithm, compared with tests/budgets.toml.
 //!
-//! Cycles are those of docs/charts/cycles.csv: that the code takes exactly
-//! these is a test of its own (tests/tests/cycles.rs).
+//! Cycles come from docs/charts/cycles.csv; a separate test checks that the code takes exactly
+//! these (tests/tests/cycles.rs).
 
 use super::Workspace;
 use super::image::Image;
@@ -12,23 +11,23 @@ use object::{Object, ObjectSection, SectionFlags, SectionKind, elf::SHF_ALLOC};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// CCM, SRAM1 and SRAM2 (RM0090, section 2.3); what is elsewhere is in flash.
+/// CCM, SRAM1 and SRAM2 (RM0090, section 2.3); everything else is in flash.
 const RAM: [std::ops::Range<u64>; 2] = [0x1000_0000..0x1001_0000, 0x2000_0000..0x4000_0000];
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Budgets {
-    /// A value further below its budget than this gets a note, %.
+    /// Margin, %: a value further below its budget gets a note.
     margin_percent: u64,
     images: BTreeMap<String, Memory>,
-    /// What `tests/tests/chip_numbers.rs` holds.
+    /// Budgets that `tests/tests/chip_numbers.rs` checks.
     #[serde(rename = "chip")]
     _chip: serde::de::IgnoredAny,
-    /// Most cycles of one call, by algorithm.
+    /// Largest number of cycles of one call, by algorithm.
     cycles: BTreeMap<String, u64>,
 }
 
-/// Bytes of both memories, allowed or used.
+/// Bytes of flash and RAM, allowed or used.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Memory {
@@ -36,15 +35,15 @@ struct Memory {
     ram: u64,
 }
 
-/// A part of an image that occupies memory on the chip.
+/// Part of an image that occupies memory on the chip.
 struct Section {
     address: u64,
     size: u64,
-    /// Its contents are stored in flash, wherever they are used.
+    /// Whether its contents are stored in flash, wherever they are used.
     is_loaded: bool,
 }
 
-/// Two checks for each image, flash and RAM; one for each algorithm.
+/// Makes two checks for each image, flash and RAM, and one for each algorithm.
 pub(super) fn run(at: &Workspace) -> anyhow::Result<Report> {
     let path = at.root.join("tests/budgets.toml");
     let text = std::fs::read_to_string(&path)
@@ -80,7 +79,7 @@ fn measure(image: &Image, at: &Workspace) -> anyhow::Result<Memory> {
     Ok(usage(file.sections().filter_map(allocated_section)))
 }
 
-/// What a section takes, if it is in the image at all.
+/// Returns the section if it occupies memory on the chip.
 fn allocated_section<'a>(section: impl ObjectSection<'a>) -> Option<Section> {
     let SectionFlags::Elf { sh_flags, .. } = section.flags() else {
         return None;
@@ -102,10 +101,10 @@ fn usage(sections: impl Iterator<Item = Section>) -> Memory {
     used
 }
 
-/// What each algorithm takes on the chip simulator.
+/// Table of each algorithm's cycles on the chip simulator.
 const CYCLES: &str = "docs/charts/cycles.csv";
 
-/// A row of that table: most cycles in both readings of the flash.
+/// Row of that table: the largest cycles in both readings of the flash documentation.
 #[derive(Deserialize)]
 struct CycleRow {
     algorithm: String,
@@ -114,14 +113,15 @@ struct CycleRow {
 }
 
 impl CycleRow {
-    /// No board has told which reading is right: a budget holds in both.
+    /// Returns the larger of both readings. No board has shown which is right, so a budget covers
+    /// both.
     fn max_budget(&self) -> u64 {
         self.max_cycles.max(self.max_cycles_prefetched_not_cached)
     }
 }
 
-/// Each algorithm of `table`. Only those that fail or have too much room are
-/// listed: the table has the others.
+/// Checks each algorithm of `table`. Lists only those that fail or have too large a margin, because
+/// the table shows the others.
 fn cycles(table: &str, budgets: &Budgets) -> anyhow::Result<Report> {
     let mut report = Report::default();
     let mut without_row = budgets.cycles.clone();
@@ -146,13 +146,13 @@ fn cycles(table: &str, budgets: &Budgets) -> anyhow::Result<Report> {
     Ok(report)
 }
 
-/// Whether growth could hide below the budget.
+/// Returns whether growth could stay unnoticed below the budget.
 const fn is_loose(used: u64, budget: u64, margin_percent: u64) -> bool {
     used * 100 < budget * 100u64.saturating_sub(margin_percent)
 }
 
-/// One row: failed above its budget; listed if that is asked for or it has too
-/// much room.
+/// Checks one row: it fails above its budget, and is listed if requested or if its margin is too
+/// large.
 fn check_row(row: String, used: u64, budget: u64, margin_percent: u64, is_listed: bool) -> Report {
     if used > budget {
         return Report::fail(vec![row, "^ above its budget".into()]);
@@ -239,7 +239,7 @@ mod tests {
         };
         let heading = "algorithm,calls,checksum,min_cycles,max_cycles,\
                        max_cycles_prefetched_not_cached\n";
-        // The worse of both readings counts, whichever it is.
+        // The larger of both readings counts, whichever it is.
         for most in ["80,70", "70,80", "80,80"] {
             let table = format!("{heading}a,1,0,10,{most}\n");
             let report = |most| cycles(&table, &budgets(most)).unwrap();

@@ -1,7 +1,7 @@
-//! `cargo verify changed`: the unit tests of the packages that differ from the last commit,
-//! or, where nothing does, that the last commit changed.
+//! `cargo verify changed`: the unit tests of the packages that differ from the last commit or,
+//! without differences, that the last commit changed.
 //!
-//! Part of `cargo verify quick`, not of an ordinary run, which tests all of them.
+//! Part of `cargo verify quick`, but not of an ordinary run, which tests all packages.
 
 use super::Workspace;
 use super::command::execute;
@@ -10,7 +10,7 @@ use super::report::Report;
 use super::suite;
 use std::collections::BTreeSet;
 
-/// Each package's folder, the folders inside others first.
+/// Folder of each package, nested folders first.
 const PACKAGES: [(&str, &str); 7] = [
     ("host-tool/core/", "host-core"),
     ("host-tool/methods/", "methods"),
@@ -27,7 +27,7 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
         console,
         &["status", "--porcelain", "--no-renames", "-uall"],
     )?;
-    // "XY path".
+    // Lines have the form "XY path".
     files = files
         .iter()
         .filter_map(|line| line.get(3..))
@@ -48,7 +48,7 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
     Ok(report)
 }
 
-/// What git prints.
+/// Runs git and returns its output.
 fn git(at: &Workspace, console: &mut Console, words: &[&str]) -> anyhow::Result<Vec<String>> {
     let finished = execute(at, console, "git", words)?;
     anyhow::ensure!(
@@ -60,7 +60,7 @@ fn git(at: &Workspace, console: &mut Console, words: &[&str]) -> anyhow::Result<
     Ok(finished.lines)
 }
 
-/// The packages that these files are part of.
+/// Returns the packages that contain these files.
 fn packages_of<'a>(files: impl Iterator<Item = &'a str>) -> BTreeSet<&'static str> {
     let package = |file: &str| PACKAGES.iter().find(|(folder, _)| file.starts_with(folder));
     files.filter_map(package).map(|(_, name)| *name).collect()

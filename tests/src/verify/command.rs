@@ -1,4 +1,4 @@
-//! Other programs: run, watched while they run, and read.
+//! Execution of other programs, with progress and captured output.
 
 use super::Workspace;
 use super::console::Console;
@@ -9,28 +9,28 @@ use std::process::{Command, Stdio};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-/// How often a silent program's line is refreshed.
+/// Interval at which a silent program's line is refreshed.
 const REFRESH: Duration = Duration::from_millis(200);
 
-/// How long the output of a program that has ended may stay open and silent: a
-/// process that it left behind could hold it for ever.
+/// Longest time for which the output of an ended program may stay open and silent; a process that
+/// it left behind could hold it forever.
 const LINGER: Duration = Duration::from_secs(5);
 
-/// Words with which cargo and rustup say that all goes well.
+/// First words of cargo's and rustup's routine messages.
 const CHATTER: &str = "Adding Blocking Checking Compiling Downloaded Downloading Finished Fresh \
                        Installing Locking Running Unpacking Updating info:";
 
-/// A program that has ended.
+/// Result of a program that has ended.
 #[derive(Debug)]
 pub(super) struct Finished {
-    /// It ended with exit code 0.
+    /// Whether it ended with exit code 0.
     pub success: bool,
-    /// Both its outputs, in the order in which they were written.
+    /// Both outputs, in the order in which they were written.
     pub lines: Vec<String>,
 }
 
 impl Finished {
-    /// One check: passed if the program says so, else its output as the reason.
+    /// Returns one check, passed if the program succeeded, with its output as the reason otherwise.
     pub fn report(self, what: &str) -> Report {
         if self.success {
             return Report::pass();
@@ -45,7 +45,7 @@ impl Finished {
     }
 }
 
-/// Runs `program` in the workspace to its end.
+/// Runs `program` in the workspace until it ends.
 pub(super) fn execute(
     at: &Workspace,
     console: &mut Console,
@@ -55,7 +55,7 @@ pub(super) fn execute(
     execute_with(at, console, program, arguments, &[])
 }
 
-/// [`execute`] with these environment variables.
+/// Does the same as [`execute`] with these environment variables.
 pub(super) fn execute_with(
     at: &Workspace,
     console: &mut Console,
@@ -103,7 +103,7 @@ pub(super) fn execute_with(
     Ok(Finished { success, lines })
 }
 
-/// A cargo command as one check.
+/// Runs a cargo command as one check.
 pub(super) fn cargo(
     at: &Workspace,
     console: &mut Console,

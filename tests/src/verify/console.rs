@@ -1,16 +1,16 @@
-//! Progress: a line that lives on a terminal, plain lines in a pipe.
+//! Progress display: one updated line on a terminal, plain lines in a pipe.
 
 use super::report::Report;
 use std::io::{IsTerminal, Write, stdout};
 use std::time::{Duration, Instant};
 
-/// How often a pipe is told that a step still runs.
+/// Interval at which a pipe gets a line while a step runs.
 const HEARTBEAT: Duration = Duration::from_secs(30);
 
 /// Columns of a line.
 const WIDTH: usize = 80;
 
-/// Shows which step runs, for how long, and what it does at the moment.
+/// Display of the running step, its time, and its current action.
 pub(super) struct Console {
     terminal: bool,
     heading: String,
@@ -28,7 +28,7 @@ impl Console {
         }
     }
 
-    /// A step begins.
+    /// Begins a step.
     pub fn begin(&mut self, heading: &str) {
         heading.clone_into(&mut self.heading);
         self.since = Instant::now();
@@ -40,20 +40,20 @@ impl Console {
         }
     }
 
-    /// The step is at `doing`. Call it often; it decides what to show.
+    /// Shows the current action of the step. May be called often, because it limits its own output.
     pub fn show_progress(&mut self, doing: &str) {
         let time = seconds(self.since.elapsed());
         if self.terminal {
             let line = clip(&format!("{} {time} {}", self.heading, doing.trim()));
             print!("\r\x1b[2K{line}");
-            let _ = stdout().flush(); // progress that cannot be shown is no failure
+            let _ = stdout().flush(); // a progress line that cannot be shown is no failure
         } else if self.told.elapsed() >= HEARTBEAT {
             self.told = Instant::now();
             println!("{}", clip(&format!("    … {time} {}", doing.trim())));
         }
     }
 
-    /// The step has ended.
+    /// Ends the step.
     pub fn end(&mut self, report: &Report) {
         if self.terminal {
             print!("\r\x1b[2K{}", self.heading);
@@ -72,12 +72,12 @@ impl Console {
     }
 }
 
-/// `line` cut to the width of a terminal line.
+/// Cuts `line` to the width of a terminal line.
 fn clip(line: &str) -> String {
     line.chars().take(WIDTH - 1).collect()
 }
 
-/// A duration for people.
+/// Formats a duration for people.
 pub(super) fn seconds(time: Duration) -> String {
     let whole = time.as_secs();
     if whole < 60 {

@@ -1,9 +1,8 @@
-//! A second build compiles nothing.
+//! Check that a second build compiles nothing.
 //!
-//! Cargo rebuilds a package at every call if its build script names a file that is not
-//! there, and with it all that depends on it: minutes of every edit. Each profile that the
-//! steps before this one built is built again, and what is not fresh is named with Cargo's
-//! reason.
+//! Cargo rebuilds a package at every call if its build script names a missing file, and with it all
+//! dependent packages: minutes at every edit. Each profile built by the steps before is built
+//! again, and rebuilt packages are listed with Cargo's reason.
 
 use super::Workspace;
 use super::command::{Finished, execute};
@@ -11,9 +10,9 @@ use super::console::Console;
 use super::image::Image;
 use super::report::Report;
 
-/// Builds of this computer's programs: the profile, and what to build. Of the release
-/// profile the packages with a build script of their own, as libraries: linking the
-/// programs takes minutes, and what makes a package stale is its build script's word.
+/// Builds for this computer: profile and arguments. For the release profile only the packages with
+/// a build script are built, as libraries: linking the programs takes minutes, and only build
+/// scripts make a package stale.
 const BUILDS: [(&str, &[&str]); 3] = [
     ("dev", &["build", "--workspace"]),
     ("test", &["test", "--workspace", "--no-run"]),
@@ -31,7 +30,7 @@ const BUILDS: [(&str, &[&str]); 3] = [
     ),
 ];
 
-/// Each build twice; the second compiles nothing.
+/// Runs each build twice; the second must compile nothing.
 pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     let mut report = Report::default();
     for (profile, arguments) in BUILDS {
@@ -60,7 +59,7 @@ fn build_twice(
     Ok(judge(profile, execute(at, console, "cargo", &again)?))
 }
 
-/// What a second build, told in full, came to.
+/// Judges the verbose output of a second build.
 fn judge(profile: &str, second: Finished) -> Report {
     if !second.success {
         return second.report(&format!("the second build of {profile}"));
@@ -69,7 +68,7 @@ fn judge(profile: &str, second: Finished) -> Report {
         let of = move |line: &&String| line.split_whitespace().next() == Some(word);
         second.lines.iter().filter(of)
     };
-    // Cargo says why before it compiles.
+    // Cargo prints the reason before it compiles.
     let stale: Vec<String> = said("Dirty").chain(said("Compiling")).cloned().collect();
     if !stale.is_empty() {
         let heading = format!("a second build of {profile} compiles:");
@@ -85,7 +84,7 @@ fn judge(profile: &str, second: Finished) -> Report {
 mod tests {
     use super::*;
 
-    /// A package of its own whose build script names `watched`.
+    /// Creates a test package whose build script names `watched`.
     fn package(name: &str, watched: &str) -> Workspace {
         let own = format!("flexor-fresh-{}-{name}", std::process::id());
         let root = std::env::temp_dir().join(own);

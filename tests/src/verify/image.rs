@@ -1,4 +1,4 @@
-//! The device images: which there are, linted and built for the chip.
+//! The device images: list, lints and builds for the chip.
 
 use super::Workspace;
 use super::command::cargo;
@@ -8,22 +8,22 @@ use anyhow::Context;
 use serde::Deserialize;
 use std::path::PathBuf;
 
-/// The chip's target.
+/// Rust target of the chip.
 pub(super) const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// The packages whose binaries all are images.
+/// Packages whose binaries are all images.
 const PACKAGES: [&str; 2] = ["firmware", "host-tool/methods"];
 
-/// A binary of one of [`PACKAGES`].
+/// Binary of one of [`PACKAGES`].
 #[derive(Clone, PartialEq, Eq, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) struct Image {
-    /// The binary's name.
+    /// Name of the binary.
     pub name: String,
-    /// What it is built with.
+    /// Cargo features of the build.
     #[serde(default)]
     required_features: Vec<String>,
-    /// Where its package is.
+    /// Folder of its package.
     #[serde(skip)]
     folder: &'static str,
 }
@@ -35,7 +35,7 @@ struct Manifest {
 }
 
 impl Image {
-    /// Every image, as the packages' manifests list them.
+    /// Returns every image listed in the packages' manifests.
     pub fn all(at: &Workspace) -> anyhow::Result<Vec<Self>> {
         let mut all = Vec::new();
         for folder in PACKAGES {
@@ -48,12 +48,12 @@ impl Image {
         Ok(all)
     }
 
-    /// Where the linked image is.
+    /// Returns the path of the linked image.
     pub fn path(&self, at: &Workspace) -> PathBuf {
         at.target.join(TARGET).join("release").join(&self.name)
     }
 
-    /// Of cargo's `command` on this image.
+    /// Returns the arguments of cargo's `command` for this image.
     pub fn arguments(&self, command: &str) -> Vec<String> {
         let features = self.required_features.join(",");
         let package = self.folder.rsplit('/').next().unwrap_or(self.folder);
@@ -83,14 +83,14 @@ fn parse(manifest: &str) -> anyhow::Result<Vec<Image>> {
     Ok(toml::from_str::<Manifest>(manifest)?.bin)
 }
 
-/// Each image without a warning, each `unsafe` block with its reason.
+/// Lints each image; warnings and `unsafe` blocks without a reason fail.
 pub(super) fn lint(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     let unsafe_blocks = "clippy::undocumented_unsafe_blocks";
     let rest = ["--", "-D", "warnings", "-D", unsafe_blocks];
     run_on_each(at, console, "clippy", &rest)
 }
 
-/// Each image linked.
+/// Builds and links each image.
 pub(super) fn build(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     run_on_each(at, console, "build", &[])
 }

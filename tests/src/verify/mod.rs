@@ -1,12 +1,10 @@
 //! The runner behind `cargo verify`.
 //!
-//! Lives here: the list of steps, and the report at the end. Each step counts
-//! what passed and what failed and never stops the next one, so that every
-//! problem shows at once. Not here: any test of the product.
-//! In: the working tree, and names of steps to run only those, or how long to
-//! search with fresh seeds.
-//! Out: lines for people; exit code 0 (all passed), 1 (something failed) or
-//! 2 (asked for what there is not); as the last line `N passed, N failed[, N skipped]`.
+//! Contains the list of steps and the final report. Each step counts passed and failed checks and
+//! never stops the next step, so that every problem shows at once. Tests of the product do not
+//! belong here. In: the working tree, and the names of steps or a time for searching with fresh
+//! seeds. Out: lines for people; exit code 0 (all passed), 1 (something failed) or 2 (invalid
+//! arguments); as the last line `N passed, N failed[, N skipped]`.
 
 mod arguments;
 mod budget;
@@ -35,15 +33,15 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-/// What a clean checkout may take on two cores.
+/// Longest time for a clean checkout on two cores.
 const WHOLE_RUN: Duration = Duration::from_secs(15 * 60);
 
-/// Commands that the README promises, run as a user would.
+/// Commands that the README shows, run as a user would.
 const README_COMMANDS: &[&str] = &["demo"];
 
 type Run = fn(&Workspace, &mut Console) -> anyhow::Result<Report>;
 
-/// In this order: what a later step needs comes first.
+/// Steps in the order in which they depend on each other.
 const STEPS: &[(&str, Run)] = &[
     ("set-up", setup::run),
     ("rules", |at, _| rules::run(&at.root)),
@@ -68,13 +66,13 @@ const BY_NAME: &[(&str, Run)] = &[
     ("cluster", cluster::run),
 ];
 
-/// What `quick` stands for: what is known two minutes after a change.
+/// Steps of `quick`, which take two minutes.
 const QUICK: (&str, &[&str]) = ("quick", &["rules", "format", "lints", "changed"]);
 
-/// Where things are.
+/// Folders of the working tree.
 #[derive(Debug)]
 struct Workspace {
-    /// The folder with the workspace's `Cargo.toml`.
+    /// Folder with the workspace's `Cargo.toml`.
     root: PathBuf,
     /// Cargo's target folder.
     target: PathBuf,
@@ -92,7 +90,7 @@ impl Workspace {
     }
 }
 
-/// Does what the words after `cargo verify` ask for.
+/// Runs the steps named after `cargo verify`.
 #[must_use]
 pub fn main(words: &[String]) -> ExitCode {
     let steps = STEPS.iter().chain(BY_NAME);
@@ -148,7 +146,7 @@ fn verify(workspace: &Workspace, wanted: &[String]) -> ExitCode {
     print_summary(&mut done, begin.elapsed())
 }
 
-/// Prints what took long, what failed, and the closing line.
+/// Prints slow and failed steps, and the closing line.
 fn print_summary(done: &mut [(&str, Duration, Report)], total: Duration) -> ExitCode {
     println!();
     for (name, _, report) in done.iter().filter(|(_, _, report)| report.failed > 0) {
@@ -172,8 +170,8 @@ fn print_summary(done: &mut [(&str, Duration, Report)], total: Duration) -> Exit
     ExitCode::from(u8::from(whole.failed > 0))
 }
 
-/// The whole workspace, and the fuzz targets, which are a workspace of their
-/// own. Only names the files: `cargo fmt` shows and does the rest.
+/// Checks the format of the workspace and of the fuzz targets, which are a separate workspace.
+/// Lists the files only; `cargo fmt` formats them.
 fn format(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     let workspace = ["fmt", "--all", "--", "--check", "-l"];
     let mut report = cargo(at, console, &workspace)?;

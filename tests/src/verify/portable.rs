@@ -1,5 +1,5 @@
-//! Simulators and sessions without features, for systems that are not this one: a browser,
-//! which has neither clock nor processes nor sockets, and Windows. Checked without linking.
+//! Simulators and sessions without features, for other systems: a browser, which has no clock,
+//! processes or sockets, and Windows. Checked without linking.
 
 use super::Workspace;
 use super::command::{cargo, execute};
@@ -10,7 +10,7 @@ use super::{setup, windows};
 /// WebAssembly without an operating system.
 const BROWSER: &str = "wasm32-unknown-unknown";
 
-/// The packages, and that their features stay out.
+/// Cargo arguments for the packages, without their features.
 const PACKAGES: [&str; 5] = ["-p", "hal-sim", "-p", "host-core", "--no-default-features"];
 
 /// Crates that need an operating system or are large, and so belong to a feature.
@@ -23,8 +23,8 @@ const LEFT_OUT: [&str; 6] = [
     "socket2",
 ];
 
-/// A check for each target, and one that the features leave crates out; says which target was
-/// skipped because the compiler has no library for it and rustup cannot fetch it.
+/// Checks each target, and that the features exclude crates. A target is skipped if the compiler
+/// has no library for it and rustup cannot fetch it.
 pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     let mut report = Report::default();
     for target in [BROWSER, windows::TARGET] {
@@ -40,7 +40,7 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
     Ok(report)
 }
 
-/// That no crate of [`LEFT_OUT`] is built without features.
+/// Checks that no crate of [`LEFT_OUT`] is built without features.
 fn check_left_out(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     let shape = ["--edges", "normal", "--prefix", "none"];
     let tree = [&["tree"], &PACKAGES[..], &shape].concat();
@@ -58,7 +58,7 @@ fn check_left_out(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
     })
 }
 
-/// Crates of [`LEFT_OUT`] that `cargo tree` lists.
+/// Returns the crates of [`LEFT_OUT`] that `cargo tree` lists.
 fn unexpected_crates(lines: &[String]) -> Vec<&'static str> {
     let is_listed = |name: &&str| {
         let mut names = lines.iter().map(|line| line.split(' ').next());

@@ -1,5 +1,6 @@
-//! No crate below the studies is compiled at level 0: a crate at level 1 takes shared generic
-//! functions as a crate below it compiled them, and a study then takes three times as long.
+//! Check that no dependency of the studies is compiled at level 0. A crate at level 1 uses shared
+//! generic functions as compiled by its dependencies, and a study would then take three times as
+//! long.
 
 use super::Workspace;
 use super::command::execute;
@@ -7,11 +8,11 @@ use super::console::Console;
 use super::report::Report;
 use std::collections::BTreeSet;
 
-/// Packages whose processor time counts in the dev profile.
+/// Packages whose speed matters in the dev profile.
 const FAST: [&str; 2] = ["studies", "host-core"];
 
-/// Compares the levels in `Cargo.toml` with the crates that [`FAST`] depends on, with the
-/// features that the whole workspace gives them.
+/// Compares the levels in `Cargo.toml` with the dependencies of [`FAST`], with the features that
+/// the whole workspace enables.
 pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     let manifest = std::fs::read_to_string(at.root.join("Cargo.toml"))?;
     let unoptimized = unoptimized(&toml::from_str(&manifest)?);
@@ -32,7 +33,7 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
     })
 }
 
-/// Packages that the dev profile compiles at level 0.
+/// Returns the packages that the dev profile compiles at level 0.
 fn unoptimized(manifest: &toml::Table) -> BTreeSet<String> {
     let packages = ["profile", "dev", "package"]
         .iter()
@@ -49,7 +50,8 @@ fn unoptimized(manifest: &toml::Table) -> BTreeSet<String> {
         .collect()
 }
 
-/// Crates below [`FAST`] in `cargo tree --prefix depth`, whose lines begin with a depth.
+/// Returns the dependencies of [`FAST`] in `cargo tree --prefix depth`, whose lines begin with a
+/// depth.
 fn dependencies_of_fast(lines: &[String]) -> BTreeSet<String> {
     let mut crates = BTreeSet::new();
     let mut fast_depth = None;

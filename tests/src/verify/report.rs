@@ -1,20 +1,20 @@
-//! What a step found.
+//! Result of a step.
 
-/// Counts, and lines for people.
+/// Counts of checks, and lines for people.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub(super) struct Report {
-    /// Tests or checks that passed.
+    /// Number of tests or checks that passed.
     pub passed: u32,
-    /// Those that failed.
+    /// Number of tests or checks that failed.
     pub failed: u32,
-    /// Checks that could not be made here, each named in a line.
+    /// Number of checks that could not run here, each named in a line.
     pub skipped: u32,
-    /// What a person should read: problems, measured values, notes.
+    /// Lines for people: problems, measured values, notes.
     pub lines: Vec<String>,
 }
 
 impl Report {
-    /// One check that passed.
+    /// Returns one passed check.
     pub fn pass() -> Self {
         Self {
             passed: 1,
@@ -22,7 +22,7 @@ impl Report {
         }
     }
 
-    /// One check that failed, and why.
+    /// Returns one failed check with its reason.
     pub fn fail(lines: Vec<String>) -> Self {
         Self {
             failed: 1,
@@ -31,7 +31,7 @@ impl Report {
         }
     }
 
-    /// One check that this machine cannot make: which, and why.
+    /// Returns one check that this machine cannot run, with its name and the reason.
     pub fn skip(why: String) -> Self {
         Self {
             skipped: 1,
@@ -40,12 +40,12 @@ impl Report {
         }
     }
 
-    /// One check that could not even be made.
+    /// Returns one failed check that could not run because of `error`.
     pub fn from_error(error: anyhow::Error) -> Self {
         Self::fail(vec![format!("{error:#}")])
     }
 
-    /// As the closing line has it: `N passed, N failed`, and what was skipped, if anything.
+    /// Returns the counts for the closing line: `N passed, N failed`, and skipped checks, if any.
     pub fn counts(&self) -> String {
         let skipped = match self.skipped {
             0 => String::new(),
@@ -54,7 +54,7 @@ impl Report {
         format!("{} passed, {} failed{skipped}", self.passed, self.failed)
     }
 
-    /// Adds another step's or check's findings.
+    /// Adds the result of another step or check.
     pub fn add(&mut self, other: Self) {
         self.passed += other.passed;
         self.failed += other.failed;

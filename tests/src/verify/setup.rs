@@ -1,4 +1,4 @@
-//! What a fresh machine lacks: the chip's target, two components, QEMU, Python, gdb.
+//! Set-up of a fresh machine: the chip's target, two components, QEMU, Python, gdb.
 
 use super::Workspace;
 use super::command::execute;
@@ -7,7 +7,7 @@ use super::image::TARGET;
 use super::report::Report;
 use std::path::Path;
 
-/// Programs of the system: name, package, what it is.
+/// System programs: name, package, description.
 const PROGRAMS: [[&str; 3]; 3] = [
     ["qemu-system-arm", "qemu-system-arm", "QEMU for Arm systems"],
     [
@@ -22,7 +22,7 @@ const PROGRAMS: [[&str; 3]; 3] = [
     ],
 ];
 
-/// One check each: present, or installed now.
+/// Makes one check for each: present, or installed now.
 pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     let mut report = target(at, console).unwrap_or_else(Report::from_error);
     report.add(components(at, console).unwrap_or_else(Report::from_error));
@@ -42,7 +42,7 @@ pub(super) fn runs_successfully(
     execute(at, console, program, arguments).is_ok_and(|finished| finished.success)
 }
 
-/// Whether the compiler has the library for `target`. Asks the compiler, which also works
+/// Returns whether the compiler has the library for `target`. Asks the compiler, which also works
 /// without rustup.
 pub(super) fn has_target(
     at: &Workspace,
@@ -55,7 +55,8 @@ pub(super) fn has_target(
     Ok(answer.success && folder.is_some_and(Path::is_dir))
 }
 
-/// Whether the compiler has the library for `target`, or has it now from rustup.
+/// Returns whether the compiler has the library for `target`, after an attempt to install it by
+/// rustup.
 pub(super) fn obtain_target(
     at: &Workspace,
     console: &mut Console,
@@ -87,8 +88,7 @@ fn components(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     Ok(done.report("rustup component add rustfmt clippy"))
 }
 
-/// One check: a program is present, as it says when it is asked for its `version`, or its
-/// package is installed now.
+/// Checks that a program responds to its `version` argument, or installs its package.
 pub(super) fn ensure_installed(
     at: &Workspace,
     console: &mut Console,
@@ -104,7 +104,7 @@ pub(super) fn ensure_installed(
         let advice = format!("install {program} ({what}) with your package manager");
         return Ok(Report::fail(vec![advice]));
     }
-    execute(at, console, "apt-get", &["update"])?; // if it fails, the next line says so
+    execute(at, console, "apt-get", &["update"])?; // if this fails, the next line reports it
     let install = ["install", "-y", "--no-install-recommends", package];
     let done = execute(at, console, "apt-get", &install)?;
     Ok(done.report(&format!("apt-get install {package}")))

@@ -1,8 +1,7 @@
-//! Property tests and the short fuzz, round after round, each on a seed of its
-//! own.
+//! Property tests and the short fuzz test in rounds, each on its own seed.
 //!
-//! Which tests they are is read from the sources: every module that draws
-//! inputs. A round never stops the next one.
+//! The tests are found in the sources: every module that generates random inputs. A failing round
+//! does not stop the next.
 
 use super::Workspace;
 use super::command::{execute, execute_with};
@@ -15,39 +14,39 @@ use std::hash::{BuildHasher, Hasher, RandomState};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-/// What a module that draws inputs has in its code.
+/// Code that marks modules with random inputs.
 const DRAWS: [&str; 3] = ["proptest!", "TestRunner", "rng_seed"];
 
-/// What proptest takes its seed from; it goes before .cargo/config.toml's.
+/// Environment variable with proptest's seed, which takes precedence over .cargo/config.toml.
 const SEED: &str = "PROPTEST_RNG_SEED";
 
-/// Packages and modules that draw inputs, as cargo and test programs name them.
+/// Packages and modules with random inputs, as cargo and test programs name them.
 #[derive(PartialEq, Eq, Debug, Default)]
 struct Drawing {
     packages: BTreeSet<String>,
     modules: BTreeSet<String>,
 }
 
-/// What came of the rounds so far.
+/// Results of the rounds so far.
 #[derive(PartialEq, Eq, Debug, Default)]
 struct Rounds {
     done: u32,
     total: Report,
-    /// Seeds of those in which something failed.
+    /// Seeds of the rounds in which something failed.
     failing: Vec<u64>,
 }
 
-/// Rounds on fresh seeds until `length` is over; the last one is finished.
+/// Runs rounds on fresh seeds until `length` is over, and finishes the last.
 pub(super) fn run_fresh_seeds(at: &Workspace, length: Duration) -> ExitCode {
     soak(at, std::iter::repeat_with(fresh_seed), Some(length))
 }
 
-/// From the operating system's random numbers.
+/// Returns a seed from the operating system's random numbers.
 fn fresh_seed() -> u64 {
     RandomState::new().build_hasher().finish()
 }
 
-/// One round.
+/// Runs one round.
 pub(super) fn run_seed(at: &Workspace, seed: u64) -> ExitCode {
     soak(at, std::iter::once(seed), None)
 }
@@ -56,7 +55,7 @@ fn soak(at: &Workspace, seeds: impl Iterator<Item = u64>, length: Option<Duratio
     let mut console = Console::new();
     let mut rounds = Rounds::default();
     let prepared = prepare(at, &mut console);
-    let begin = Instant::now(); // building is no search
+    let begin = Instant::now(); // building does not count
     match prepared {
         Err(problem) => rounds.total.add(problem),
         Ok(drawing) => {
@@ -120,7 +119,7 @@ fn round(
 }
 
 impl Drawing {
-    /// The test programs of these packages.
+    /// Returns cargo's arguments for the test programs of these packages.
     fn arguments(&self) -> Vec<&str> {
         let packages = self.packages.iter().flat_map(|name| ["--package", name]);
         let which = ["test", "--no-fail-fast", "--lib", "--test", "suite"];
@@ -150,7 +149,7 @@ fn repeat_hint(seed: u64) -> String {
     format!("failed on seed {seed}; repeat it: cargo verify --soak-seed {seed}")
 }
 
-/// Every module that draws inputs, but for this program's own.
+/// Returns every module with random inputs, except for those of this program.
 fn random_tests(sources: &[Source]) -> Drawing {
     let mut drawing = Drawing::default();
     for source in sources {
@@ -166,8 +165,7 @@ fn random_tests(sources: &[Source]) -> Drawing {
     drawing
 }
 
-/// The package of a file in `src` or `tests`, and its module as a test program
-/// puts it before a test's name.
+/// Returns the package of a file in `src` or `tests`, and its module path in test names.
 fn module(path: &str) -> Option<(String, String)> {
     let mut parts: Vec<_> = path.strip_suffix(".rs")?.split('/').collect();
     if parts.last() == Some(&"mod") {

@@ -1,8 +1,8 @@
-//! Spelling of code and documents, by the program `typos`.
+//! Spelling of code and documents, checked by the program `typos`.
 //!
-//! In: the working tree; `typos.toml` lists what is spelt so on purpose. Out: each mistake, as
-//! `file:line`. The program is the one on the path, or is installed below Cargo's target folder
-//! from Python's package index, where it is prebuilt.
+//! In: the working tree; `typos.toml` lists intentional spellings. Out: each mistake, as
+//! `file:line`. The program is taken from the path, or installed below Cargo's target folder from
+//! Python's package index, which has it prebuilt.
 
 use super::Workspace;
 use super::command::execute;
@@ -11,10 +11,10 @@ use super::report::Report;
 use super::setup::runs_successfully;
 use std::path::PathBuf;
 
-/// The version that verify installs.
+/// Package and version that this step installs.
 const PACKAGE: &str = "typos==1.52.0";
 
-/// How to install the program by hand.
+/// Advice on manual installation.
 const ADVICE: &str = "install typos (spelling): `pip install typos` or `cargo install typos-cli`";
 
 pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
@@ -26,7 +26,7 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
     Ok(done.report("typos"))
 }
 
-/// The program on the path or in the target folder, installed there if it is in neither.
+/// Returns the program on the path or in the target folder, and installs it there if necessary.
 fn find(at: &Workspace, console: &mut Console) -> Option<PathBuf> {
     let folder = at.target.join("typos");
     let installed = folder.join("bin").join("typos");

@@ -1,7 +1,7 @@
-//! `cargo verify stalled`: tests over real ports beside eight loops that compute without end.
+//! `cargo verify stalled`: tests over real ports beside eight busy loops.
 //!
-//! Not of an ordinary run: it takes three times as long as those tests, on a computer that
-//! does something else.
+//! Not part of an ordinary run, because it takes three times as long as those tests on an otherwise
+//! busy computer.
 
 use super::Workspace;
 use super::command::execute;
@@ -12,10 +12,10 @@ use anyhow::Context;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Loops beside the tests.
+/// Number of busy loops.
 const BUSY: usize = 8;
 
-/// Runs in a row.
+/// Number of runs in a row.
 const RUNS: usize = 3;
 
 /// Seconds for which keep-alives are timed.
@@ -29,7 +29,7 @@ const PACKAGES: [(&str, &str); 4] = [
     ("tests", "tests"),
 ];
 
-/// What a test over a socket or a terminal has in its source.
+/// Code that marks tests over a socket or a terminal.
 const MARKS: [&str; 6] = [
     "Board::tcp",
     "Board::serve",
@@ -39,7 +39,7 @@ const MARKS: [&str; 6] = [
     "SerialPort",
 ];
 
-/// Every test over a real port, three times, and how late keep-alives are meanwhile.
+/// Runs every test over a real port three times, and measures how late keep-alives are.
 pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     let mut report = Report::default();
     let mut packages = Vec::new();
@@ -73,7 +73,7 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
     Ok(report)
 }
 
-/// Does `work` while [`BUSY`] threads compute without end.
+/// Runs `work` beside [`BUSY`] threads that compute endlessly.
 fn with_busy_loops(work: impl FnOnce() -> anyhow::Result<()>) -> anyhow::Result<()> {
     let is_over = AtomicBool::new(false);
     std::thread::scope(|scope| {
@@ -90,8 +90,8 @@ fn with_busy_loops(work: impl FnOnce() -> anyhow::Result<()>) -> anyhow::Result<
     })
 }
 
-/// The modules of a package's test program in `folder` that use real ports, as
-/// `cargo test` filters by them.
+/// Returns the modules of a package's test program in `folder` that use real ports, as filters for
+/// `cargo test`.
 fn modules(folder: &Path) -> anyhow::Result<Vec<String>> {
     let unread = || format!("{} cannot be read", folder.display());
     let mut names = Vec::new();

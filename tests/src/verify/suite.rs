@@ -1,4 +1,4 @@
-//! `cargo test`, read and summed up.
+//! `cargo test`: execution and summary.
 
 use super::Workspace;
 use super::command::{Finished, execute};
@@ -6,33 +6,33 @@ use super::console::{Console, seconds};
 use super::report::Report;
 use std::time::Duration;
 
-/// Suites that took longer than this are listed with their time.
+/// Time above which a suite is listed.
 const SLOW: Duration = Duration::from_secs(5);
 
-/// One test program's outcome.
+/// Result of one test program.
 #[derive(Clone, PartialEq, Debug, Default)]
 struct Suite {
     name: String,
     passed: u32,
     failed: u32,
     time: Duration,
-    /// It said its result; a program that crashed did not.
+    /// Whether the program printed its result; a program that crashed did not.
     has_result: bool,
     failing: Vec<String>,
     ignored: Vec<String>,
-    /// Tests that the program said take long.
+    /// Tests that the program reported as slow.
     slow: Vec<String>,
-    /// What the failing tests printed.
+    /// Output of the failing tests.
     details: Vec<String>,
 }
 
-/// Every test of the workspace.
+/// Runs every test of the workspace.
 pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     let arguments = ["test", "--workspace", "--no-fail-fast"];
     Ok(judge(execute(at, console, "cargo", &arguments)?))
 }
 
-/// What a run of `cargo test` came to.
+/// Judges a run of `cargo test`.
 pub(super) fn judge(finished: Finished) -> Report {
     let mut report = sum_up(&parse(&finished.lines));
     if !finished.success && report.failed == 0 {
@@ -68,7 +68,7 @@ fn sum_up(suites: &[Suite]) -> Report {
     report
 }
 
-/// Reads what `cargo test` and its test programs print.
+/// Parses the output of `cargo test` and its test programs.
 fn parse(lines: &[String]) -> Vec<Suite> {
     let mut suites: Vec<Suite> = Vec::new();
     let mut in_details = false;
@@ -103,8 +103,8 @@ fn parse(lines: &[String]) -> Vec<Suite> {
 }
 
 impl Suite {
-    /// `NAME ... FAILED`, `NAME ... ignored, reason`, `NAME has been running for
-    /// over 60 seconds`.
+    /// Parses `NAME ... FAILED`, `NAME ... ignored, reason` and `NAME has been running for over 60
+    /// seconds`.
     fn take_test(&mut self, line: &str) {
         if let Some((name, time)) = line.split_once(" has been running for ") {
             self.slow.push(format!("{name} {time}"));
@@ -119,7 +119,7 @@ impl Suite {
         }
     }
 
-    /// `test result: ok. 3 passed; 0 failed; 1 ignored; …; finished in 0.01s`.
+    /// Parses `test result: ok. 3 passed; 0 failed; 1 ignored; …; finished in 0.01s`.
     fn take_result(&mut self, line: &str) {
         self.has_result = true;
         for part in line.split("; ").flat_map(|part| part.split(". ")) {
@@ -134,7 +134,7 @@ impl Suite {
         }
     }
 
-    /// Drops empty lines and the list of names, which is shown already.
+    /// Drops empty lines and the list of names, which is already shown.
     fn trim_details(&mut self) {
         let names: Vec<_> = self.failing.iter().map(|n| format!("    {n}")).collect();
         self.details
@@ -142,9 +142,9 @@ impl Suite {
     }
 }
 
-/// `     Running unittests src/lib.rs (target/release/deps/firmware-0123)`,
-/// `     Running tests/x.rs (…)`, `   Doc-tests firmware`. Only the first kind names
-/// its `package`, whose the ones after it are.
+/// Parses `     Running unittests src/lib.rs (target/release/deps/firmware-0123)`, `     Running
+/// tests/x.rs (…)` and `   Doc-tests firmware`. Only the first kind names its `package`, which the
+/// following lines share.
 fn suite_name(line: &str, package: &mut String) -> Option<String> {
     if let Some(package) = line.strip_prefix("   Doc-tests ") {
         return Some(format!("{package} doc-tests"));

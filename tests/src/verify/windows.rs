@@ -1,4 +1,4 @@
-//! The program for Windows, checked without linking it.
+//! The program for Windows, checked without linking.
 
 use super::Workspace;
 use super::command::cargo;
@@ -9,8 +9,8 @@ use super::setup::obtain_target;
 /// Windows, with the GNU tools.
 pub(super) const TARGET: &str = "x86_64-pc-windows-gnu";
 
-/// Checks what a `flexor.exe` is made of; says that it was skipped where the compiler has
-/// no library for [`TARGET`] and rustup cannot fetch it.
+/// Checks the parts of `flexor.exe`; skipped if the compiler has no library for [`TARGET`] and
+/// rustup cannot fetch it.
 pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     if !obtain_target(at, console, TARGET)? {
         return Ok(skipped());

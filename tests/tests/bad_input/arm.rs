@@ -1,4 +1,4 @@
-//! Requests of an arm, and what arming makes of them. Channel 0 has the biceps.
+//! Requests of an arm, and their results at arming. Channel 0 stimulates the biceps.
 
 use crate::bad_input::bench::{Bench, LIMIT, joint};
 use crate::bad_input::table::{Row, all, field, refused, row};
@@ -35,7 +35,7 @@ fn wrench(force_mn: [i32; 3]) -> Request {
 
 const TOO_STRONG: [i32; 3] = [0, 0, 1_000_000];
 
-/// What can be made of that, thousandths.
+/// Returns the feasible share of that force, in thousandths.
 fn share() -> i32 {
     let endpoint = Endpoint::new(&spec(), &[biceps()].into_iter().collect()).unwrap();
     let (mut state, now) = (EndpointState::default(), Micros::new(0));
@@ -84,7 +84,7 @@ pub fn rows() -> Vec<Row> {
         }),
         field(armed, "force_mn", -1_000_000, 1_000_000).rows(|v| {
             let v: i32 = v.try_into().ok()?;
-            // Within its range it is another refusal.
+            // Values within the range cause another refusal.
             (v.unsigned_abs() > 1_000_000).then(|| wrench([0, 0, v]))
         }),
     ]);

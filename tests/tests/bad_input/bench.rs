@@ -1,4 +1,4 @@
-//! A native device on the bench, brought into the state that a row needs.
+//! A native device brought into the state that a row of the table needs.
 
 use crate::bad_input::setup;
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
@@ -10,26 +10,26 @@ use hal_sim::world::World;
 use host_core::link::{Connection, Error, Port, SimulatedPort};
 use tests::desk;
 
-/// Device time at boot: the clock wraps while rows run.
+/// Device time at boot; the clock wraps while rows run.
 const BOOT: Micros = Micros::new(u32::MAX - 1_000_000);
 
-/// The largest amplitude of every channel of the benches, µA.
+/// Limit of every configured channel, µA.
 pub const LIMIT: Amplitude = Amplitude::new(20_000);
 
-/// What flows while the benches stimulate, µA.
+/// Amplitude during stimulation, µA.
 const FLOWING: Amplitude = Amplitude::new(5_000);
 
-/// Answers are waited for this long, µs: longer than an electrode check.
+/// Longest wait for answers, µs; longer than an electrode check.
 const ANSWERS_US: u64 = 60_000;
 
-/// A device and the host that owns its session.
+/// Device, and the host that owns its session.
 pub struct Bench {
     pub client: Connection<SimulatedPort>,
-    /// The owner's session.
+    /// Number of the owner's session.
     pub session: u16,
 }
 
-/// One frame from the device, as far as rows care.
+/// Frame from the device, reduced to the parts that rows compare.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum OwnedResponse {
     Ack(u16),
@@ -41,7 +41,7 @@ pub fn world() -> World {
     desk::world(BOOT)
 }
 
-/// 200 µs at 50 Hz, up to [`LIMIT`].
+/// Returns a channel with 200 µs at 50 Hz, up to [`LIMIT`].
 pub fn channel(offset_us: u32) -> ChannelSpec {
     let train = TrainSpec {
         offset_us,
@@ -49,7 +49,7 @@ pub fn channel(offset_us: u32) -> ChannelSpec {
     };
     desk::channel(train, 100_000, LIMIT.get())
 }
-/// A joint on channels 0 (flexor) and 1 (extensor), 0° to 90°.
+/// Returns a joint on channels 0 (flexor) and 1 (extensor), 0° to 90°.
 pub fn joint(sensor: SensorSource) -> JointSpec {
     let point = |channel| PointSpec {
         channel,
@@ -79,7 +79,7 @@ pub fn joint(sensor: SensorSource) -> JointSpec {
     }
 }
 
-/// A wearer and this many channels.
+/// Returns requests for a wearer and this many channels.
 fn channels(count: u8) -> impl Iterator<Item = Request> {
     let channels = (0..count).map(|c| Request::Channel {
         channel: c,
@@ -89,14 +89,14 @@ fn channels(count: u8) -> impl Iterator<Item = Request> {
 }
 
 impl Bench {
-    /// A session is open, nothing is configured.
+    /// Opens a session without any configuration.
     pub fn open() -> Self {
         let (client, info) = desk::open(BOOT);
         let session = info.session;
         Self { client, session }
     }
 
-    /// After these requests, none of them refused.
+    /// Sends these requests, which must all be accepted.
     pub fn after_requests(mut self, requests: impl IntoIterator<Item = Request>) -> Self {
         for request in requests {
             self.ask(request).unwrap();
@@ -104,7 +104,7 @@ impl Bench {
         self
     }
 
-    /// What the device says to a request; [`desk::ARM`] means what was accepted.
+    /// Sends a request and returns the answer; [`desk::ARM`] arms the accepted setup.
     pub fn ask(&mut self, request: Request) -> Result<u64, Error> {
         match request {
             desk::ARM => self.client.arm(),
@@ -112,7 +112,7 @@ impl Bench {
         }
     }
 
-    /// Three channels are configured.
+    /// Configures three channels.
     pub fn draft() -> Self {
         Self::with_channels(3)
     }
@@ -121,7 +121,7 @@ impl Bench {
         Self::open().after_requests(channels(count))
     }
 
-    /// Arms what [`Self::draft`] configures.
+    /// Returns a request that arms the setup of [`Self::draft`].
     pub fn arm_draft() -> Request {
         let mut sum = SetupSum::default();
         channels(3).for_each(|request| sum.note(&request));
@@ -129,29 +129,29 @@ impl Bench {
         Request::Arm { setup }
     }
 
-    /// The draft is armed.
+    /// Arms the configured setup.
     pub fn arm(self) -> Self {
         self.after_requests([desk::ARM])
     }
 
-    /// Three channels are armed.
+    /// Configures and arms three channels.
     pub fn armed() -> Self {
         Self::draft().arm()
     }
 
-    /// All ten channels are armed.
+    /// Configures and arms all ten channels.
     pub fn ten_armed() -> Self {
         Self::with_channels(10).arm()
     }
 
-    /// All ten channels are armed with a muscle each.
+    /// Configures and arms all ten channels with a muscle each.
     pub fn ten_muscles_armed() -> Self {
         let spec = setup::MUSCLE;
         let muscles = (0..10).map(|channel| Request::Muscle { channel, spec });
         Self::with_channels(10).after_requests(muscles).arm()
     }
 
-    /// Three channels stimulate.
+    /// Stimulates on three channels.
     pub fn stimulating() -> Self {
         let mut bench = Self::armed().after_requests([Request::Start]);
         let all = [0, 1, 2].map(|channel| (channel, FLOWING));
@@ -160,17 +160,17 @@ impl Bench {
         bench
     }
 
-    /// A joint measured by the host is configured beside channel 2.
+    /// Configures a joint measured by the host, beside channel 2.
     pub fn joint_draft() -> Self {
         Self::draft().after_requests([Request::Joint(joint(SensorSource::Host))])
     }
 
-    /// A joint measured by the host is armed.
+    /// Arms a joint measured by the host.
     pub fn joint_armed() -> Self {
         Self::joint_draft().arm()
     }
 
-    /// A joint measured by the board is armed.
+    /// Arms a joint measured by the board.
     pub fn adc_joint_armed() -> Self {
         let (code_at_0, code_at_100) = (500, 3500);
         let sensor = SensorSource::Adc {
@@ -181,7 +181,7 @@ impl Bench {
             .after_requests([Request::Joint(joint(sensor))])
             .arm()
     }
-    /// Over-current tripped while stimulating, and is over.
+    /// Causes an over-current fault during stimulation, whose cause is over.
     pub fn faulted() -> Self {
         let mut bench = Self::stimulating();
         bench.client.port().world.sensors.over_current = true;
@@ -191,18 +191,18 @@ impl Bench {
         bench
     }
 
-    /// Lets time go on, and forgets what arrives.
+    /// Advances time, and discards messages.
     pub fn wait(&mut self, us: u64) {
         let until = self.client.port().now_us() + us;
         while self.client.next(until).unwrap().is_some() {}
     }
 
-    /// Device time.
+    /// Returns the device time.
     pub fn now(&mut self) -> Micros {
         Micros::new(self.client.port().now_us() as u32)
     }
 
-    /// Codes in the DACs.
+    /// Returns the present codes of the DACs.
     pub fn codes(&mut self) -> [u16; CHANNELS] {
         let mut codes = [0; CHANNELS];
         for write in &self.client.port().world.recorder.trace.dac {
@@ -211,12 +211,12 @@ impl Bench {
         codes
     }
 
-    /// Whether every channel is isolated now.
+    /// Returns whether every channel is disconnected now.
     pub fn is_isolated(&mut self) -> bool {
         self.client.port().world.recorder.trace.last_levels().0 == 0
     }
 }
-/// Sends bytes as they are and collects the answers.
+/// Sends bytes unchanged and returns the answers.
 pub fn exchange(port: &mut SimulatedPort, bytes: &[u8]) -> Vec<OwnedResponse> {
     port.send(bytes).unwrap();
     let until = port.now_us() + ANSWERS_US;

@@ -1,4 +1,4 @@
-//! Force control's requests, and what arming makes of them.
+//! Requests of force control, and their results at arming.
 
 use crate::bad_input::bench::{Bench, LIMIT, channel};
 use crate::bad_input::setup;
@@ -10,14 +10,14 @@ use firmware::pulse::{GroupSpec, Partner};
 use firmware::units::Amplitude;
 use tests::desk;
 
-/// 50 Hz, as the benches' trains, to 100 Hz.
+/// Force control from the channels' 50 Hz up to 100 Hz.
 const FORCE: ForceSpec = ForceSpec {
     min_period_us: 10_000,
     hold: HoldPolicy::Hold,
     max_period_us: None,
 };
 
-/// A muscle whose limit is the channels'.
+/// Returns a muscle with the channels' limit.
 fn muscle() -> MuscleSpec {
     MuscleSpec {
         recruitment: RecruitmentSpec {
@@ -89,14 +89,14 @@ pub fn rows() -> Vec<Row> {
 #[rustfmt::skip]
 fn setpoint_rows() -> [Row; 8] {
     let (least, most) = reach_mn();
-    // And none, as "a force too weak" shows.
+    // Zero is allowed too, as "a force too weak" shows.
     let reach = || refused(Code::ForceOutOfReach, "millinewton").on(1).allowed(least.cast_signed(), most.cast_signed());
     let none = refused(Code::NoForceControl, "channel").on(2);
     let nowhere = refused(Code::OutOfRange, "channel").allowed(0, 9);
     [
         row("the most force", armed, force(0, most), Expect::Done),
         row("no force", armed, force(0, 0), Expect::Done),
-        // Telemetry says that it is limiting, and what is given.
+        // Telemetry reports that the force is limited, and the force given.
         row("a force too weak", armed, force(0, least - 1), Expect::Done),
         row("a force beyond reach", armed, force(0, most + 1), reach()),
         row("a force beyond numbers", armed, force(0, u32::MAX), reach()),
@@ -142,7 +142,7 @@ fn isolated_falling() -> Bench {
     };
     isolated().after_requests([control(0, spec)])
 }
-/// Arming refuses what only the whole draft shows.
+/// Returns rows on rules that need the whole setup, which arming checks.
 #[rustfmt::skip]
 fn arm_rows() -> [Row; 7] {
     let arm = |name, scene, expect| row(name, scene, desk::ARM, expect);

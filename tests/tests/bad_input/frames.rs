@@ -1,5 +1,5 @@
-//! Bytes that are no request, and requests that come from the wrong host or
-//! all at once. The owner of the session goes on undisturbed.
+//! Bytes that form no request, and requests from another host or too many at once. The owner's
+//! session continues undisturbed.
 
 use crate::bad_input::bench::{Bench, OwnedResponse, exchange, world};
 use firmware::link::{Code, Decoder, FrameError, MAX_FRAME, Request, SCHEMA, encode};
@@ -9,7 +9,7 @@ use firmware::units::Amplitude;
 use host_core::link::SimulatedPort;
 use tests::desk;
 
-/// Bytes of a host whose session is given, and what the device says to them.
+/// Bytes from a host, given the session's number, and the device's answers.
 pub struct FrameRow {
     name: &'static str,
     bytes: fn(u16) -> Vec<u8>,
@@ -28,7 +28,7 @@ const BOTH: &[fn() -> Bench] = &[Bench::draft, Bench::stimulating];
 const BUSY: &[fn() -> Bench] = &[Bench::armed, Bench::stimulating];
 const IDLE: &[fn() -> Bench] = &[Bench::draft];
 
-/// Number of the rows' requests: far from those of the bench's own.
+/// First request number of the rows, far from the owner's own.
 const SEQ: u16 = 1000;
 
 fn alive(session: u16) -> Vec<u8> {
@@ -53,7 +53,7 @@ fn flipped(session: u16) -> Vec<u8> {
     found.expect("a flip that COBS does not notice")
 }
 
-/// A frame whose CRC is right, of what is no message.
+/// Returns a frame with a correct CRC whose contents are no message.
 fn odd(message: impl serde::Serialize) -> Vec<u8> {
     encode(&message).unwrap().to_vec()
 }
@@ -87,7 +87,7 @@ fn repeated(session: u16, requests: &[Request]) -> Vec<u8> {
     numbered.flat_map(frame).collect()
 }
 
-/// Nine of forty orders do not fit between two windows.
+/// Returns the refusals of nine of forty orders, which do not fit between two windows.
 fn nine_too_many() -> Vec<(Option<u16>, Code)> {
     let busy = |n| (Some(SEQ + n), Code::DeviceBusy);
     (31..40).map(busy).collect()
@@ -126,7 +126,7 @@ pub fn rows() -> Vec<FrameRow> {
         frame("a stop while electrodes are checked", |s| repeated(s, &[Bench::arm_draft(), Request::Stop]), vec![(Some(SEQ), Cancelled)], 1, IDLE),
         frame("forty requests and a stop at once", |s| repeated(s, &[vec![Request::KeepAlive; 40], vec![Request::Stop]].concat()), nine_too_many(), 32, IDLE),
         frame("a start ahead of a stop", |s| repeated(s, &[Request::Start, Request::Stop]), vec![(Some(SEQ), Stopped)], 1, IDLE),
-        // The same builders just inside: what they say is what is meant.
+        // The same builders just inside the range produce the intended requests.
         frame("five groups", |s| groups(s, 5), vec![], 1, BOTH),
         frame("three amplitudes", |s| values(s, 3), vec![], 1, BUSY),
         answered("no session at all", alive, NoSession, &[]),
@@ -150,7 +150,7 @@ fn check(row: &FrameRow, mut bench: Bench) {
     let (before, codes) = (bench.client.status().unwrap(), bench.codes());
     let session = bench.session;
     hear(row, bench.client.port(), session);
-    // The owner is heard as before, and nothing has changed for it.
+    // The owner is still answered, and its setup has not changed.
     let after = bench.client.status().unwrap();
     let name = row.name;
     assert_eq!(after.state, before.state, "{name}");
@@ -167,7 +167,7 @@ fn check(row: &FrameRow, mut bench: Bench) {
     }
 }
 
-/// The device says exactly what the row says, in any order.
+/// Compares the device's answers with those of the row, in any order.
 fn hear(row: &FrameRow, port: &mut SimulatedPort, session: u16) {
     let heard = exchange(port, &(row.bytes)(session));
     let mut refusals = Vec::new();

@@ -1,4 +1,4 @@
-//! The joint's request: law, mapping, sensor.
+//! Requests of a joint: controller, mapping, sensor.
 
 use crate::bad_input::bench::{Bench, joint};
 use crate::bad_input::table::{Edit, Expect, Row, all, edit, field, refused, row};
@@ -17,7 +17,7 @@ pub fn rows() -> Vec<Row> {
     ])
 }
 
-/// Rows of a field that `edit` sets, if it can hold the number.
+/// Returns rows of a field that `edit` sets, if it can hold the number.
 fn rows_of(name: &'static str, min: i32, max: i32, edit: Edit<JointSpec>) -> Vec<Row> {
     let joint = || joint(SensorSource::Host);
     field(Bench::draft, name, min, max).edits(joint, edit, Request::Joint)
@@ -94,7 +94,7 @@ fn point_rows() -> Vec<Row> {
     ];
     all([
         rows,
-        // The other is out of the way of 0 and 9.
+        // The other channel avoids 0 and 9.
         rows_of("channel", 0, 9, edit!(s, v => {
             s.extensor.channel = 8;
             s.flexors[0].channel = v.try_into().ok()?;
@@ -135,7 +135,7 @@ fn with(edit: fn(&mut JointSpec)) -> Bench {
     Bench::draft().after_requests([Request::Joint(edited(edit))])
 }
 
-/// What can only be judged with the channels: at arming.
+/// Returns rows on rules that involve the channels, which arming checks.
 #[rustfmt::skip]
 fn arm_rows() -> Vec<Row> {
     let arm = |name, scene, expect| row(name, scene, desk::ARM, expect);

@@ -1,5 +1,5 @@
-//! Requests of joints whose stimulation follows their angles, and of the object that is
-//! held. Channel 0 flexes an elbow, channel 1 extends it.
+//! Requests of joints whose stimulation follows their angles, and of the held object. Channel 0
+//! flexes an elbow, channel 1 extends it.
 
 use crate::bad_input::bench::{Bench, LIMIT, joint};
 use crate::bad_input::table::{Edit, Expect, Row, all, edit, field, refused, row};
@@ -9,7 +9,7 @@ use firmware::link::{Code, Request};
 use firmware::units::Amplitude;
 use tests::desk;
 
-/// Up to a half at half of the range, and nowhere more.
+/// Quartic with its peak of a half at half of the range.
 const PEAK: QuarticSpec = QuarticSpec([0, 250_000, 1_000_000, 250_000, 0]);
 
 fn spec() -> ModulationSpec {
@@ -52,7 +52,7 @@ fn armed() -> Bench {
     draft().arm()
 }
 
-/// Held from before the start on, and for longer than it may be.
+/// Holds the object from before the start for longer than allowed.
 fn held_too_long() -> Bench {
     let mut bench = armed();
     let at = bench.now();
@@ -70,7 +70,7 @@ fn beside() -> Bench {
     draft().after_requests([Request::Joint(joint(SensorSource::Host))])
 }
 
-/// At one angle only, half of 2 µA too much.
+/// Exceeds the limit at one angle only, by half of 2 µA.
 fn above_at_one_angle() -> Bench {
     Bench::draft().after_requests([modulation(|spec| {
         let base = Amplitude::new(2 * LIMIT.get() + 2);
@@ -92,7 +92,7 @@ fn on_no_channel() -> Bench {
     Bench::draft().after_requests([modulation(|spec| spec.extensor.channel = 9)])
 }
 
-/// Rows of a field that `edit` sets, if it can hold the number.
+/// Returns rows of a field that `edit` sets, if it can hold the number.
 fn rows_of(name: &'static str, min: i32, max: i32, edit: Edit<ModulationSpec>) -> Vec<Row> {
     field(Bench::draft, name, min, max).edits(spec, edit, Request::Modulation)
 }
@@ -110,7 +110,7 @@ pub fn rows() -> Vec<Row> {
         rows_of("longest_hold_ms", 100, 600_000, edit!(s, v => s.longest_hold_ms = v.try_into().ok()?)),
         rows_of("channel", 0, 9, edit!(s, v => {
             s.flexor.channel = v.try_into().ok()?;
-            s.extensor.channel = u8::from(v == 0); // another
+            s.extensor.channel = u8::from(v == 0); // a different channel
         })),
         rows_of("base", 1, 200_000, edit!(s, v => {
             (s.flexor.base, s.flexor.form) = (Amplitude::new(v.try_into().ok()?), Form::Scaled);

@@ -1,7 +1,6 @@
-//! What bad input gets: every request field just outside and just inside its
-//! range, every kind of broken frame, every request in the wrong state. Each
-//! is a row of a table that says which numbered, named refusal must come; each
-//! row also checks that nothing changed and that the outputs are safe.
+//! Table of refusals for bad input: every request field just outside and just inside its range,
+//! every kind of broken frame, every request in the wrong state. Each row names the expected
+//! refusal with its number, and checks that nothing changed and that the outputs are safe.
 
 mod arm;
 mod bench;
@@ -63,7 +62,7 @@ fn every_broken_frame_is_refused() {
     frames::check_all(&frames::rows());
 }
 
-/// The tables above hold each code to its rows; this holds them to all codes.
+/// The tables give each code its rows; this checks that every code has one.
 #[test]
 fn every_code_has_a_row() {
     let rows = [
@@ -78,18 +77,19 @@ fn every_code_has_a_row() {
     ];
     let mut covered: BTreeSet<Code> = rows.iter().flatten().filter_map(|row| row.code()).collect();
     covered.extend(frames::rows().iter().flat_map(|row| row.codes()));
-    // A simulated world takes the trigger before the device can refuse it: the
-    // device's own tests have that row.
+    // A simulated world handles the trigger before the device can refuse it; the device's own tests
+    // have that row.
     covered.insert(Code::SimulatorOnly);
-    // A simulator has whatever stages are declared: `chip_stages` has these rows.
+    // A simulator has the stages that the session configures; `chip_stages` has these rows.
     covered.extend([Code::StagesUnknown, Code::OtherStage, Code::OppositePhases]);
-    // A simulated load is the same in both phases: the guard's own tests have that row.
+    // A simulated load is the same in both phases; the tests of the check for lost phases have that
+    // row.
     covered.insert(Code::PhaseLost);
-    // They take seconds of stimulation: the device's own tests have these rows.
+    // These take seconds of stimulation; the device's own tests have these rows.
     covered.extend([Code::TimeOver, Code::DoseReached, Code::TooLargeStep]);
-    // Its range counts from a window's start: the device's own tests have that row.
+    // The range depends on the start of a window; the device's own tests have that row.
     covered.insert(Code::TimeGoesBack);
-    // So has memory that is damaged through a reset.
+    // The same holds for memory that is damaged by a reset.
     covered.insert(Code::AllowanceLost);
     let missing: Vec<_> = Code::ALL
         .into_iter()
@@ -98,7 +98,7 @@ fn every_code_has_a_row() {
     assert!(missing.is_empty(), "no row for {missing:?}");
 }
 
-/// The field, the range and the number are told, and what to do.
+/// A refusal contains the field, the range, the number and advice.
 #[test]
 fn every_refusal_reads_as_a_sentence() {
     for code in Code::ALL {

@@ -1,5 +1,5 @@
-//! Requests whose answer depends on the state: arming, starting, setpoints,
-//! measurements, telemetry, a second host.
+//! Requests whose answer depends on the state: arming, starting, setpoints, measurements,
+//! telemetry, a second host.
 
 use crate::bad_input::bench::{Bench, LIMIT, channel, joint};
 use crate::bad_input::setup;
@@ -46,7 +46,7 @@ fn loaded(load: Load) -> Bench {
     bench
 }
 
-/// A voltage stage up to `limit_mv`, for 2 kΩ, on `ohm`.
+/// Configures a voltage stage up to `limit_mv` for 2 kΩ, with an actual load of `ohm`.
 fn volts_on(limit_mv: u32, ohm: f64) -> Bench {
     let mut spec = channel(0);
     spec.stage = StageSpec::Voltage {
@@ -63,7 +63,7 @@ fn shorted() -> Bench {
     volts_on(1_000, 20.0)
 }
 
-/// 1 kΩ where 2 kΩ were declared: twice the current that the wearer allows.
+/// Sets a load of 1 kΩ instead of the configured 2 kΩ: twice the current that the wearer allows.
 fn low_load() -> Bench {
     volts_on(40_000, 1_000.0)
 }
@@ -75,7 +75,7 @@ fn open_inputs() -> Bench {
     bench
 }
 
-/// A wearer who wants the hand-held stop, where only the key is closed.
+/// Requires the hand-held stop, where only the arm key is closed.
 fn key_only() -> Bench {
     let careful = WearerSpec {
         hand_stop_required: true,
@@ -94,8 +94,8 @@ fn tightened() -> Bench {
     Bench::draft().after_requests([Request::Wearer(tight)])
 }
 
-/// Three channels of [`LIMIT`](super::bench::LIMIT), apart in time, and what they may
-/// come to together.
+/// Configures three channels of [`LIMIT`](super::bench::LIMIT) at different times, with these
+/// limits of their sum.
 fn together(max_sum_ua: u32, max_sum_rms_ua: u32) -> Bench {
     summed(Bench::draft(), max_sum_ua, max_sum_rms_ua)
 }
@@ -109,7 +109,7 @@ fn summed(bench: Bench, max_sum_ua: u32, max_sum_rms_ua: u32) -> Bench {
     bench.after_requests([Request::Wearer(tight)])
 }
 
-/// 10 mA through the load declared, 19.3 mA through the one measured.
+/// Adds 10 mA through the configured load, which is 19.3 mA through the measured one.
 fn more_together(max_sum_ua: u32, max_sum_rms_ua: u32) -> Bench {
     summed(volts_on(20_000, 1_000.0), max_sum_ua, max_sum_rms_ua)
 }
@@ -196,7 +196,7 @@ fn amplitude_rows() -> Vec<Row> {
         rows.extend([
             row("the limit itself", scene, amplitudes(0b100, &[top]), Expect::Done),
             row("above the limit", scene, amplitudes(0b100, &[over]), above()),
-            // All or none: the first two are within their limits.
+            // An order is accepted as a whole or not at all: the first two are within their limits.
             row("one of three above", scene, amplitudes(0b111, &[0, 1, over]), above()),
             row("the largest number", scene, amplitudes(0b100, &[u32::MAX]), above()),
             row("too few values", scene, amplitudes(0b111, &[0, 1]), count(3)),
@@ -208,7 +208,7 @@ fn amplitude_rows() -> Vec<Row> {
     rows
 }
 
-/// Amplitudes in µA and widths in µs of the first channels.
+/// Returns an order of amplitudes in µA and widths in µs for the first channels.
 fn stimuli(pairs: &[(u32, u16)]) -> Request {
     Request::Amplitudes {
         at: None,
@@ -218,7 +218,8 @@ fn stimuli(pairs: &[(u32, u16)]) -> Request {
     }
 }
 
-/// One channel, 200 µs up to 400, that has risen and takes lists; 4 µC a phase.
+/// Stimulates on one channel with 200 µs up to 400 that has completed its rise and takes lists; 4
+/// µC per phase.
 fn widening() -> Bench {
     let train = TrainSpec {
         max_width_us: 400,
@@ -249,7 +250,7 @@ fn widening() -> Bench {
     bench
 }
 
-/// One channel of seven pulses, of which 2 mA are reached at once, armed.
+/// Arms one channel of seven pulses that reaches 2 mA at once.
 fn counted() -> Bench {
     let train = TrainSpec {
         repeats: 7,
@@ -263,7 +264,7 @@ fn counted() -> Bench {
     Bench::draft().after_requests([Request::Channel { channel: 0, spec }, desk::ARM])
 }
 
-/// A joint, one of whose channels has a train of seven pulses.
+/// Configures a joint, one of whose channels has a train of seven pulses.
 fn counted_joint() -> Bench {
     let train = TrainSpec {
         repeats: 7,
@@ -307,7 +308,7 @@ fn width_rows() -> Vec<Row> {
     ]
 }
 
-/// A muscle under a live width.
+/// Configures a muscle on a channel with a live width.
 fn muscle_under_widths() -> Bench {
     let train = TrainSpec {
         max_width_us: 400,
@@ -339,12 +340,12 @@ fn list(channel: u8, pulses: &[(u32, u32, u16)]) -> Request {
     }
 }
 
-/// [`widening`] while a list plays.
+/// Plays a list on the channel of [`widening`].
 fn listing() -> Bench {
     widening().after_requests([list(0, &[(20_000, 1_000, 200); 16])])
 }
 
-/// [`widening`] before another rise: a burst was left out.
+/// Leaves out a burst in [`widening`], so that another rise follows.
 fn unrisen() -> Bench {
     let mut bench = widening().after_requests([stimuli(&[(0, 200)])]);
     bench.wait(40_000);
@@ -384,7 +385,7 @@ fn angle(centideg: i16) -> Request {
     }
 }
 
-/// An angle `ahead` µs after the device's present time.
+/// Returns a row with an angle `ahead` µs after the device's present time.
 fn timed_angle(name: &str, scene: fn() -> Bench, ahead: i32, expect: Expect) -> Row {
     let request = move |bench: &mut Bench| Request::Angle {
         at: Some(bench.now() + us(ahead.cast_unsigned())),
@@ -394,14 +395,14 @@ fn timed_angle(name: &str, scene: fn() -> Bench, ahead: i32, expect: Expect) -> 
     dynamic_row(name, scene, request, expect)
 }
 
-/// Angles from 0.011° to 89.989°, which no hundredth of a degree meets.
+/// Configures angles from 0.011° to 89.989°, neither of which is a whole hundredth of a degree.
 fn odd_range() -> Bench {
     let mut spec = joint(SensorSource::Host);
     (spec.angle_min_mdeg, spec.angle_max_mdeg) = (-89_989, -11);
     Bench::draft().after_requests([Request::Joint(spec)]).arm()
 }
 
-/// `count` timed angles wait.
+/// Sends `count` timed angles, which wait.
 fn waiting(count: i32) -> Bench {
     let mut bench = Bench::joint_armed();
     for n in 1..=count {
@@ -438,7 +439,7 @@ fn angle_rows() -> Vec<Row> {
     rows
 }
 
-/// A measurement of `joint` made `ahead` µs after the device's present time.
+/// Returns a row with a measurement of `joint` made `ahead` µs after the device's present time.
 fn measurement(name: &str, scene: fn() -> Bench, joint: u8, ahead: i32, expect: Expect) -> Row {
     let request = move |bench: &mut Bench| Request::Measurement {
         joint,
@@ -472,7 +473,7 @@ fn measurement_rows() -> Vec<Row> {
     ]
 }
 
-/// Channel 0 has a muscle, channel 1 one that tires.
+/// Configures a muscle on channel 0 and a muscle with fatigue on channel 1.
 fn muscles() -> Bench {
     let tires = MuscleSpec {
         fatigue: Some(FatigueSpec::QUADRICEPS),
@@ -519,7 +520,7 @@ fn rung_rows() -> Vec<Row> {
     rows
 }
 
-/// A simulator keeps no table: its stages are those declared.
+/// Returns rows on the stage table. A simulator stores none: its stages are those of the session.
 fn stages_rows() -> Vec<Row> {
     let store = Request::StoreStages {
         stages: [None; 10],

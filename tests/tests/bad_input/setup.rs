@@ -1,4 +1,4 @@
-//! Requests that configure: wearer, channels, groups, sync, muscles.
+//! Configuring requests: wearer, channels, groups, sync, muscles.
 
 use crate::bad_input::bench::{Bench, channel};
 use crate::bad_input::table::{self, Expect, Field, Row, all, refused, row};
@@ -30,7 +30,7 @@ fn on_channel_1(name: &'static str, min: i32, max: i32) -> Field {
 }
 
 fn wearer_rows() -> Vec<Row> {
-    /// Sets one field from a number that may not fit it.
+    /// Sets one field from a number that may exceed the field's type.
     macro_rules! set {
         ($field:ident) => {
             |v: i64| {
@@ -58,7 +58,7 @@ fn wearer_rows() -> Vec<Row> {
     ])
 }
 
-/// A channel on which no limit of the wearer is near.
+/// Returns a channel far below every limit of the wearer.
 fn faint() -> ChannelSpec {
     let mut spec = channel(0);
     spec.limit = Amplitude::new(1_000);
@@ -189,7 +189,7 @@ fn channel_rows() -> Vec<Row> {
     rows
 }
 
-/// Three trains, `edit`ed, and `groups` of them.
+/// Configures three trains after `edit`, and `groups` of them.
 fn grouped(groups: &[(u16, Partner)], edit: fn(&mut [ChannelSpec; 3])) -> Bench {
     let mut specs = [channel(0), channel(1_500), channel(3_000)];
     edit(&mut specs);
@@ -210,8 +210,7 @@ fn long_to_ground() -> Bench {
     })
 }
 
-/// Groups are judged as they come, and with the trains they join when all are
-/// known: at arming.
+/// Returns rows on groups, which are checked on arrival, and together with their trains at arming.
 #[rustfmt::skip]
 fn group_rows() -> Vec<Row> {
     use Partner::{Conducted, Isolated};
@@ -266,7 +265,7 @@ const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
     slope_micro: 300_000,
 };
 
-/// A muscle that the device takes.
+/// Muscle that the device accepts.
 pub const MUSCLE: MuscleSpec = MuscleSpec::new(FORCE, RECRUITMENT);
 
 fn slow_calcium() -> Bench {
@@ -314,7 +313,7 @@ fn muscle_rows() -> Vec<Row> {
             Some(request(0, FORCE, spec))
         }
     };
-    // Limit and reference must leave room above the highest threshold.
+    // Limit and reference must exceed the highest threshold.
     let threshold = recruits(|s, v| {
         s.motor_threshold = Amplitude::new(v);
         s.slope_micro = 10_000;

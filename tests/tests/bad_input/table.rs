@@ -1,4 +1,4 @@
-//! The table of requests: what each gets, and that a refusal changes nothing.
+//! The table of requests: the answer to each, and the check that a refusal changes nothing.
 
 use crate::bad_input::bench::{Bench, LIMIT};
 use firmware::link::{Code, Request};
@@ -6,7 +6,7 @@ use firmware::safety::State;
 use firmware::units::Amplitude;
 use host_core::link::{Error, RefusalInWords};
 
-/// A request in a state, and what it must get.
+/// Request in a state, with the expected answer.
 pub struct Row {
     pub name: String,
     pub scene: fn() -> Bench,
@@ -20,7 +20,7 @@ pub enum Expect {
     Refused {
         code: Code,
         field: &'static str,
-        /// From 1, as people count.
+        /// Channel number, counted from 1.
         channel: Option<u8>,
         allowed: Option<(i32, i32)>,
     },
@@ -60,12 +60,12 @@ impl Expect {
     }
 }
 
-/// A request that is the same whatever the device says.
+/// Creates a row whose request does not depend on the device.
 pub fn row(name: &str, scene: fn() -> Bench, request: Request, expect: Expect) -> Row {
     dynamic_row(name, scene, move |_| request.clone(), expect)
 }
 
-/// A request that depends on what the device says.
+/// Creates a row whose request depends on the device's state.
 pub fn dynamic_row(
     name: &str,
     scene: fn() -> Bench,
@@ -80,7 +80,7 @@ pub fn dynamic_row(
     }
 }
 
-/// A field of a request, with its range.
+/// Field of a request, with its range.
 pub struct Field {
     scene: fn() -> Bench,
     name: &'static str,
@@ -89,7 +89,7 @@ pub struct Field {
     channel: Option<u8>,
 }
 
-/// The field `name`, which may be from `min` to `max` in `scene`.
+/// Creates a field with the range `min` to `max` in the state that `scene` sets up.
 pub fn field(scene: fn() -> Bench, name: &'static str, min: i32, max: i32) -> Field {
     let channel = None;
     Field {
@@ -101,7 +101,7 @@ pub fn field(scene: fn() -> Bench, name: &'static str, min: i32, max: i32) -> Fi
     }
 }
 impl Field {
-    /// The refusal names channel `number`, from 1.
+    /// Adds the channel number, from 1, that the refusal must name.
     pub fn on(self, number: u8) -> Self {
         Self {
             channel: Some(number),
@@ -109,7 +109,7 @@ impl Field {
         }
     }
 
-    /// [`Field::rows`] of what `edit` makes of a spec that the device takes.
+    /// Returns [`Field::rows`] for a specification that the device accepts, modified by `edit`.
     pub fn edits<S>(
         &self,
         base: impl Fn() -> S,
@@ -123,8 +123,8 @@ impl Field {
         })
     }
 
-    /// The range's ends, which are taken, and the values beside them, which
-    /// are not. `make` gives `None` for what the field's type cannot say.
+    /// Returns rows for the range's ends, which are accepted, and the values beyond them, which are
+    /// not. `make` returns `None` for values that the field's type cannot hold.
     pub fn rows(&self, make: impl Fn(i64) -> Option<Request>) -> Vec<Row> {
         let (min, max) = (i64::from(self.min), i64::from(self.max));
         let far = [i64::from(i32::MIN), i64::from(u16::MAX), u32::MAX.into()];
@@ -147,10 +147,10 @@ impl Field {
     }
 }
 
-/// Puts a number into a spec, if the field's type can say it.
+/// Function that sets a number in a specification, if the field's type can hold it.
 pub type Edit<S> = fn(&mut S, i64) -> Option<()>;
 
-/// What puts a number into a spec, if the field's type can say it.
+/// Creates an [`Edit`] that sets a number in a specification, if the field's type can hold it.
 macro_rules! edit {
     ($spec:ident, $v:ident => $edit:expr) => {
         |$spec, $v| {
@@ -161,7 +161,7 @@ macro_rules! edit {
 }
 pub(super) use edit;
 
-/// The rows of all parts.
+/// Joins the rows of several parts into one list.
 pub fn all<const N: usize>(parts: [Vec<Row>; N]) -> Vec<Row> {
     parts.into_iter().flatten().collect()
 }
@@ -201,7 +201,7 @@ fn check(row: &Row) -> Result<(), String> {
         return wrong("the refusal was not counted");
     }
     if is_arm {
-        // The first try blocks nothing: the second is refused for the same reason.
+        // The first attempt blocks nothing: the second is refused for the same reason.
         match bench.ask(request) {
             Err(Error::Refused(again)) if again.code() == row.code() => {}
             other => return wrong(&format!("a second try got {other:?}")),
@@ -221,7 +221,7 @@ fn check(row: &Row) -> Result<(), String> {
     Ok(())
 }
 
-/// Limits in force after arming are those configured before the refusal.
+/// Checks that the limits after arming are those configured before the refusal.
 fn check_draft_unchanged(bench: &mut Bench) -> Result<(), String> {
     let taken = bench.client.set_amplitudes(&[(2, LIMIT)]);
     taken.map_err(|e| e.to_string())?;
@@ -247,7 +247,7 @@ fn compare_refusal(refused: &RefusalInWords, expected: &Expect) -> Result<Expect
     })
 }
 
-/// Number, field, range and advice are in the words that people see.
+/// Checks that number, field, range and advice appear in the text for people.
 fn check_help(refused: &RefusalInWords) -> Result<(), String> {
     let text = refused.to_string();
     let code = refused.code().ok_or("a number nobody knows")?;

@@ -1,4 +1,4 @@
-//! Amplitudes with a time.
+//! Timed amplitude orders.
 
 use crate::bad_input::bench::{Bench, LIMIT};
 use crate::bad_input::table::{Expect, Row, dynamic_row, refused};
@@ -6,7 +6,7 @@ use firmware::link::{Code, Request};
 use firmware::safety::MAX_TIMED;
 use firmware::units::{Amplitude, us};
 
-/// Amplitudes of channel 1 that hold from `ahead` µs after the device's present time on.
+/// Returns an order of channel 1's amplitude from `ahead` µs after the device's present time on.
 fn timed(bench: &mut Bench, ahead: i32, ua: u32) -> Request {
     Request::Amplitudes {
         at: Some(bench.now() + us(ahead.cast_unsigned())),
@@ -21,7 +21,7 @@ fn timed_row(name: &str, scene: fn() -> Bench, ahead: i32, ua: u32, expect: Expe
     dynamic_row(name, scene, request, expect)
 }
 
-/// So many wait, none of them due within half a second.
+/// Sends `count` timed orders, none of them due within half a second.
 fn waiting(count: usize) -> Bench {
     let mut bench = Bench::armed();
     for n in 0..count as i32 {
@@ -39,8 +39,8 @@ pub fn rows() -> Vec<Row> {
     let (top, over) = (LIMIT.get(), LIMIT.get() + 1);
     vec![
         timed_row("timed, before arming", Bench::draft, 100_000, 0, refused(Code::NotArmed, "state")),
-        // Some milliseconds pass before the window that judges it; the device's own tests
-        // have the very microsecond.
+        // Some milliseconds pass before the window that judges the order; the device's own tests
+        // cover the exact microsecond.
         timed_row("timed, 1 s ahead", Bench::armed, 1_000_000, top, Expect::Done),
         timed_row("timed, 1.01 s ahead", Bench::armed, 1_010_000, top, far()),
         timed_row("timed, half the clock ahead", Bench::armed, i32::MAX, top, far()),

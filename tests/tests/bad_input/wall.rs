@@ -1,4 +1,4 @@
-//! The virtual wall's request.
+//! Requests of the virtual wall.
 
 use crate::bad_input::bench::{Bench, LIMIT};
 use crate::bad_input::table::{Edit, Row, all, edit, field, refused, row};
@@ -32,7 +32,7 @@ const PRE_WALL: PreWall = PreWall {
     end: Amplitude::new(2_000),
 };
 
-/// Rows of a field that `edit` sets, if it can hold the number.
+/// Returns rows of a field that `edit` sets, if it can hold the number.
 fn rows_of(name: &'static str, min: i32, max: i32, edit: Edit<WallSpec>) -> Vec<Row> {
     field(Bench::draft, name, min, max).edits(wall, edit, Request::Wall)
 }
@@ -65,7 +65,7 @@ fn above_the_limit() -> Bench {
     let max = Amplitude::new(LIMIT.get() + 1);
     Bench::draft().after_requests([Request::Wall(WallSpec { max, ..wall() })])
 }
-/// What is wrong only beside something else.
+/// Returns rows on rules that involve other settings.
 #[rustfmt::skip]
 fn whole_rows() -> [Row; 3] {
     let antagonist = CoContraction { channel: 0, amplitude: Amplitude::new(1_000) };

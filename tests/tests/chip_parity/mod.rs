@@ -1,5 +1,5 @@
-//! The flashed image on the chip simulator and the device code in this process
-//! do the same: one session, edge by edge, code by code, message by message.
+//! The flashed image on the chip simulator and the device code in this process behave the same in
+//! one session: edge by edge, code by code, message by message.
 
 mod watched;
 
@@ -18,7 +18,7 @@ use tests::desk::{identity, messages};
 use tests::record::Record;
 use watched::{ReceiveCall, WatchedBoard};
 
-/// The stages of the session's channels.
+/// Returns the stages of the session's channels.
 fn stages() -> [Option<Output>; 10] {
     let milli = |value: u32| f64::from(value) * 1e-3;
     std::array::from_fn(|channel| {
@@ -33,11 +33,12 @@ fn stages() -> [Option<Output>; 10] {
     })
 }
 
-/// The log's steps in time since its beginning, sensors apart from bytes.
+/// Replays the log's steps, in time since its beginning. Returns the sensors separately from the
+/// bytes.
 fn on_chip(log: &[Step], pace: Pace) -> (WatchedBoard, Record, Vec<(Micros, Sensors)>) {
     let mut board = WatchedBoard::boot(stages(), &Sensors::default(), pace);
-    // The wearer moves just after a control tick has looked: the chip converts
-    // the angle up to four times before the next, the last of them may be late.
+    // The wearer moves just after a control tick has read the angle. The chip converts it up to
+    // four times before the next tick, and the last conversion may be late.
     let begin = (board.board.now_us() / 1000 + 1) * 1000 + 20;
     let time = |at: Micros| Micros::new(begin as u32) + us(at.elapsed_since(BOOT));
     let (mut record, mut worlds) = (Record::default(), Vec::new());
@@ -47,7 +48,7 @@ fn on_chip(log: &[Step], pace: Pace) -> (WatchedBoard, Record, Vec<(Micros, Sens
             Step::Receive(at, bytes, sensors) => (at, Some(bytes), sensors),
             Step::Advance(to, sensors) => (to, None, sensors),
         };
-        // An edge comes with a step of time, never with bytes.
+        // A trigger edge belongs to a step of time, never to bytes.
         let trigger = sensors.trigger.filter(|_| bytes.is_none()).map(time);
         let is_ahead = sensors.trigger.is_some() && trigger.is_none();
         let sensors = Sensors {
@@ -62,7 +63,7 @@ fn on_chip(log: &[Step], pace: Pace) -> (WatchedBoard, Record, Vec<(Micros, Sens
     (board, record, worlds)
 }
 
-/// The same worlds and the same calls on the device code in this process.
+/// Replays the same inputs and the same calls on the device code in this process.
 fn in_process(chip: &WatchedBoard, worlds: &[(Micros, Sensors)], hello: &HelloInfo) -> Record {
     let identity = Identity {
         unique_id: hello.unique_id,
@@ -86,12 +87,12 @@ fn in_process(chip: &WatchedBoard, worlds: &[(Micros, Sensors)], hello: &HelloIn
 
 #[test]
 fn thirty_seconds_are_the_same_on_chip_and_in_process() {
-    // The image numbers sessions by itself; the same image by the same number.
+    // The image chooses its own session number, and the same image always chooses the same.
     let (_, chip, _) = on_chip(&thirty_seconds(0)[..9], Pace::Lazy);
     compare(&thirty_seconds(hello(&chip).session));
 }
 
-/// The first answer.
+/// Returns the first answer.
 fn hello(record: &Record) -> HelloInfo {
     let first = messages(&record.bytes).next();
     match first.as_deref().map(|m| postcard::from_bytes(m).unwrap()) {
@@ -127,7 +128,8 @@ fn compare(log: &[Step]) {
     same_messages(&chip.bytes, &native.bytes);
 }
 
-/// A chip's DAC tells a level that changes, the code in this process each that is written.
+/// Compares the banks' levels. A chip's DAC reports only changes, the code in this process every
+/// write.
 fn same_levels_of_banks(chip: &Trace, native: &Trace) {
     for bank in 0..6 {
         let codes = |trace: &Trace| {
@@ -141,8 +143,8 @@ fn same_levels_of_banks(chip: &Trace, native: &Trace) {
     }
 }
 
-/// Edges in the same order, at the same microsecond, with the same code; but
-/// the processor isolates after the comparator's interrupt, up to a refill late.
+/// Checks that edges have the same order, microsecond and code; after an over-current the processor
+/// disconnects up to a refill late.
 fn same_edges(chip: &Trace, native: &Trace) {
     let (chip, native): (Vec<_>, Vec<_>) = (chip.edges().collect(), native.edges().collect());
     let kind = |e: &Edge| (e.channel, e.state);
@@ -165,11 +167,11 @@ fn same_edges(chip: &Trace, native: &Trace) {
     assert!(stopped.len() <= 10);
 }
 
-/// The same messages in the same order; a fault's time and residual charge are
-/// those of the stop. What was no frame is refused at once, while an answer may
-/// wait for a refill: a call that a refill interrupts lets either go first. And the
-/// session looks for samples, edges and reports once a millisecond, at a phase that
-/// hangs on when it started. So these kinds are compared apart.
+/// Checks that the same messages come in the same order; a fault's time and residual charge are
+/// those of the stop. An invalid frame is refused at once, while an answer may wait for a refill,
+/// so a refill that interrupts the call may reverse the order. The session reads samples, edges and
+/// reports once a millisecond, at a phase that depends on its start. So these kinds are compared
+/// separately.
 fn same_messages(chip: &[u8], native: &[u8]) {
     let apart = |bytes: &[u8]| {
         let is_answer = |message: &Vec<u8>| {

@@ -1,5 +1,5 @@
-//! A board on the chip simulator whose session owner is watched: when bytes
-//! were handed to it, what time it was told, and when it was done with them.
+//! A board on the chip simulator whose session owner is observed: the time at which bytes were
+//! handed over, the time passed with them, and the time of completion.
 
 use firmware::lockstep::{Sensors, Sink};
 use firmware::units::{Micros, us};
@@ -12,27 +12,27 @@ use tests::desk::flashed_image;
 
 /// One call of `Session::receive`.
 pub struct ReceiveCall {
-    /// The time that the session was told.
+    /// Time passed to the session.
     pub at: Micros,
-    /// When its last order or request was posted, or, if it had none for the pulser
-    /// or the controller, when the call returned; µs of device time, rounded down.
+    /// Time at which its last order or request was posted or, without any for the pulser or the
+    /// controller, at which the call returned; µs of device time, rounded down.
     pub done: Micros,
-    /// What it was handed.
+    /// Bytes passed to the session.
     pub bytes: Vec<u8>,
 }
 
-/// Stops where `Session::receive` begins and where the call under way ends; and
-/// where an order in it begins and has been posted: a refill that interrupts the
-/// call from there on sees the order, and a control tick the request.
+/// Breakpoints at the start and end of `Session::receive`, and where an order in it begins and has
+/// been posted. From there on, a refill that interrupts the call sees the order, and a control tick
+/// the request.
 #[derive(Clone)]
 pub struct Gate {
     entry: u32,
     exit: Option<u32>,
     order: u32,
     request: u32,
-    /// Where the request under way returns.
+    /// Return address of the current request.
     asked: Option<u32>,
-    /// When the order under way began, and the queue that it goes to.
+    /// Start of the current order, and its queue.
     begun: (Micros, u32),
     posted: Option<u32>,
     has_posted: bool,
@@ -45,14 +45,14 @@ impl Observer for Gate {
     }
 }
 
-/// The board and the calls so far.
+/// Board, and the calls so far.
 pub struct WatchedBoard {
     pub board: Board<Gate>,
     pub served: Vec<ReceiveCall>,
 }
 
 impl WatchedBoard {
-    /// A board that has booted.
+    /// Boots a board with these breakpoints.
     pub fn boot(stages: [Option<Output>; 10], sensors: &Sensors, pace: Pace) -> Self {
         let image = flashed_image();
         let function = |name: &str| {
@@ -80,7 +80,7 @@ impl WatchedBoard {
         }
     }
 
-    /// Time goes on to `to_us`.
+    /// Advances time to `to_us`.
     pub fn advance(&mut self, to_us: u64, sensors: &Sensors, sink: &mut dyn Sink) {
         let mut sensors = *sensors;
         let trigger = sensors.trigger.take();
@@ -97,7 +97,7 @@ impl WatchedBoard {
         self.step(to_us, &sensors, sink);
     }
 
-    /// The host writes `bytes` now.
+    /// Writes `bytes` from the host now.
     pub fn send(&mut self, bytes: &[u8]) {
         let cycle = self.board.cpu.cycle;
         self.board.around.host.send(bytes, cycle);
@@ -116,7 +116,7 @@ impl WatchedBoard {
                 Err(e) => panic!("{e}"),
             }
         }
-        // There already: only gives out.
+        // The time is reached already; this only delivers outputs.
         let done = self.board.advance(Micros::new(to_us as u32), sensors, sink);
         done.unwrap_or_else(|e| panic!("{e}"));
     }
@@ -125,7 +125,7 @@ impl WatchedBoard {
         let board = &mut self.board;
         let now = (board.cpu.cycle - board.around.origin()) / CYCLES_PER_US;
         let registers = &board.cpu.registers;
-        // An exception may come between the stop and the instruction.
+        // An exception may come between the breakpoint and the instruction.
         let before = board.cpu.instructions;
         let (exit, r) = (registers.r[14] & !1, registers.r);
         board.cpu.step(&mut board.around).unwrap();
@@ -141,13 +141,13 @@ impl WatchedBoard {
         };
         let now = Micros::new(now as u32);
         if pc == gate.order {
-            // The third argument is the mail, whose second slice is the orders' queue.
+            // The third argument is the mail, whose second slice is the queue of orders.
             gate.begun = (now, read(r[2] + 8, Size::Word));
             gate.posted = Some(exit);
         } else if Some(pc) == gate.posted {
             (gate.posted, gate.has_posted) = (None, true);
-            // A queue begins with its two ends. Empty again, a refill between the
-            // order's last word and the return has taken it.
+            // A queue begins with its two ends. If it is empty again, a refill between the order's
+            // last word and the return has taken the order.
             let (begun, queue) = gate.begun;
             let is_taken = read(queue, Size::Word) == read(queue + 4, Size::Word);
             self.served.last_mut().unwrap().done = if is_taken { begun } else { now };

@@ -1,9 +1,9 @@
-//! A short fuzz on the stable compiler: each target of `tests::fuzz` on the committed
-//! corpus and on seeded mutations of it. Their seed is that of the property tests
-//! (.cargo/config.toml). A long one is a command: docs/fuzz.md.
+//! A short fuzz test on the stable compiler: each target of `tests::fuzz` on the committed corpus
+//! and on seeded mutations of it. The seed is that of the property tests (.cargo/config.toml). A
+//! command runs a long one: docs/fuzz.md.
 //!
-//! `RENEW_CORPUS=1 cargo test -p tests fuzz_short` writes the
-//! seeds again after a change of the messages.
+//! `RENEW_CORPUS=1 cargo test -p tests fuzz_short` writes the seeds again after a change of the
+//! messages.
 
 mod seeds;
 
@@ -32,7 +32,7 @@ fn run(name: &str) {
     }
 }
 
-/// Runs one input; one that breaks a promise is kept as a file.
+/// Runs one input, and saves it as a file if it breaks a promise.
 fn check(target: &str, function: fn(&[u8]), input: &[u8]) {
     if std::panic::catch_unwind(|| function(input)).is_err() {
         let folder = Path::new(FOLDER).join("artifacts").join(target);
@@ -53,7 +53,7 @@ fn lockstep() {
     run("lockstep");
 }
 
-/// A board that leaves out refills that would do nothing is the same board.
+/// A board that skips refills without effect emits the same as one that does not.
 #[test]
 fn skipping() {
     run("skipping");
@@ -142,7 +142,7 @@ fn no_target_is_left_out() {
     assert_eq!(all, run);
 }
 
-/// A seed that the device refuses at its door would fuzz nothing behind it.
+/// A seed that the device refuses at once would not test the code behind.
 #[test]
 fn seeds_are_current_and_carried_out() {
     for (target, name, seed) in seeds::all() {
@@ -171,8 +171,8 @@ fn seeds_are_current_and_carried_out() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-/// A long fuzz that cannot find anything would be worth nothing: this one looks for inputs
-/// with the byte 0x5A in them, ends at a word, and says the same on one core and on two.
+/// A campaign must be able to find something: this one looks for inputs with the byte 0x5A, ends on
+/// request, and gives the same result on one core and on two.
 #[test]
 fn a_campaign_finds_what_is_there_and_goes_on_where_it_ended() {
     static SEEN: AtomicU64 = AtomicU64::new(0);
@@ -194,7 +194,7 @@ fn a_campaign_finds_what_is_there_and_goes_on_where_it_ended() {
     };
     let (done, finds) = campaign(0..20_000).run(|_, _| true);
     assert_eq!((done, SEEN.load(Ordering::Relaxed)), (20_000, 20_000));
-    // One place, one find: the first, whatever else the words say.
+    // One place gives one find, the first, whatever the rest of the message.
     let [find] = &finds[..] else {
         panic!("{finds:?}");
     };

@@ -1,6 +1,5 @@
-//! Courses that nobody would think of, drawn and heard by both judges: what breaks no
-//! rule and what breaks several at once, pulses that touch, loads that jump, a pump that
-//! stumbles, lines that break.
+//! Random traces for both judges: with no, one or several broken rules, adjacent pulses, changing
+//! loads, an interrupted pump and broken lines.
 
 use super::second::{case, compare};
 use hal_sim::random::Random;
@@ -10,7 +9,7 @@ use hal_sim::trace::judge::{
 use hal_sim::trace::{Levels, State, Trace};
 use std::collections::BTreeMap;
 
-/// Of the draws; what they are and how many was written before they were compared.
+/// Seed of the draws. Their generator and number were fixed before the judges were compared.
 const SEED: u64 = 1;
 const CASES: u64 = 300;
 const CHANNELS: u8 = 3;
@@ -28,7 +27,7 @@ fn both_judges_say_the_same_of_what_is_drawn() {
         .map(|(trace, pump, truth)| case(trace, pump, truth, END_US));
     let differ = compare(&cases.collect::<Vec<_>>(), &verdicts);
     assert!(differ.is_empty(), "{} differ: {:#?}", differ.len(), differ);
-    // A draw that breaks nothing, or all the same, would compare little.
+    // The comparison needs draws that break no rule and draws that break different rules.
     let mut broken = BTreeMap::new();
     let accounts = verdicts
         .iter()
@@ -62,7 +61,7 @@ fn random(case: u64) -> Random {
     Random::new(SEED << 32 | case)
 }
 
-/// One of these.
+/// Returns a random element.
 fn pick<T: Copy>(random: &mut Random, of: &[T]) -> T {
     of[random.below(of.len() as u64) as usize]
 }
@@ -125,7 +124,7 @@ fn channel_of(random: &mut Random) -> Channel {
     channel
 }
 
-/// Pulses of one kind, some of them spoilt, or states in any order.
+/// Generates pulses of one kind, some of them damaged, or states in any order.
 fn course(random: &mut Random) -> Vec<(u64, State)> {
     let mut course = Vec::new();
     let mut at = random.below(20_000);
@@ -162,7 +161,7 @@ fn course(random: &mut Random) -> Vec<(u64, State)> {
         if !is_spoilt || random.below(2) == 0 {
             course.push((end, second));
             if random.below(12) == 0 {
-                // As a bit of the tape does that flips.
+                // The effect of a flipped bit in the tape.
                 let middle = end + width / 2;
                 course.extend([(middle, State::Isolated), (middle + 1, second)]);
             }
@@ -182,7 +181,7 @@ fn course(random: &mut Random) -> Vec<(u64, State)> {
     course
 }
 
-/// What breaks, and what had to be over.
+/// Adds random faults, and intervals that must be quiet.
 fn add_faults(random: &mut Random, truth: &mut Truth) {
     for _ in 0..random.below(3) {
         let t_us = random.below(END_US);
@@ -203,7 +202,7 @@ fn add_faults(random: &mut Random, truth: &mut Truth) {
     }
 }
 
-/// All the time, or runs of edges with gaps between them.
+/// Generates a pump that runs throughout, or runs of edges with gaps.
 fn pump(random: &mut Random) -> Pump {
     if random.below(2) == 0 {
         return Pump::Throughout;

@@ -1,10 +1,10 @@
-//! One line that breaks, at any moment: hardware.md's stage logic ends in
-//! isolation, four states of two lines do not.
+//! One line that breaks at any moment: the stage logic of hardware.md ends in disconnection; a
+//! logic of four states of two lines does not.
 
 use super::scene::{Anodic, Cathodic, Grounded, Scene, StateInterval, biphasic, monophasic};
 use hal_sim::trace::judge::{Cause, Line, Pump, StageLogic, StuckLine};
 
-/// What a channel does each 20 ms.
+/// Returns the intervals of a channel within each 20 ms, by name.
 fn trains() -> [(&'static str, Vec<StateInterval>); 7] {
     let swapped = |pulse: &[StateInterval]| {
         let swap = |state| match state {
@@ -25,7 +25,7 @@ fn trains() -> [(&'static str, Vec<StateInterval>); 7] {
         ("doublet", doublet.map(|((a, b), s)| (a, b, s)).collect()),
         ("monophasic", monophasic(200, 1_000).to_vec()),
         ("anodic", swapped(&monophasic(200, 1_000))),
-        // A silent member of a conducted group, whose DAC has a code all the same.
+        // A silent member of a conducted group, whose DAC nevertheless has a code.
         ("bystander", vec![(0, 405, Grounded)]),
     ]
 }
@@ -33,14 +33,14 @@ fn trains() -> [(&'static str, Vec<StateInterval>); 7] {
 fn scene(pulse: &[StateInterval], stuck: StuckLine, logic: StageLogic) -> Scene {
     let mut scene = Scene::with_pulses(100, pulse);
     let channel = &mut scene.truth.channels[0];
-    // One more than the doublets': a line that sticks may begin a pulse early.
+    // One more than the doublets have, because a stuck line may begin a pulse early.
     channel.pulses_per_s = 101;
     (scene.truth.hardware.logic, scene.truth.stuck) = (logic, vec![stuck]);
     scene
 }
 
-/// Every line, level and moment of a period of `pulse`, its steps growing
-/// where nothing changes.
+/// Returns every line, level and moment of a period of `pulse`, with larger steps where nothing
+/// changes.
 fn faults() -> impl Iterator<Item = StuckLine> {
     let moments = (0..1_300).step_by(7).chain((1_300..20_000).step_by(1_900));
     let lines = [Line::Cathodic, Line::Anodic].into_iter();
@@ -63,7 +63,7 @@ fn one_broken_line_is_never_severe_with_the_interlock() {
             let account = verdict.as_built;
             assert_eq!(account.findings, [], "{name}, {stuck:?}");
             assert!(account.truncated.len() <= 1, "{name}, {stuck:?}");
-            // Whatever still drove after the fault ended in isolation.
+            // Any drive after the fault ended in disconnection.
             if !account.truncated.is_empty() {
                 assert_eq!(account.latched.len(), 1, "{name}, {stuck:?}");
                 let latched = account.latched[0].t_us;
@@ -102,7 +102,7 @@ fn one_broken_line_is_severe_without_it() {
         }
     }
     println!("{}", severe.join("\n"));
-    // A low line makes each grounding a drive, whatever the train.
+    // A line stuck low turns each grounding into a drive, whatever the train.
     for low in ["monophasic, Cathodic low", "bystander, Cathodic low"] {
         assert!(
             severe.iter().any(|told| told.starts_with(low)),
@@ -111,7 +111,7 @@ fn one_broken_line_is_severe_without_it() {
     }
 }
 
-/// Causes and moments, where the pump stands from 1.4 s for 5 ms and from 1.695 s for 25.
+/// Returns causes and times of latching; the pump stops at 1.4 s for 5 ms and at 1.695 s for 25 ms.
 fn latched(scene: &mut Scene) -> Vec<(u64, Cause)> {
     scene.pump = Pump::Runs(vec![
         (0, 1_400_000),
@@ -125,7 +125,7 @@ fn latched(scene: &mut Scene) -> Vec<(u64, Cause)> {
 #[test]
 fn a_latched_stage_begins_anew_when_the_pump_was_off() {
     let mut scene = Scene::biphasic(100, 200);
-    // Held at 1.01, 1.21, 1.51 and 1.91 s: 5 ms of silence clear nothing, 25 do.
+    // Held at 1.01, 1.21, 1.51 and 1.91 s: 5 ms without the pump clear nothing, 25 ms do.
     for pulse in [95, 75, 60, 50] {
         let at = 10_000 + pulse as u64 * 20_000;
         let held = [(at, at + 700, Cathodic)];
@@ -135,8 +135,8 @@ fn a_latched_stage_begins_anew_when_the_pump_was_off() {
     assert_eq!(latched(&mut scene), [1_010_600, 1_910_600].map(held));
 }
 
-/// Neither where a wire keeps it high, nor where the chip was held and goes on, nor where it
-/// goes on so late in a phase that the line rests before the pump's first edge.
+/// The latch also stays if a wire keeps the line high, if the chip was held and continues, or if it
+/// continues so late in a phase that the line is at rest before the pump's first edge.
 #[test]
 fn a_line_that_is_high_keeps_the_latch() {
     let stuck = StuckLine {
@@ -153,7 +153,7 @@ fn a_line_that_is_high_keeps_the_latch() {
         .splice(168..172, [(1_694_900, 1_720_100, Cathodic)]);
     halted.stretches.insert(169, (1_720_200, 1_720_400, Anodic));
     assert_eq!(latched(&mut halted), [(1_695_500, Cause::Held)]);
-    // What is held again tells: 10 ms of both at rest, and it has begun anew.
+    // The time at rest decides: after 10 ms with both lines at rest, the stage starts again.
     for (rests_us, anew) in [(9, false), (9_999, false), (10_000, true)] {
         let phases = [
             (1_694_900, 1_720_000 - rests_us, Cathodic),

@@ -1,6 +1,6 @@
-//! What shipped sessions come to at the electrode: nothing severe, and no stage's
-//! interlock in their way. And that the judge can be relied on: each rule with a trace
-//! made wrong on purpose, each line that breaks, and a second judge in another language.
+//! Judgement of shipped sessions at the electrode: nothing severe, and no stage's interlock
+//! triggers. Also tests the judge itself: each rule with a trace that breaks it, each line that
+//! breaks, and a second judge in another language.
 
 mod drawn;
 mod interlock;
@@ -44,7 +44,7 @@ fn shipped_sessions_are_not_severe() {
         assert!(told.is_empty(), "{name}: {told:?}");
         assert_eq!(verdict.as_built.latched, [], "{name}");
         assert_eq!(verdict.as_built.truncated, [], "{name}");
-        // What a bleed of 2.4 MΩ would pass, hardware.md's bound before.
+        // Current through a bleed resistor of 2.4 MΩ, the earlier bound in hardware.md.
         truth.hardware.bleed_ohm = 2.4e6;
         let verdict = judge(&played.trace, &Pump::Throughout, &truth, played.end_us);
         if let Some(worst) = verdict.as_built.findings.first() {
@@ -55,7 +55,7 @@ fn shipped_sessions_are_not_severe() {
     assert!(seen > 30, "{seen} sessions with pulses");
 }
 
-/// What the flashed image puts out itself, and the edges of its own pump.
+/// Judges the flashed image's output, with the edges of its own pump.
 #[test]
 fn the_chips_own_play_is_not_severe() {
     for name in [
@@ -87,13 +87,13 @@ fn the_chips_own_play_is_not_severe() {
     }
 }
 
-/// A board that breaks in a pulse: what it puts out from there to its isolation, and
-/// after that.
+/// Judges the output of a board that breaks during a pulse, until it is disconnected and after
+/// that.
 #[test]
 fn what_a_broken_chip_puts_out_is_judged_alike() {
-    /// What breaks, and how.
+    /// Name of a defect, and the function that causes it.
     type Break = (&'static str, fn(&mut Bench));
-    /// DMA2's stream 2, which erases port B's tape.
+    /// Registers of DMA2's stream 2, which erases port B's tape.
     const STREAM_2: u32 = 0x4002_6410 + 0x18 * 2;
     const NOTHING: &str = "nothing";
     const LINE: &str = "a line breaks on its way to its stage";

@@ -1,4 +1,4 @@
-//! Each rule finds the trace that breaks it, and nothing else does.
+//! Each rule finds the trace that breaks it, and no other.
 
 use super::scene::{Anodic, CODE, Cathodic, Grounded, Scene, StateInterval, biphasic, monophasic};
 use super::second::judge_both;
@@ -13,7 +13,7 @@ pub const NONE: [Vec<Rule>; 2] = [Vec::new(), Vec::new()];
 fn right_traces_have_no_findings() {
     assert_eq!(Scene::biphasic(150, 200).rules(), NONE);
     assert_eq!(Scene::biphasic(150, 500).rules(), NONE);
-    // Two pulses a burst, the second anodic first; and groundings between.
+    // Two pulses per burst, the second anodic first, with groundings in between.
     let mut burst = biphasic(200).to_vec();
     burst.extend([
         (410, 610, Anodic),
@@ -23,8 +23,8 @@ fn right_traces_have_no_findings() {
     let mut scene = Scene::with_pulses(150, &burst);
     scene.truth.channels[0].pulses_per_s = 100;
     assert_eq!(scene.rules(), NONE);
-    // 12 mA, 200 µs, grounded for 1 ms: 5.1 V of bias, 0.51 µA through 10 MΩ. Bare,
-    // a monophasic train is direct current.
+    // 12 mA, 200 µs, grounded for 1 ms: 5.1 V of bias, 0.51 µA through 10 MΩ. On a bare stage, a
+    // monophasic train is direct current.
     let mut scene = Scene::with_pulses(150, &monophasic(200, 1_000));
     assert_eq!(scene.rules(), [vec![], vec![Rule::DirectCurrent]]);
     // Through 2.4 MΩ it would be 2.1 µA.
@@ -52,11 +52,11 @@ fn a_commanded_phase_over_500_us() {
 
 #[test]
 fn any_phase_over_650_us() {
-    // A one-shot that fails; the phases balance, so that nothing else is wrong.
+    // A failed one-shot; the phases balance, so that no other rule is broken.
     let mut scene = Scene::biphasic(100, 651);
     scene.truth.hardware.one_shot_us = 10_000;
     assert_eq!(scene.rules(), [vec![Rule::AnyPhase], vec![Rule::AnyPhase]]);
-    // With it, the stage ends the first of them and isolates itself.
+    // With the one-shot, the stage ends the first of them and disconnects itself.
     let saved = Scene::biphasic(100, 651);
     let verdict = saved.verdict();
     assert_eq!(saved.rules()[1], [Rule::AnyPhase]);
@@ -72,7 +72,7 @@ fn any_phase_over_650_us() {
 
 #[test]
 fn current_above_the_wearers_limit() {
-    // 100 mA declared, 300 mA soldered in.
+    // 100 mA configured, 300 mA built in.
     let mut scene = Scene::biphasic(100, 200);
     scene.truth.channels[0].stage = Stage::Current {
         full_scale_ma: 300.0,
@@ -83,7 +83,7 @@ fn current_above_the_wearers_limit() {
     // Within 5 %.
     scene.truth.channels[0].limit_ma = 34.3;
     assert_eq!(scene.rules(), NONE);
-    // A comparator at 30 mA ends it after 1 µs: late, but no direct current.
+    // A comparator at 30 mA ends it after 1 µs: late, but without direct current.
     scene.truth.channels[0].limit_ma = 15.0;
     scene.truth.channels[0].trip_ma = 30.0;
     let verdict = scene.verdict();
@@ -115,7 +115,7 @@ fn a_banks_comparator_ends_what_is_above_its_level_after_10_us() {
         assert_eq!(verdict.as_built.findings[0].count, pulses);
         assert_eq!(verdict.bare.findings[0].count, 200);
     }
-    // What rises above it within a phase counts from there.
+    // A level exceeded within a phase counts from that moment.
     scene.truth.channels[0].stage = Stage::Current {
         full_scale_ma: 100.0,
     };
@@ -155,7 +155,7 @@ fn net_direct_current() {
     );
     let found = scene.verdict().as_built.findings[0];
     assert!((found.amount - 2.4).abs() < 0.01, "{} µA", found.amount);
-    // The same after a fault is its one truncated pulse.
+    // After a fault this is the one truncated pulse.
     scene.truth.faults.push(Fault { t_us: 1_000_000 });
     let verdict = scene.verdict();
     assert_eq!(scene.rules(), NONE);
@@ -169,11 +169,11 @@ fn net_direct_current() {
     assert_eq!(scene.rules()[1], [Rule::DirectCurrent]);
 }
 
-/// A fault cuts a phase in two for 1 µs: the pulse's first part is excused and its rest is
-/// not, but whole the two may be balanced.
+/// A fault splits a phase in two for 1 µs. The pulse's first part is excused and the rest is not,
+/// although both together may be balanced.
 #[test]
 fn an_excuse_makes_no_pulse_worse() {
-    /// The pulse at 1.01 s: `first_us` cathodic, then 100 µs and `rest_us` anodic.
+    /// Replaces the pulse at 1.01 s by `first_us` cathodic, then 100 µs and `rest_us` anodic.
     fn cut_in_two(first_us: u64, rest_us: u64) -> Scene {
         let mut scene = Scene::biphasic(100, 200);
         let (at, rest) = (1_010_000, 1_010_106 + first_us);
@@ -190,10 +190,10 @@ fn an_excuse_makes_no_pulse_worse() {
     // (first phase, rest of the second, excused, severe): 1 µs is 12 nC.
     let cases = [
         (200, 99, -1.2, None),
-        // Left in: −1.2 µC and this.
+        // With the pulse included: −1.2 µC and this.
         (200, 183, -1.2, None),
         (200, 184, -1.2, Some(1.008)),
-        // Taken out: this alone.
+        // With the pulse excluded: this alone.
         (400, 83, -3.6, None),
         (400, 84, -3.6, Some(1.008)),
     ];
@@ -211,15 +211,15 @@ fn an_excuse_makes_no_pulse_worse() {
             assert!(found.zip(expected).is_none_or(is_near), "{found:?}");
         }
     }
-    // Nor does a second that begins between the two parts count the rest alone.
+    // A second that begins between the two parts must not count the rest alone either.
     let mut scene = cut_in_two(200, 99);
     let later = Scene::biphasic(150, 200).stretches.into_iter().skip(200);
     let later = later.map(|(start, end, state)| (start - 250, end - 250, state));
     scene.stretches.extend(later);
-    scene.truth.channels[0].pulses_per_s = 52; // 250 µs sooner
+    scene.truth.channels[0].pulses_per_s = 52; // 250 µs earlier
     scene.end_us = 3_000_000;
     assert_eq!(scene.rules(), NONE);
-    // Each of two faults its own: this one cut a pulse off, which stays out.
+    // Each of two faults excuses its own pulse: this one cut a pulse off, which stays excluded.
     let mut scene = cut_in_two(200, 99);
     scene.stretches.remove(142);
     assert_eq!(scene.rules()[1], [Rule::DirectCurrent]);
@@ -227,8 +227,8 @@ fn an_excuse_makes_no_pulse_worse() {
     assert_eq!(scene.rules(), NONE);
 }
 
-/// A line is on for 1 µs where nothing plays, shortly before a pulse, whose first phase is
-/// taken for the second of that; whole they are balanced, in every second.
+/// A line is on for 1 µs shortly before a pulse, whose first phase then counts as the second phase
+/// of that pulse. As a whole they are balanced, in every second.
 #[test]
 fn what_comes_before_a_pulse_takes_no_part_of_it() {
     let mut scene = Scene::biphasic(150, 200);
@@ -298,7 +298,7 @@ fn output_past_a_deadline() {
         (found.t_us, found.amount, found.count),
         (1_010_100, 40_000.0, 5)
     );
-    // Without the pump nothing comes out.
+    // Without the pump there is no output.
     scene.pump = Pump::from_edges((0..40_380).map(|n| n * 25), 300);
     assert_eq!(scene.rules(), [vec![], vec![Rule::PastDeadline]]);
 }
@@ -308,7 +308,7 @@ fn high_voltage_follows_the_pump() {
     let mut scene = Scene::biphasic(100, 200);
     let runs = vec![(0, 1_009_800), (1_600_000, 2_100_000)];
     scene.pump = Pump::Runs(runs);
-    // 100 µs of a phase are left when the supply is gone: not balanced.
+    // 100 µs of a phase remain when the supply fails: not balanced.
     let verdict = scene.verdict();
     let [found] = verdict.as_built.findings[..] else {
         panic!("{:?}", verdict.as_built.findings)
@@ -325,14 +325,14 @@ fn high_voltage_follows_the_pump() {
 
 #[test]
 fn one_percent_of_mismatch_is_direct_current_unless_it_is_grounded() {
-    // 12 mA, 400 µs, 50 Hz: 240 µA each way, 2.4 µA of it too much.
+    // 12 mA, 400 µs, 50 Hz: 240 µA each way, with a difference of 2.4 µA.
     let grounded = [biphasic(400).as_slice(), &[(805, 1_805, Grounded)]].concat();
     let mut seen = [0.0; 2];
     let pulses = [biphasic(400).to_vec(), grounded];
     for (seen, pulse) in seen.iter_mut().zip(pulses) {
         let mut scene = Scene::with_pulses(60 * 50, &pulse);
         scene.truth.channels[0].mismatch = 0.01;
-        // The quickest that hardware.md allows to get there.
+        // The smallest resistance that hardware.md allows reaches this fastest.
         scene.truth.hardware.bleed_ohm = 2.4e6;
         let verdict = scene.verdict();
         *seen = verdict.as_built.direct_ua[0];
@@ -345,8 +345,8 @@ fn one_percent_of_mismatch_is_direct_current_unless_it_is_grounded() {
     assert!(with <= 1.0, "{with} µA");
 }
 
-/// A monophasic train leaves 5 V on a voltage stage's series capacitor, which the pulses after
-/// it give back: that is no charge of theirs, and cuts none of them.
+/// A monophasic train leaves 5 V on a voltage stage's series capacitor, which following pulses
+/// discharge. That charge is not theirs, and truncates none of them.
 #[test]
 fn what_a_capacitor_gives_back_cuts_no_pulse() {
     let after = |pulse: &[StateInterval], count: u64| {
@@ -364,7 +364,7 @@ fn what_a_capacitor_gives_back_cuts_no_pulse() {
         scene.verdict().as_built.findings
     };
     assert_eq!(after(&biphasic(100), 8), []);
-    // What has no second phase counts for what it is itself: 12 mA.
+    // A pulse without a second phase counts by itself: 12 mA.
     assert_eq!(after(&[(0, 83, Cathodic)], 1), []);
     let [found] = after(&[(0, 84, Cathodic)], 1)[..] else {
         panic!("84 µs")

@@ -1,4 +1,4 @@
-//! A right trace of one channel, and the means to spoil it.
+//! A correct trace of one channel, and functions that damage it.
 
 use super::second::judge_both;
 use hal_sim::trace::judge::{Channel, Pump, Rule, Stage, Truth, Verdict, judge};
@@ -6,13 +6,13 @@ use hal_sim::trace::{Levels, State, Trace};
 
 pub use State::{Anodic, Cathodic, Grounded};
 
-/// Code of 12 mA on a stage of 100 mA.
+/// DAC code of 12 mA on a stage of 100 mA.
 pub const CODE: u16 = 7_864;
 
-/// Start, end, state.
+/// Start, end, and state between them.
 pub type StateInterval = (u64, u64, State);
 
-/// One channel under construction, isolated elsewhere.
+/// Trace of one channel under construction; disconnected outside the intervals.
 pub struct Scene {
     pub stretches: Vec<StateInterval>,
     pub code: u16,
@@ -22,8 +22,8 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// 12 mA into 2 kΩ at `pulses` of 50 Hz, of the stretches that `pulse`
-    /// consists of; 15 mA and 50 pulses a second allowed.
+    /// Returns 12 mA into 2 kΩ with `pulses` at 50 Hz, each made of the intervals in `pulse`; 15 mA
+    /// and 50 pulses per second are allowed.
     pub fn with_pulses(pulses: u64, pulse: &[StateInterval]) -> Self {
         let starts = (0..pulses).map(|n| 10_000 + n * 20_000);
         let at = |t: u64| {
@@ -62,17 +62,19 @@ impl Scene {
         trace
     }
 
-    /// By both judges.
+    /// Returns the verdict, on which both judges must agree.
     pub fn verdict(&self) -> Verdict {
         judge_both(&self.trace(), &self.pump, &self.truth, self.end_us)
     }
 
-    /// By `hal_sim`'s alone: of thousands, or of a logic that only it knows.
+    /// Returns the verdict of `hal_sim`'s judge alone, for thousands of cases or for a logic that
+    /// only it knows.
     pub fn judged_once(&self) -> Verdict {
         judge(&self.trace(), &self.pump, &self.truth, self.end_us)
     }
 
-    /// The rules broken as built, and bare.
+    /// Returns the rules broken by the board as built, and by bare stages that only follow their
+    /// lines.
     pub fn rules(&self) -> [Vec<Rule>; 2] {
         let verdict = self.verdict();
         [verdict.as_built, verdict.bare].map(|account| {

@@ -1,4 +1,4 @@
-//! Two judges, written apart and in two languages, hear the same cases: `hal_sim`'s and
+//! Two judges, written independently in two languages, judge the same cases: `hal_sim`'s and
 //! tests/judge/judge.py. Where they differ, one of them is wrong.
 
 use super::scene::Scene;
@@ -9,14 +9,14 @@ use std::io::{ErrorKind, Write};
 use std::process::{Command, Stdio};
 
 const PROGRAM: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/judge/judge.py");
-/// What amounts of the two may differ by, as a part, and at least so much in their unit:
-/// small steps against exponentials, 3·10⁻⁶ at most as far as seen.
+/// Largest difference of amounts between the judges, relative, and at least as much in their unit.
+/// One uses small steps, the other exponentials; they differ by at most 3·10⁻⁶ as far as seen.
 const ALIKE: f64 = 1e-4;
 
-/// What `hal_sim` judges, which the other judge must say too.
+/// Returns the verdict of `hal_sim`, which the other judge must confirm.
 ///
 /// # Panics
-/// If it does not.
+/// Panics if the judges differ.
 pub fn judge_both(trace: &Trace, pump: &Pump, truth: &Truth, end_us: u64) -> Verdict {
     let verdict = [judge(trace, pump, truth, end_us)];
     let differ = compare(&[case(trace, pump, truth, end_us)], &verdict);
@@ -25,12 +25,12 @@ pub fn judge_both(trace: &Trace, pump: &Pump, truth: &Truth, end_us: u64) -> Ver
     verdict
 }
 
-/// What both judges hear.
+/// Returns the input of both judges.
 pub fn case(trace: &Trace, pump: &Pump, truth: &Truth, end_us: u64) -> Value {
     json!({ "trace": trace, "pump": pump, "truth": truth, "end_us": end_us })
 }
 
-/// Where the other judge says otherwise of `cases` than these verdicts.
+/// Returns the differences between the other judge's verdicts on `cases` and these.
 pub fn compare(cases: &[Value], verdicts: &[Verdict]) -> Vec<String> {
     let others = python_verdicts(cases);
     assert_eq!(others.len(), verdicts.len());
@@ -48,7 +48,7 @@ pub fn compare(cases: &[Value], verdicts: &[Verdict]) -> Vec<String> {
     differ
 }
 
-/// The verdicts of the judge in Python.
+/// Returns the verdicts of the judge in Python.
 fn python_verdicts(cases: &[Value]) -> Vec<Value> {
     let python = Command::new("python3")
         .arg("-B") // leaves no compiled file beside the program
@@ -80,7 +80,7 @@ fn python_verdicts(cases: &[Value]) -> Vec<Value> {
     verdicts.map(Result::unwrap).collect()
 }
 
-/// Where `said` is not what `account` holds, rule by rule.
+/// Returns the differences between `said` and `account`, rule by rule.
 fn differences(account: &OutputJudgement, said: &Value) -> Vec<String> {
     let mut differs = Vec::new();
     let mut hold = |what: &str, mine: Vec<Value>, key: &dyn Fn(&Value) -> Value, amount: &str| {
@@ -146,7 +146,7 @@ fn is_alike(a: &Value, b: &Value) -> bool {
     }
 }
 
-/// A comparison that finds no difference proves nothing unless it can find one.
+/// A comparison without differences proves something only if it can find one.
 #[test]
 fn a_judge_that_errs_is_told() {
     let scene = Scene::biphasic(60, 501);
@@ -161,7 +161,7 @@ fn a_judge_that_errs_is_told() {
     };
     assert_eq!(err(&|report| report.findings.clear()), 1);
     let first = |change: &dyn Fn(&mut Finding)| err(&|account| change(&mut account.findings[0]));
-    // One that is not found, and one that the other does not find.
+    // A finding that is missing, and a finding that the other judge does not have.
     assert_eq!(first(&|finding| finding.count += 1), 2);
     assert_eq!(first(&|finding| finding.t_us += 1), 2);
     assert_eq!(first(&|finding| finding.amount *= 1.001), 1);

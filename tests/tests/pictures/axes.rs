@@ -1,14 +1,13 @@
-//! Axes without a name of their own.
+//! Axes without a name.
 //!
-//! An axis is found by its ticks: a row of centred numbers, or a column of
-//! right-aligned ones. A row's name stands under it, a column's beside it (turned,
-//! or with its unit in brackets) or above it. A title in bold names no axis, and a
-//! name that also says what the other axis is names neither. Rows and columns of
-//! words name themselves.
+//! An axis is found by its ticks: a row of centred numbers, or a column of right-aligned ones. A
+//! row's name stands under it, a column's beside it (turned, or with its unit in brackets) or above
+//! it. A bold title names no axis, and a name that also describes the other axis names neither.
+//! Rows and columns of words need no name.
 
 use super::drawing::{Box2, Drawing, Words};
 
-/// Furthest name below a row, beside or above a column, CSS pixels.
+/// Largest distance of a name below a row, beside or above a column, CSS pixels.
 const BELOW: f64 = 30.0;
 const BESIDE: f64 = 150.0;
 const ABOVE: f64 = 34.0;
@@ -33,7 +32,7 @@ pub fn find(drawing: &Drawing) -> Vec<String> {
     found
 }
 
-/// Texts at one place across, in order of the other, cut where a new axis begins.
+/// Groups texts in one row or column by position, and splits them where a new axis begins.
 fn axes(
     mut words: Vec<&Words>,
     line: impl Fn(&Words) -> f64,
@@ -65,8 +64,8 @@ fn axes(
     all
 }
 
-/// Whether a text goes on no more with those before it: much further away, or its
-/// number turns back.
+/// Returns whether a text begins a new axis: it is much further away, or its number reverses
+/// direction.
 fn starts_new(axis: &[&Words], next: &Words, place: &impl Fn(&Words) -> f64) -> bool {
     let [.., before, last] = axis else {
         return false;
@@ -79,7 +78,7 @@ fn starts_new(axis: &[&Words], next: &Words, place: &impl Fn(&Words) -> f64) -> 
     turns || gap > 2.6 * usual
 }
 
-/// The number a tick begins with, in its unit.
+/// Returns the number at the start of a tick, in its unit.
 fn value(text: &str) -> Option<f64> {
     let plain: String = text
         .replace('−', "-")
@@ -100,7 +99,7 @@ fn value(text: &str) -> Option<f64> {
     Some(number * unit)
 }
 
-/// 10³ over 10: what raised digits multiply the ten before them by.
+/// Returns the factor by which raised digits multiply the preceding ten: for 10³ it is 10³/10.
 fn exponent(text: &str) -> f64 {
     const RAISED: &str = "⁰¹²³⁴⁵⁶⁷⁸⁹";
     let digits = text.trim_start_matches('⁻').chars();
@@ -126,7 +125,7 @@ fn span(axis: &[&Words]) -> Box2 {
     Box2::around(&corners.collect::<Vec<_>>())
 }
 
-/// Says what is counted, and only on this axis.
+/// Returns whether the text names a quantity of this axis only.
 fn is_name(name: &Words) -> bool {
     let letters = name.text.chars().filter(|c| c.is_alphabetic()).count();
     let both = ["; down:", "; up:"]

@@ -1,25 +1,25 @@
-//! Contrast of text, and of lines and marks, with what lies under them (WCAG 2.2).
+//! Contrast of text, lines and marks with their background (WCAG 2.2).
 
 use super::drawing::{Box2, Drawing, Form, Item, Paint};
 use std::collections::BTreeMap;
 
-/// Of text: WCAG 1.4.3, level AA.
+/// Smallest contrast of text: WCAG 1.4.3, level AA.
 const TEXT: f64 = 4.5;
-/// Of lines and marks that carry data: WCAG 1.4.11.
+/// Smallest contrast of lines and marks that carry data: WCAG 1.4.11.
 const LINE: f64 = 3.0;
-/// Grid lines and frames: they only guide the eye, and may be faint. Light screen.
+/// Colours of grid lines and frames on a light screen; they only guide the eye, and may be faint.
 const FAINT: [[f64; 3]; 4] = [
     [216.0, 222.0, 228.0],
     [238.0, 240.0, 243.0],
     [154.0, 169.0, 184.0],
     [132.0, 150.0, 168.0],
 ];
-/// What is laid under a line or a mark to set it off.
+/// Colour under a line or mark that sets it off.
 const HALO: [f64; 3] = [253.0; 3];
 const SCREENS: [&str; 2] = ["light", "dark"];
 
-/// What does not stand out, each with its lowest contrast and how often; `screen`
-/// is what lies behind a picture without a background, in light and dark.
+/// Returns items with too little contrast, each with its lowest contrast and count. `screen` is the
+/// background behind a transparent picture, in light and dark.
 pub fn find(drawing: &Drawing, screen: [[f64; 3]; 2]) -> Vec<String> {
     let mut worst: BTreeMap<(String, &str), (f64, u32)> = BTreeMap::new();
     for (dark, back) in screen.into_iter().enumerate() {
@@ -41,8 +41,8 @@ pub fn find(drawing: &Drawing, screen: [[f64; 3]; 2]) -> Vec<String> {
     told.collect()
 }
 
-/// Contrast of one thing with what was painted before, and what it should be;
-/// nothing for what need not stand out.
+/// Returns the contrast of an item with what was painted before, and the required contrast; `None`
+/// if none is required.
 fn contrast(before: &[Item], item: &Item, dark: usize, back: [f64; 3]) -> Option<(f64, f64)> {
     let paint = item.paint[dark]?;
     let (points, wanted) = match &item.form {
@@ -78,14 +78,14 @@ fn is_halo(item: &Item) -> bool {
     item.paint[0].is_some_and(|paint| paint.rgb == HALO)
 }
 
-/// Small and not a box: a dot, a triangle, a star.
+/// Returns whether the shape is a mark: small and not a box, as a dot, a triangle or a star.
 fn is_mark(corners: &[(f64, f64)]) -> bool {
     let bounds = Box2::around(corners);
     let small = bounds.right - bounds.left < 22.0 && bounds.bottom - bounds.top < 22.0;
     small && corners.len() != 4
 }
 
-/// Five places along a text.
+/// Returns five positions along a text.
 fn sample_points(bounds: &Box2) -> Vec<(f64, f64)> {
     let part = |n: u32| f64::from(n) / 4.0;
     let x = |n| bounds.left + (bounds.right - bounds.left) * part(n);
@@ -97,7 +97,7 @@ fn sample_points(bounds: &Box2) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// The middle of a path's longest part.
+/// Returns the middle of a path's longest segment.
 fn middle(path: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let length = |pair: &&[(f64, f64)]| (pair[1].0 - pair[0].0).hypot(pair[1].1 - pair[0].1);
     let longest = path
@@ -109,9 +109,9 @@ fn middle(path: &[(f64, f64)]) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// The colour at a place after some items are painted: areas and halos. Lines and
-/// marks that cross are told apart along their way, not where they meet; a line
-/// at the edge of a tint of its own colour is seen from the other side.
+/// Returns the colour at a position after some items are painted: areas and halos. Crossing lines
+/// and marks are distinguished along their length, not where they meet; a line at the edge of an
+/// area of its own colour is seen from the other side.
 fn background_color(
     items: &[Item],
     at: (f64, f64),
@@ -149,7 +149,7 @@ fn inside(corners: &[(f64, f64)], (x, y): (f64, f64)) -> bool {
         == 1
 }
 
-/// Distance of a place from a path.
+/// Returns the distance of a position from a path.
 fn near(path: &[(f64, f64)], (x, y): (f64, f64)) -> f64 {
     let from = |pair: &[(f64, f64)]| {
         let ((ax, ay), (bx, by)) = (pair[0], pair[1]);
@@ -165,7 +165,7 @@ fn mixed(below: [f64; 3], above: [f64; 3], cover: f64) -> [f64; 3] {
     [0, 1, 2].map(|n| below[n] + (above[n] - below[n]) * cover)
 }
 
-/// WCAG's contrast ratio, 1 to 21.
+/// Computes WCAG's contrast ratio, 1 to 21.
 fn ratio(a: [f64; 3], b: [f64; 3]) -> f64 {
     let (a, b) = (luminance(a), luminance(b));
     (a.max(b) + 0.05) / (a.min(b) + 0.05)

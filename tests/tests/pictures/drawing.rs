@@ -1,10 +1,10 @@
-//! An SVG as a list of what is painted, in order, in CSS pixels.
+//! SVG pictures as a list of painted items, in order, in CSS pixels.
 
 use super::font;
 use super::style::{Sheets, split};
 use roxmltree::{Document, Node};
 
-/// A box that stands upright.
+/// Box with sides parallel to the axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Box2 {
     pub left: f64,
@@ -36,7 +36,7 @@ impl Box2 {
         )
     }
 
-    /// Width and height of what two boxes share; not positive where they do not.
+    /// Returns width and height of the overlap of two boxes; not positive without overlap.
     pub fn shared(&self, other: &Box2) -> (f64, f64) {
         (
             self.right.min(other.right) - self.left.max(other.left),
@@ -45,48 +45,48 @@ impl Box2 {
     }
 }
 
-/// Red, green, blue, 0…255, and how much of it covers, 0…1.
+/// Red, green and blue, 0…255, and opacity, 0…1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Paint {
     pub rgb: [f64; 3],
     pub cover: f64,
 }
 
-/// A paint on a light and on a dark screen.
+/// Paint on a light and on a dark screen.
 pub type Paints = [Option<Paint>; 2];
 
-/// Text.
+/// Text with its size and position.
 #[derive(Clone, Debug)]
 pub struct Words {
     pub text: String,
     pub size: f64,
     pub bold: bool,
-    /// Set upwards or downwards.
+    /// Whether the text runs upwards or downwards.
     pub turned: bool,
     pub anchor: String,
-    /// Where it is anchored.
+    /// Position of its anchor.
     pub at: (f64, f64),
     pub bounds: Box2,
 }
 
-/// What is painted.
+/// Shape of a painted item.
 #[derive(Clone, Debug)]
 pub enum Form {
     Words(Words),
-    /// Filled; by its corners.
+    /// Filled area, by its corners.
     Area(Vec<(f64, f64)>),
-    /// Stroked, and its width.
+    /// Stroked path, and its width.
     Line(Vec<(f64, f64)>, f64),
 }
 
-/// One thing on the canvas.
+/// Painted item on the canvas.
 #[derive(Clone, Debug)]
 pub struct Item {
     pub form: Form,
     pub paint: Paints,
 }
 
-/// A whole picture.
+/// Complete picture.
 pub struct Drawing {
     pub width: f64,
     pub height: f64,
@@ -94,8 +94,10 @@ pub struct Drawing {
 }
 
 impl Drawing {
+    /// Parses a picture.
+    ///
     /// # Errors
-    /// What is not XML, and what this reader does not know how to place.
+    /// Fails for invalid XML, and for elements that this reader cannot place.
     pub fn read(svg: &str) -> Result<Self, String> {
         let document = Document::parse(svg).map_err(|error| error.to_string())?;
         let root = document.root_element();
@@ -305,7 +307,7 @@ impl Reader<'_> {
     }
 }
 
-/// `rotate(angle, x, y)`, if the text is turned.
+/// Returns the parameters of `rotate(angle, x, y)` if the text is turned.
 fn turn(node: Node) -> Result<Option<(f64, f64, f64)>, String> {
     let above = node
         .ancestors()
@@ -332,7 +334,7 @@ fn rotated((x, y): (f64, f64), (angle, cx, cy): (f64, f64, f64)) -> (f64, f64) {
     (cx + dx * cos - dy * sin, cy + dx * sin + dy * cos)
 }
 
-/// A `dy` in the units of the font size; half of DejaVu's x-height is 0.27 em.
+/// Converts a `dy` in units of the font size; half of DejaVu's x-height is 0.27 em.
 fn shift(text: &str, size: f64) -> Option<f64> {
     let (number, unit) = match (text.strip_suffix("em"), text.strip_suffix("ex")) {
         (Some(number), _) => (number, size),
@@ -342,7 +344,7 @@ fn shift(text: &str, size: f64) -> Option<f64> {
     Some(number.parse::<f64>().ok()? * unit)
 }
 
-/// Every number of a list apart by spaces and commas.
+/// Returns every number in a list separated by spaces and commas.
 fn numbers(text: &str) -> Vec<f64> {
     let parts = text.split([' ', ',', '\n']).filter(|part| !part.is_empty());
     parts.filter_map(|part| part.parse().ok()).collect()
@@ -355,7 +357,7 @@ fn pairs(numbers: &[f64]) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Corners of a path of straight parts (M, L, H, V, z) or of the ends of its curves.
+/// Returns the corners of a path of straight segments (M, L, H, V, z), or the ends of its curves.
 fn outline(data: &str) -> Result<Vec<(f64, f64)>, String> {
     let mut corners: Vec<(f64, f64)> = Vec::new();
     let starts: Vec<usize> = data
@@ -386,7 +388,7 @@ fn outline(data: &str) -> Result<Vec<(f64, f64)>, String> {
     Ok(corners)
 }
 
-/// `#rgb` or `#rrggbb`.
+/// Parses `#rgb` or `#rrggbb`.
 fn color(text: &str) -> Option<[f64; 3]> {
     let hex = text.strip_prefix('#')?;
     let digit = |at: usize, len: usize| {

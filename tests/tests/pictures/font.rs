@@ -1,10 +1,10 @@
-//! How much room text takes: [`host_core::plot::words`] has the widths, of DejaVu
-//! Sans, the widest of the usual sans-serif fonts. The error is on the safe side: a
-//! collision found here may be no more than a near miss in Arial.
+//! Size of text: [`host_core::plot::words`] has the widths of DejaVu Sans, the widest of the usual
+//! sans-serif fonts. The error is on the safe side: a collision found here may be only a near miss
+//! in Arial.
 
 use host_core::plot::words::advance;
 
-/// Width of a text in ems; an error names a letter without an entry.
+/// Returns the width of a text in ems; the error names a letter without an entry.
 pub fn width(text: &str, bold: bool) -> Result<f64, String> {
     let known = |letter: char| {
         let told = advance(letter, bold);
@@ -13,8 +13,8 @@ pub fn width(text: &str, bold: bool) -> Result<f64, String> {
     text.chars().map(known).sum()
 }
 
-/// How far a text reaches above and below its baseline, ems: DejaVu's ascenders,
-/// x-height and descenders.
+/// Returns the extent of a text above and below its baseline, ems: DejaVu's ascenders, x-height and
+/// descenders.
 pub fn reach(text: &str) -> (f64, f64) {
     let is_low = |letter: char| "acegmnopqrsuvwxyz.,;:·-–−…αγεηικμνοπρςστυχψω ".contains(letter);
     let up = if text.chars().all(is_low) { 0.56 } else { 0.76 };

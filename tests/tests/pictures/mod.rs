@@ -1,9 +1,9 @@
-//! Every committed picture can be read: no text lies on another or leaves the
-//! canvas, every axis has its own name, and text, lines and marks stand out from
-//! what lies under them, on light and on dark screens.
+//! Legibility of every committed picture: no text overlaps another or leaves the canvas, every axis
+//! has its own name, and text, lines and marks contrast with their background, on light and on dark
+//! screens.
 //!
-//! What was wrong when this test was written is listed in `tests/pictures_known.txt`.
-//! A new finding fails; one that is gone must leave the list.
+//! `tests/pictures_known.txt` lists the defects that existed when this test was written. A new
+//! defect fails; a removed one must leave the list.
 
 mod axes;
 mod contrast;
@@ -17,11 +17,11 @@ use drawing::Drawing;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// White, and what GitHub shows behind a transparent picture in dark.
+/// White, and GitHub's background behind a transparent picture in dark mode.
 const SCREENS: [[f64; 3]; 2] = [[255.0; 3], [13.0, 17.0, 23.0]];
 const KNOWN: &str = "pictures_known.txt";
 
-/// Everything wrong with a picture, each once, with how often.
+/// Returns all defects of a picture, each once with its count.
 fn findings(svg: &str, screens: [[f64; 3]; 2]) -> Vec<String> {
     let drawing = match Drawing::read(svg) {
         Ok(drawing) => drawing,
@@ -47,7 +47,7 @@ fn top() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Every picture below a folder.
+/// Collects every picture below a folder.
 fn pictures(folder: &Path, all: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();
@@ -113,12 +113,12 @@ fn every_committed_picture_can_be_read_but_for_what_is_listed() {
 
 const BACK: &str = "<rect x=\"-50\" y=\"-50\" width=\"300\" height=\"200\" fill=\"#FFFFFF\"/>";
 
-/// What is wrong with `body` on white.
+/// Returns the defects of `body` on white.
 fn on_white(body: &str) -> Vec<String> {
     small(&format!("{BACK}{body}"))
 }
 
-/// The same without a background, 200 wide and 100 high.
+/// Returns the defects of `body` without a background, 200 wide and 100 high.
 fn small(body: &str) -> Vec<String> {
     let svg =
         format!("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 200 100\">{body}</svg>");
@@ -137,7 +137,7 @@ fn text(at: (i32, i32), anchor: &str, rest: &str, words: &str) -> String {
 fn text_on_text_and_beyond_the_canvas_is_found() {
     let over = text((10, 50), "start", "", "force") + &text((30, 53), "start", "", "angle");
     assert_eq!(on_white(&over), ["text over text: \"force\" and \"angle\""]);
-    // The same two, one turned out of the way of the other.
+    // The same two, one turned so that it does not overlap the other.
     let turned = text((10, 50), "start", "", "force")
         + &text(
             (60, 53),
@@ -181,7 +181,7 @@ fn an_axis_needs_a_name_of_its_own() {
 
 #[test]
 fn faint_text_and_faint_lines_are_found_on_light_and_on_dark() {
-    // No grey stands out from both white and GitHub's dark.
+    // No grey contrasts enough with both white and GitHub's dark background.
     let grey = "<text x=\"50\" y=\"50\" font-size=\"10\" fill=\"#808080\">force</text>";
     let told = ["contrast 3.9 of text \"force\" in light, 1 times"];
     assert_eq!(small(grey), told);

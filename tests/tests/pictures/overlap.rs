@@ -1,8 +1,8 @@
-//! Text that lies on text, or leaves its canvas.
+//! Text that overlaps text, or leaves its canvas.
 
 use super::drawing::Drawing;
 
-/// Boxes may share this much, CSS pixels: what rounding to whole units does.
+/// Largest overlap of boxes, CSS pixels, from rounding to whole units.
 const SLACK: f64 = 0.5;
 
 pub fn find(drawing: &Drawing) -> Vec<String> {

@@ -1,4 +1,4 @@
-//! The pages of the shipped sessions, and the README's picture.
+//! Pages of the shipped sessions, and the README's picture.
 
 use super::drawing::Drawing;
 use super::{SCREENS, findings, top};
@@ -9,12 +9,12 @@ use host_tool::cli::overview_svg;
 use tests::desk::{load_session, play};
 
 const RENEW: &str = "cargo demo && cp out/demo/picture.svg docs/demo.svg";
-/// A page's own background in light and dark.
+/// Background of a page in light and dark.
 const PAPER: [[f64; 3]; 2] = [[255.0; 3], [15.0, 19.0, 24.0]];
-/// Letters lower than this are no longer read with ease, CSS pixels.
+/// Smallest legible height of letters, CSS pixels.
 const LOWEST: f64 = 9.0;
 
-/// The page of one session on the native simulator.
+/// Returns the page of one session on the native simulator.
 fn page_of(file: &str) -> String {
     let session = load_session(file);
     let played = play(&session, &DeviceName::Native);
@@ -23,7 +23,7 @@ fn page_of(file: &str) -> String {
     let run = Run {
         title: session.session.title.clone(),
         device: DeviceName::Native.to_string(),
-        // Four: a lone panel below three.
+        // With four trials, a single panel lies below three.
         trials: vec![trial.clone(), trial.clone(), trial.clone(), trial],
         ..Run::default()
     };
@@ -35,7 +35,7 @@ fn page_of(file: &str) -> String {
     })
 }
 
-/// Every figure of a page, with the page's style.
+/// Returns every figure of a page, with the page's style.
 fn figures(html: &str) -> Vec<String> {
     let between = |text: &str, open: &str, close: &str| {
         let from = text.find(open)? + open.len();
@@ -86,7 +86,7 @@ fn the_figures_of_every_page_can_be_read() {
             let name = format!("{file}, figure {}", n + 1);
             let found = findings(svg, PAPER).into_iter();
             wrong.extend(found.map(|what| format!("{name}: {what}")));
-            // On a narrow screen a figure keeps 820 pixels, and is moved sideways.
+            // On a narrow screen a figure keeps 820 pixels and is scrolled sideways.
             let (size, width) = smallest(svg);
             let size = size * 820.0 / width;
             assert!(size >= LOWEST, "{name}: letters of {size:.1} px");
@@ -112,7 +112,7 @@ fn the_readme_shows_what_the_simulator_gives() {
         let is_there = words.iter().any(|text| text.contains(part));
         assert!(is_there, "no {part} in {words:?}");
     }
-    // Electrodes and lanes.
+    // The number labels an electrode and a lane.
     for number in (1..=10).map(|number| number.to_string()) {
         let times = words.iter().filter(|text| **text == number).count();
         assert!(times >= 2, "{number} stands {times} times");

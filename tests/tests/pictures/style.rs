@@ -1,4 +1,4 @@
-//! A picture's style sheet in light and in dark.
+//! Style sheet of a picture in light and in dark.
 
 use roxmltree::Node;
 use simplecss::{AttributeOperator, DeclarationTokenizer, PseudoClass, StyleSheet};
@@ -9,7 +9,7 @@ pub struct Sheets<'a> {
     dark: StyleSheet<'a>,
 }
 
-/// The rules outside every `@media` block, and those plus what is said for dark.
+/// Returns the rules outside every `@media` block, and those together with the rules for dark.
 pub fn split(css: &str) -> (String, String) {
     let (mut light, mut dark) = (String::new(), String::new());
     let mut rest = css;
@@ -27,7 +27,7 @@ pub fn split(css: &str) -> (String, String) {
     (light + rest, dark + rest)
 }
 
-/// Where the brace opened at `open` closes.
+/// Returns the position of the brace that closes the one at `open`.
 fn closing(text: &str, open: usize) -> usize {
     let mut depth = 0;
     for (at, letter) in text.char_indices().skip_while(|(at, _)| *at < open) {
@@ -49,15 +49,15 @@ impl<'a> Sheets<'a> {
         }
     }
 
-    /// A property of an element or of what holds it, as the last matching rule,
-    /// then its attribute, says.
+    /// Returns a property of an element or its ancestors, from the last matching rule, or else from
+    /// its attribute.
     pub fn inherited<'n>(&self, node: Node<'n, '_>, name: &str, dark: bool) -> Option<String> {
         node.ancestors()
             .filter(Node::is_element)
             .find_map(|node| self.own(node, name, dark))
     }
 
-    /// The same without what holds it.
+    /// Returns a property of the element alone.
     pub fn own(&self, node: Node, name: &str, dark: bool) -> Option<String> {
         let sheet = if dark { &self.dark } else { &self.light };
         let rules = sheet.rules.iter();
@@ -75,7 +75,7 @@ impl<'a> Sheets<'a> {
     }
 }
 
-/// What simplecss asks of an element.
+/// Element as simplecss queries it.
 struct Element<'a, 'input>(Node<'a, 'input>);
 
 impl simplecss::Element for Element<'_, '_> {

@@ -1,4 +1,4 @@
-//! What keeps a host alive: protocol.md's list against what a device does, request by
+//! Requests that count as a sign of life: protocol.md's list compared with a device, request by
 //! request.
 
 use super::{PROTOCOL, messages, read, types};
@@ -12,10 +12,10 @@ use host_core::run::DeviceName;
 use std::collections::BTreeSet;
 use tests::desk;
 
-/// Of all wearers here, ms.
+/// Host silence timeout of all wearers here, ms.
 const TIMEOUT_MS: u16 = 100;
 
-/// A setup, and what is a setpoint in it.
+/// Setup with its setpoint requests.
 struct Scene {
     setup: Vec<Request>,
     port: Box<dyn Port>,
@@ -23,7 +23,7 @@ struct Scene {
 }
 
 impl Scene {
-    /// That of a shipped session.
+    /// Returns the setup of a shipped session.
     fn shipped(name: &str, setpoints: Vec<Request>) -> Self {
         let file = desk::load_session(name);
         let port = DeviceName::Native.open(&file.session, 1).unwrap();
@@ -42,7 +42,7 @@ impl Scene {
         }
     }
 
-    /// A channel that takes lists of pulses.
+    /// Returns a channel that takes lists of pulses.
     fn lists() -> Self {
         let train = TrainSpec {
             lists: true,
@@ -73,7 +73,7 @@ impl Scene {
     }
 }
 
-/// One for each kind of setpoint.
+/// One setup for each kind of setpoint.
 const SCENES: [fn() -> Scene; 5] = [
     Scene::lists,
     || Scene::shipped("hamana_exp4_two_point_finger.toml", vec![]),
@@ -82,22 +82,22 @@ const SCENES: [fn() -> Scene; 5] = [
     || Scene::shipped("lift.toml", vec![Request::Held { held: false }]),
 ];
 
-/// No model, for a muscle on whatever channel there is.
+/// Returns requests that select no muscle model on any channel.
 fn rungs() -> Vec<Request> {
     let rung = Rung::None;
     let rungs = (0u8..10).map(|channel| Request::Rung { channel, rung });
     rungs.collect()
 }
 
-/// The variant of a request.
+/// Returns the variant name of a request.
 fn name(request: &Request) -> String {
     let value = serde_json::to_value(request).unwrap();
     let object = value.as_object().and_then(|object| object.keys().next());
     object.map_or_else(|| value.as_str().unwrap().to_owned(), String::clone)
 }
 
-/// Whether a request 60 ms after the last `KeepAlive` is taken, and whether it puts off the
-/// stop: then 160 ms after it, else 100.
+/// Returns whether a request 60 ms after the last `KeepAlive` is accepted, and whether it delays
+/// the stop: to 160 ms after it instead of 100.
 fn request_effect(scene: Scene, request: Request) -> (bool, bool) {
     let (mut client, _) = Connection::open(scene.port).unwrap();
     for request in scene.setup {
@@ -105,9 +105,9 @@ fn request_effect(scene: Scene, request: Request) -> (bool, bool) {
     }
     client.arm().unwrap();
     client.start().unwrap();
-    // What rises has risen.
+    // The rise is complete.
     let first = scene.setpoints.into_iter().next_back().unwrap();
-    let _ = client.request(first); // refused where something is to be measured first
+    let _ = client.request(first); // refused if a measurement must come first
     let wait = |client: &mut Connection<Box<dyn Port>>, ms: u64| {
         let until = client.port().now_us() + ms * 1_000;
         while client.next(until).unwrap().is_some() {}
@@ -119,7 +119,7 @@ fn request_effect(scene: Scene, request: Request) -> (bool, bool) {
     }
     wait(&mut client, 60);
     let request = match request {
-        // Of a time that it could have been measured at.
+        // Uses a plausible time of measurement.
         Request::Measurement { joint, .. } => Request::Measurement {
             joint: joint % 2,
             centideg: 4_000,
@@ -128,7 +128,7 @@ fn request_effect(scene: Scene, request: Request) -> (bool, bool) {
         other => other,
     };
     let is_taken = match client.request(request) {
-        // An answer of its own kind is none that this waits for.
+        // An answer of another kind is not awaited here.
         Ok(_) | Err(Error::NoAnswer { .. }) => true,
         Err(Error::Refused(_)) => false,
         Err(error) => panic!("{error}"),
@@ -147,7 +147,7 @@ fn request_effect(scene: Scene, request: Request) -> (bool, bool) {
     (is_taken, false)
 }
 
-/// The requests between protocol.md's marks.
+/// Returns the requests between protocol.md's marks.
 fn listed() -> BTreeSet<String> {
     let text = read(PROTOCOL);
     let (_, list) = text.split_once("<!-- alive:begin -->").unwrap();
@@ -156,7 +156,7 @@ fn listed() -> BTreeSet<String> {
     names.map(str::to_owned).collect()
 }
 
-/// Refused while a device stimulates, whatever they carry.
+/// Requests that are refused during stimulation, whatever they carry.
 const NEVER_TAKEN: [&str; 7] = [
     "Acknowledge",
     "Arm",
@@ -176,7 +176,7 @@ fn protocol_md_lists_what_keeps_a_host_alive() {
         let own = scene();
         for request in vectors.chain(own.setup).chain(own.setpoints) {
             let name = name(&request);
-            // `Stop` ends it by itself; what was found need not be tried again.
+            // `Stop` ends stimulation by itself; requests already found need no further test.
             if name == "Stop" || alive.contains(&name) {
                 continue;
             }
@@ -186,10 +186,10 @@ fn protocol_md_lists_what_keeps_a_host_alive() {
             alive.extend(is_alive.then_some(name));
         }
     }
-    // Passed on as a `KeepAlive`, as the list says apart.
+    // Forwarded as a `KeepAlive`, as the list notes separately.
     assert!(alive.remove("SimulateTrigger"));
     assert_eq!(alive, listed());
-    // Each of the others was really tried.
+    // Every other request was actually tested.
     let types = types();
     let variants = types["Request"]
         .iter()

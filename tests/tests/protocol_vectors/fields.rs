@@ -1,11 +1,11 @@
-//! What `Refusal::field` may name: every text that the device code, or who serves
-//! it, puts there is a field of a table of protocol.md, or in its list.
+//! Values of `Refusal::field`: every text that the device code, or its server, uses there is a
+//! field of a table of protocol.md, or in its list.
 
 use super::{PROTOCOL, read, types};
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Texts that follow one of these, white space aside, are fields of refusals.
+/// Texts that follow one of these, apart from white space, are fields of refusals.
 const BEFORE: [&str; 2] = ["Range::new(", "field:"];
 
 fn sources(folder: &Path, all: &mut Vec<String>) {
@@ -15,18 +15,18 @@ fn sources(folder: &Path, all: &mut Vec<String>) {
             sources(&path, all);
         } else if path.extension().is_some_and(|e| e == "rs") {
             let text = std::fs::read_to_string(&path).expect("text");
-            // What tests refuse is nobody's answer.
+            // Refusals in test code are no answers.
             all.push(text.split("#[cfg(test)]").next().unwrap_or("").to_owned());
         }
     }
 }
 
-/// The text literal that `rest` begins with.
+/// Returns the text literal at the start of `rest`.
 fn literal(rest: &str) -> Option<&str> {
     rest.trim_start().strip_prefix('"')?.split('"').next()
 }
 
-/// Fields that the code names.
+/// Returns the fields that the code names.
 fn named() -> BTreeSet<String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware/src");
     let mut texts = Vec::new();
@@ -35,7 +35,7 @@ fn named() -> BTreeSet<String> {
     ] {
         sources(&root.join(room), &mut texts);
     }
-    // What `flexor serve` refuses in a device's stead.
+    // Includes the refusals of `flexor serve` in place of a device.
     let serving = root.join("../../host-tool/src/cli/serve/mod.rs");
     texts.push(std::fs::read_to_string(serving).expect("text"));
     let mut fields = BTreeSet::new();
@@ -44,7 +44,7 @@ fn named() -> BTreeSet<String> {
             let rests = text.split(before).skip(1);
             fields.extend(rests.filter_map(literal).map(str::to_owned));
         }
-        // `Refusal::new(Code::X, "field")`, over as many lines as it takes.
+        // `Refusal::new(Code::X, "field")`, on any number of lines.
         for rest in text.split("::new(").skip(1) {
             let inside = rest.trim_start();
             if inside.starts_with("Code::") || inside.starts_with("code,") {
@@ -53,11 +53,11 @@ fn named() -> BTreeSet<String> {
             }
         }
     }
-    // The names of a setup's parts.
+    // Includes the names of a setup's parts.
     let parts = std::fs::read_to_string(root.join("device/mistake.rs")).expect("text");
     let names = parts.split("=>").filter_map(literal);
     fields.extend(names.map(str::to_owned));
-    // And a name alone on its line, in the list of refusals.
+    // Includes a name alone on its line, in the list of refusals.
     let refusal = std::fs::read_to_string(root.join("link/refusal/mod.rs")).expect("text");
     let alone = refusal.lines().filter_map(|l| l.trim().strip_suffix("\","));
     fields.extend(alone.filter_map(|l| l.strip_prefix('"')).map(str::to_owned));

@@ -69,7 +69,7 @@ const VOLTS: StageSpec = StageSpec::Voltage {
     load_ohm: 2_000,
 };
 
-/// The channel of the worked session.
+/// Returns the channel of the example session.
 pub fn channel(channel: u8, train: TrainSpec, stage: StageSpec) -> Request {
     let spec = ChannelSpec {
         stage,
@@ -121,7 +121,7 @@ fn joints() -> [(&'static str, Request); 3] {
     ]
 }
 
-/// The nominal arm.
+/// Returns the nominal arm.
 fn endpoint(posture: PostureSpec) -> EndpointSpec {
     let limb = nominal_limb();
     EndpointSpec {
@@ -132,7 +132,7 @@ fn endpoint(posture: PostureSpec) -> EndpointSpec {
     }
 }
 
-/// One of its lines.
+/// Returns line `n` of the nominal arm.
 fn line(n: usize) -> LineSpec {
     nominal_limb().lines[n].clone()
 }
@@ -241,7 +241,7 @@ fn walls() -> [(&'static str, Request); 2] {
     ]
 }
 
-/// Force control in the draft, and two forces asked for.
+/// Returns a configuration of force control, and two force setpoints.
 #[rustfmt::skip]
 fn forces() -> [(&'static str, Request); 4] {
     let force = |at, millinewton_per_s| Request::Force {
@@ -425,7 +425,7 @@ pub fn responses() -> Vec<(String, Response<'static>)> {
     all
 }
 
-/// Of so many channels: all that there is, or nothing.
+/// Returns telemetry of `channels` channels with all values, or without any for 0.
 fn telemetry(at: Micros, channels: u32) -> Telemetry {
     let is_full = channels != 0;
     let gap = ForceGap {
@@ -468,7 +468,7 @@ fn telemetry(at: Micros, channels: u32) -> Telemetry {
     }
 }
 
-/// One of each that there is.
+/// Returns one value of each variant.
 fn stages() -> [Stages; 8] {
     use StagesFault::{Damaged, Erased, HalfWritten, OtherBoard, Version};
     let declared = [
@@ -488,7 +488,7 @@ fn stages() -> [Stages; 8] {
     [owner, Stages::AsDeclared, session, a, b, c, d, e]
 }
 
-/// Nine current stages and none.
+/// Returns nine stages, one of them a voltage stage, and a missing tenth.
 fn table() -> [Option<StageKind>; CHANNELS] {
     let full_scale_ua = 100_000;
     let mut stages = [Some(StageKind::Current { full_scale_ua }); CHANNELS];

@@ -1,8 +1,8 @@
-//! Holds docs/protocol.md and docs/protocol_vectors.json to the code.
+//! Compares docs/protocol.md and docs/protocol_vectors.json with the code.
 //!
-//! `FLEXOR_OVERWRITE=1 cargo test -p tests --test suite protocol_vectors`
-//! rewrites the vectors and the marked blocks of protocol.md; the tables of
-//! types are written by people and only checked here.
+//! `FLEXOR_OVERWRITE=1 cargo test -p tests --test suite protocol_vectors` rewrites the vectors and
+//! the marked blocks of protocol.md; the tables of types are written by people and only checked
+//! here.
 
 mod alive;
 mod fields;
@@ -34,10 +34,10 @@ fn read(path: &str) -> String {
     std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{path}: {e}"))
 }
 
-/// `text` must be what the file holds, or becomes it.
+/// Checks that the file contains `text`, or writes it there.
 fn check_or_update(path: &str, text: &str) {
     if std::env::var_os("FLEXOR_OVERWRITE").is_some() {
-        // In one step: another test may be reading.
+        // Replaced in one step, because another test may be reading.
         let new = format!("{path}.new");
         std::fs::write(&new, text).expect("docs/ is writable");
         std::fs::rename(&new, path).expect("docs/ is writable");
@@ -76,7 +76,7 @@ fn vectors_are_what_the_code_encodes_and_decodes() {
     let mut lines = vec![];
     let mut left = BTreeSet::new();
     for (t, rows) in types() {
-        // Of an enum each row begins with its number.
+        // Each row of an enum begins with its number.
         let variants = rows.iter().filter_map(|(name, _)| name.split_once(' '));
         left.extend(variants.map(|(_, name)| (t.clone(), name.to_owned())));
     }
@@ -122,7 +122,7 @@ fn the_largest_messages_fit() {
         println!("{}: at most {length} bytes", t.name);
         assert!(length <= MAX_MESSAGE, "{} has {length} bytes", t.name);
     }
-    // The bound on texts holds for all that are too long to be a name.
+    // The bound on texts covers all that are too long for a name.
     let long = "x".repeat(250);
     let refusal = Refusal {
         code: u16::MAX,
@@ -135,7 +135,7 @@ fn the_largest_messages_fit() {
     assert!(encode(&Response::Refused { seq, refusal }).is_some());
 }
 
-/// The first table below each heading of the form "### `Name`".
+/// Returns the first table below each heading of the form "### `Name`".
 fn tables_of(text: &str) -> BTreeMap<String, schema::Rows> {
     let mut all: BTreeMap<String, schema::Rows> = BTreeMap::new();
     let mut heading = None;

@@ -1,14 +1,14 @@
-//! What the types' schemas say: names, variants, sizes.
+//! Contents of the types' schemas: names, variants, sizes.
 
 use postcard_schema::schema::{DataModelType as Ty, DataModelVariant as Variant, NamedType};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Rows of a type's table in protocol.md: (field, type) of a struct,
-/// (number and variant, what it carries) of an enum.
+/// Rows of a type's table in protocol.md: (field, type) of a struct, (number and variant, contents)
+/// of an enum.
 pub type Rows = Vec<(String, String)>;
 
-/// How protocol.md writes a type.
+/// Returns a type's name as protocol.md writes it.
 pub fn name(t: &NamedType) -> String {
     match t.ty {
         Ty::Bool => "bool".into(),
@@ -27,7 +27,7 @@ pub fn name(t: &NamedType) -> String {
     }
 }
 
-/// Every struct and enum inside `t`, with its rows.
+/// Collects every struct and enum inside `t`, with its rows.
 pub fn tables(t: &NamedType, all: &mut BTreeMap<String, Rows>) {
     let mut rows = vec![];
     match t.ty {
@@ -63,7 +63,7 @@ pub fn tables(t: &NamedType, all: &mut BTreeMap<String, Rows>) {
     all.insert(t.name.into(), rows);
 }
 
-/// Ticks off every variant (type and name) that `json` shows.
+/// Removes every variant (type and name) that occurs in `json` from `left`.
 pub fn tick_off(t: &NamedType, json: &Value, left: &mut BTreeSet<(String, String)>) {
     match (t.ty, json) {
         (Ty::Option(inner), value) if !value.is_null() => tick_off(inner, value, left),
@@ -101,8 +101,8 @@ pub fn tick_off(t: &NamedType, json: &Value, left: &mut BTreeSet<(String, String
     }
 }
 
-/// Bytes of the longest value; `bound` says how many elements a list may
-/// have (by the path to it) and a text bytes.
+/// Returns the length of the longest value, bytes; `bound` gives the largest number of elements of
+/// a list, by its path, and of bytes of a text.
 pub fn longest(t: &NamedType, path: &str, bound: &dyn Fn(&str) -> usize) -> usize {
     let inside = |t: &NamedType, field: &str| longest(t, &format!("{path}.{field}"), bound);
     match t.ty {

@@ -1,4 +1,4 @@
-//! The worked session of protocol.md, as the native simulator answers it.
+//! The example session of protocol.md, with the answers of the native simulator.
 
 use super::{hex, messages};
 use firmware::device::Draft;
@@ -10,7 +10,7 @@ use tests::desk;
 pub fn transcript() -> String {
     let mut world = desk::world(Micros::new(0));
     let (mut out, mut session) = (String::from("```text\n"), 0);
-    // What is asked, and how long the host then listens, ms.
+    // Request, and the time for which the host then listens, ms.
     let script = [
         (Request::Hello { schema: SCHEMA }, 10),
         (messages::plain_channel(), 10),
@@ -61,7 +61,7 @@ fn write_frame(out: &mut String, who: &str, at_us: u64, json: &str, frame: &[u8]
     writeln!(out, "{who} at {ms} ms").expect("a string");
     let mut rest = json;
     while !rest.is_empty() {
-        // Break behind the last comma that fits.
+        // Breaks after the last comma that fits.
         let cut = match rest.get(..76).and_then(|line| line.rfind(',')) {
             Some(comma) if rest.len() > 76 => comma + 1,
             _ => rest.len(),

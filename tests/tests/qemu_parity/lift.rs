@@ -1,5 +1,5 @@
-//! The shipped lift, as a log of what a device is told: four angles and whether the object
-//! is held, 60 times a second.
+//! The shipped lift session as a log of a device's inputs: four angles and whether the object is
+//! held, 60 times per second.
 
 use super::session::{ARRIVAL_US, BOOT, Host, Step};
 use firmware::link::Request;
@@ -7,10 +7,10 @@ use firmware::units::us;
 use host_core::session::Session;
 use tests::desk;
 
-/// Words a second.
+/// Messages per second.
 const RATE_HZ: u32 = 60;
 
-/// The whole log, for a device whose first session has this number.
+/// Returns the whole log, for a device whose first session has this number.
 pub fn lift(number: u16, session: &Session) -> Vec<Step> {
     let mut host = Host::greeting(number);
     for request in session.setup_requests() {
@@ -35,7 +35,7 @@ pub fn lift(number: u16, session: &Session) -> Vec<Step> {
     host.log
 }
 
-/// What the host says `due_us` after the start.
+/// Sends the host's messages `due_us` after the start.
 fn words(host: &mut Host, session: &Session, due_us: u64) {
     for joint in &session.modulations {
         host.say(Request::Measurement {

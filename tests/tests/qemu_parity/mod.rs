@@ -1,6 +1,6 @@
-//! The Thumb build computes the same bits as the host build: one command log,
-//! replayed on the device code in this process and in QEMU, gives the same
-//! levels, DAC codes and bytes at the same microseconds, `Hello` included.
+//! The Thumb build against the host build: one command log, replayed on the device code in this
+//! process and in QEMU, gives the same levels, DAC codes and bytes at the same microseconds,
+//! including the answer to `Hello`.
 
 mod lift;
 pub mod session;
@@ -22,7 +22,7 @@ use std::path::Path;
 use std::time::Instant;
 use tests::desk;
 
-/// One thing that a device put out.
+/// Single output of a device.
 #[derive(Debug, PartialEq)]
 enum Put {
     Levels(Micros, u32),
@@ -31,7 +31,7 @@ enum Put {
     Bytes(Micros, Vec<u8>),
 }
 
-/// Everything that a device put out, in its order.
+/// Outputs of a device, in order.
 #[derive(Default)]
 struct Record(Vec<Put>);
 
@@ -48,7 +48,7 @@ impl Sink for Record {
         self.0.push(Put::Trip(at, bank, code));
     }
 
-    /// Where a device cuts what it says at one time is no output.
+    /// Joins bytes of one time, because the split into pieces does not count as output.
     fn write_bytes(&mut self, at: Micros, bytes: &[u8]) {
         match self.0.last_mut() {
             Some(Put::Bytes(before, all)) if *before == at => all.extend_from_slice(bytes),
@@ -84,7 +84,7 @@ fn in_process() -> Lockstep {
     Lockstep::new(identity, BOOT)
 }
 
-/// Replays `log` in QEMU and in this process: the same to the bit.
+/// Replays `log` in QEMU and in this process, and checks that the outputs are identical.
 fn same_to_the_bit(log: &[Step]) -> Record {
     let mut qemu = in_qemu();
     qemu.boot(BOOT, ResetCause::Watchdog, None).unwrap();
@@ -114,7 +114,7 @@ fn a_session_of_30_s_is_the_same_to_the_bit() {
 fn a_lift_is_the_same_to_the_bit() {
     let file = desk::load_session("lift.toml");
     let record = same_to_the_bit(&lift::lift(1, &file.session));
-    // Both lines of eight channels, and amplitudes of all of them.
+    // Requires both lines of eight channels, and amplitudes of all of them.
     let (mut driven, mut said, mut channels) = (0u32, Vec::new(), BTreeSet::new());
     for put in &record.0 {
         match put {
@@ -135,7 +135,8 @@ fn a_lift_is_the_same_to_the_bit() {
     }
 }
 
-/// A comparison of two silent devices would prove nothing.
+/// Checks that the record covers enough, because a comparison of two silent devices would prove
+/// nothing.
 fn exercises_what_it_claims(record: &Record) {
     let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
     let (mut driven, mut codes, mut wrapped, mut said) = (0, 0, false, Vec::new());
@@ -206,7 +207,7 @@ fn bytes_beyond_a_frame_go_in_pieces_and_none_is_lost() {
 
 #[test]
 fn an_image_that_crashes_is_explained() {
-    // Not an image: its first word is no stack in RAM, its second no code.
+    // Not an image: its first word is no stack address in RAM, its second no code address.
     let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml");
     let error = Qemu::start(&here).err().unwrap().to_string();
     assert!(error.contains("Lockup"), "{error}");

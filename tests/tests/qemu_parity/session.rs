@@ -1,6 +1,6 @@
-//! Thirty seconds with a device, as a log of what it was told: ten channels of
-//! every waveform, a controlled joint, predicted muscles, setpoints at 90 Hz,
-//! bad frames, refusals, a trigger, a fault and a silent host.
+//! Thirty seconds of a device's inputs as a log: ten channels of every waveform, a controlled
+//! joint, predicted muscles, setpoints at 90 Hz, bad frames, refusals, a trigger, a fault and a
+//! silent host.
 
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
 use firmware::device::Draft;
@@ -12,10 +12,10 @@ use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
 use firmware::units::{Amplitude, Micros, us};
 use tests::desk;
 
-/// The clock wraps ten seconds into the session.
+/// Boot time; the clock wraps ten seconds into the session.
 pub const BOOT: Micros = Micros::new(u32::MAX - 10_000_000);
 
-/// What a device is told.
+/// Input of a device.
 pub enum Step {
     Receive(Micros, Vec<u8>, Sensors),
     Advance(Micros, Sensors),
@@ -23,20 +23,21 @@ pub enum Step {
 
 pub struct Host {
     pub log: Vec<Step>,
-    /// µs since boot.
+    /// Time in µs since boot.
     pub now: u32,
     session: u16,
     seq: u16,
-    /// What it has sent.
+    /// Setup that the host has sent.
     draft: Draft,
     sensors: Sensors,
 }
 
-/// Bytes arrive so long after the step before, µs.
+/// Delay of bytes after the preceding step, µs.
 pub const ARRIVAL_US: u32 = 137;
 
 impl Host {
-    /// Of a device whose first session has this number: just opened.
+    /// Returns the host of a device whose first session has this number, just after opening the
+    /// session.
     pub fn greeting(session: u16) -> Self {
         let mut host = Self {
             log: Vec::new(),
@@ -59,13 +60,13 @@ impl Host {
         self.send(frame);
     }
 
-    /// Bytes arrive between two of the steps that time goes in.
+    /// Sends bytes between two steps of time.
     fn send(&mut self, bytes: Vec<u8>) {
         let at = BOOT + us(self.now + ARRIVAL_US);
         self.log.push(Step::Receive(at, bytes, self.sensors));
     }
 
-    /// The finger follows a slow sine whatever the device does.
+    /// Waits while the finger follows a slow sine, independently of the device.
     pub fn wait_ms(&mut self, ms: u32) {
         for _ in 0..ms {
             self.now += 1000;
@@ -113,7 +114,7 @@ impl Host {
                 at: None,
                 mask: 0b11_1111_0001,
                 values: DIRECT.map(|c| amplitude(c.into())).into_iter().collect(),
-                // Two change burst by burst, one of each shape.
+                // The widths of two channels, one of each shape, change from burst to burst.
                 widths: DIRECT
                     .map(|c| match c {
                         LIVE_BIPHASIC => 50 + (step * 7 % 250) as u16,
@@ -148,7 +149,7 @@ impl Host {
 
 /// Channels that the host drives.
 const DIRECT: [u8; 7] = [0, 4, 5, 6, 7, 8, 9];
-/// Of them, those whose width may change.
+/// Channels among them with a live width.
 const LIVE_BIPHASIC: u8 = 6;
 const LIVE_MONOPHASIC: u8 = 5;
 
@@ -156,7 +157,7 @@ fn width_us(channel: u8) -> u16 {
     150 + 13 * u16::from(channel)
 }
 
-/// Every waveform, each with its own rate, width and offset.
+/// Returns a channel with its own waveform, rate, width and offset.
 pub fn channel_spec(channel: u8) -> ChannelSpec {
     let (c, is_one_phase) = (u32::from(channel), channel % 3 == 2);
     let mut train = TrainSpec {
@@ -191,7 +192,7 @@ pub fn channel_spec(channel: u8) -> ChannelSpec {
         train.repeats = 3;
     }
     if channel >= 8 {
-        // Of one group: one pulses while the other grounds, never both.
+        // Members of one group: each pulses while the other is grounded, never both at once.
         train.shape = Shape::BiphasicAnodicFirst;
         (train.gap_us, train.ground_us, train.period_us) = (20, 0, 25_000);
         train.offset_us = 9_000 * (c - 8);
@@ -205,12 +206,12 @@ pub fn channel_spec(channel: u8) -> ChannelSpec {
         };
     }
     if channel == 7 {
-        spec.start = spec.limit; // a fixed number of pulses does not rise
+        spec.start = spec.limit; // a train of a fixed number of pulses does not rise
     }
     spec
 }
 
-/// A muscle within the allowed ranges; nobody's in particular.
+/// Returns an arbitrary muscle within the allowed ranges.
 fn muscle(channel: u8) -> Request {
     Request::Muscle {
         channel,
@@ -253,12 +254,12 @@ fn joint() -> JointSpec {
     }
 }
 
-/// The whole log, for a device whose first session has this number.
+/// Returns the whole log, for a device whose first session has this number.
 pub fn thirty_seconds(session: u16) -> Vec<Step> {
     let mut host = Host::greeting(session);
     host.configure();
     host.arm_and_start();
-    host.stimulate(19_000); // over the wrap
+    host.stimulate(19_000); // across the wrap
     host.say(Request::Stop);
     host.wait_ms(300);
     host.arm_and_start();
@@ -272,7 +273,7 @@ pub fn thirty_seconds(session: u16) -> Vec<Step> {
     host.wait_ms(200);
     host.arm_and_start();
     host.stimulate(4_000);
-    host.wait_ms(400); // silence
+    host.wait_ms(400); // silence of the host
     host.say(Request::Status);
     host.wait_ms(30_000 - host.now / 1000);
     host.log

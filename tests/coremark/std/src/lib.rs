@@ -1,6 +1,5 @@
-//! As much of the standard library as the crate `coremark` names, so that it
-//! builds unchanged for a target without one. There is no clock: whoever runs
-//! it counts cycles around it.
+//! The parts of the standard library that the crate `coremark` names, so that it builds unchanged
+//! for a target without one. There is no clock; the caller counts cycles.
 #![no_std]
 
 extern crate alloc;
@@ -12,9 +11,9 @@ pub use core::{
     writeln,
 };
 
-/// What every module sees.
+/// Names imported into every module.
 pub mod prelude {
-    /// Of this edition.
+    /// Prelude of the edition.
     pub mod rust_2024 {
         pub use alloc::borrow::ToOwned;
         pub use alloc::boxed::Box;
@@ -25,22 +24,21 @@ pub mod prelude {
     }
 }
 
-/// Time that stands still.
+/// A clock that stands still.
 pub mod time {
     pub use core::time::Duration;
 
-    /// No time in particular.
+    /// Time stamp without a value.
     #[derive(Clone, Copy, Debug)]
     pub struct Instant(());
 
     impl Instant {
-        /// Now.
         #[must_use]
         pub const fn now() -> Self {
             Self(())
         }
 
-        /// Never any.
+        /// Returns zero, whatever time has passed.
         #[must_use]
         pub const fn elapsed(&self) -> Duration {
             Duration::ZERO

@@ -2,17 +2,17 @@
 
 use super::{Encoding, Form, Unit, memory, plain, unit, valid};
 
-/// At most as many fraction bits as the number has.
+/// Returns whether the fixed-point number has at most as many fraction bits as its width.
 const fn fits_fixed(w: u32) -> bool {
     w >> 7 & 1 != 0 || (w & 15) << 1 | w >> 5 & 1 <= 16
 }
 
-/// There is a register after it.
+/// Returns whether another register follows this one.
 const fn has_successor(w: u32) -> bool {
     w & 0x2F != 0x2F
 }
 
-/// Any S register is `f`; a D register's fifth bit is zero.
+/// Encodings in which any S register is `f`, and the fifth bit of a D register is zero.
 #[rustfmt::skip]
 pub(super) const ENCODINGS: &[Encoding] = &[
     plain("VMLA", "111011100f00ffff ffff1010f0f0ffff"),

@@ -2,7 +2,7 @@
 
 use super::{Encoding, Form, Unit, excluded, memory, plain, unit, valid};
 
-/// More special ones first.
+/// Encodings, special cases before general ones.
 #[rustfmt::skip]
 pub(super) const ENCODINGS: &[Encoding] = &[
     unit("MOVS (T2)", "0000000000 mmm ddd", Unit::Alone),

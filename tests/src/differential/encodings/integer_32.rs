@@ -2,13 +2,15 @@
 
 use super::{Encoding, Unit, excluded, plain, unit, valid};
 
-/// A byte of zero twice or four times is UNPREDICTABLE.
+/// Returns whether the modified immediate is defined; a zero byte repeated twice or four times is
+/// UNPREDICTABLE.
 const fn is_modified(w: u32) -> bool {
     let spread = w >> 26 & 1 == 0 && w >> 14 & 1 == 0 && w >> 12 & 3 != 0;
     !spread || w & 0xFF != 0
 }
 
-/// SSAT, USAT by an arithmetic shift of 0 are SSAT16, USAT16.
+/// Returns whether the word encodes SSAT or USAT; with an arithmetic shift of 0 it is SSAT16 or
+/// USAT16.
 const fn saturates_words(w: u32) -> bool {
     w >> 21 & 1 == 0 || w & 0x70C0 != 0
 }
@@ -25,12 +27,12 @@ const fn inserts(w: u32) -> bool {
     w & 31 >= low_bit(w)
 }
 
-/// The operand is there twice.
+/// Returns whether both copies of the operand's number are equal.
 const fn has_same_operands(w: u32) -> bool {
     w >> 16 & 15 == w & 15
 }
 
-/// More special ones first.
+/// Encodings, special cases before general ones.
 #[rustfmt::skip]
 pub(super) const ENCODINGS: &[Encoding] = &[
     // Modified immediates.

@@ -2,7 +2,7 @@
 
 use super::{Encoding, Form, Unit, memory, unit};
 
-/// More special ones first.
+/// Encodings, special cases before general ones.
 #[rustfmt::skip]
 pub(super) const ENCODINGS: &[Encoding] = &[
     unit("STREX", "111010000100bbbb rrrrddddiiiiiiii", Unit::Exclusive),

@@ -1,43 +1,43 @@
-//! The encodings of ARMv7E-M with FPv4-SP that programs are made of, and how
-//! an instruction is recognised as one of them.
+//! Encodings of ARMv7E-M with FPv4-SP from which test programs are built, and recognition of an
+//! instruction's encoding.
 //!
-//! A pattern has a letter for every bit. `0` and `1` are fixed. `d` and `e` are
-//! registers written, `n`, `m`, `a` registers read, `t`, `u` loaded, `r`, `q`
-//! stored, `b` the base and `x` the index of an access, `l` a list, `i` an
-//! immediate, `k` one that stays below 16, `c` a condition; others are free.
+//! A pattern has a letter for every bit. `0` and `1` are fixed. `d` and `e` are registers written,
+//! `n`, `m`, `a` registers read, `t`, `u` loaded, `r`, `q` stored, `b` the base and `x` the index
+//! of an access, `l` a list, `i` an immediate, `k` one that stays below 16, `c` a condition; others
+//! are free.
 
 mod float;
 mod integer_16;
 mod integer_32;
 mod memory_32;
 
-/// One encoding.
+/// Instruction encoding with its use in test programs.
 #[derive(Clone, Copy, Debug)]
 pub struct Encoding {
     /// Mnemonic and form.
     pub name: &'static str,
-    /// 16 or 32 letters; spaces do not count.
+    /// Pattern of 16 or 32 letters; spaces do not count.
     pub pattern: &'static str,
-    /// How a program comes to contain it.
+    /// Condition for its use in a program.
     pub kind: Kind,
 }
 
-/// How a program comes to contain an encoding.
+/// Condition under which a program contains an encoding.
 #[derive(Clone, Copy, Debug)]
 pub enum Kind {
     /// Anywhere, with any fields.
     Plain,
     /// Anywhere, with fields that are not UNPREDICTABLE.
     Valid(fn(u32) -> bool),
-    /// An access of so many bytes to the scratch memory.
+    /// An access of this many bytes to the scratch memory.
     Memory(Form, u32),
-    /// Only with others around it.
+    /// Only with other instructions around it.
     Unit(Unit),
     /// In no program, for this reason.
     Left(&'static str),
 }
 
-/// How an access computes its address, and from what.
+/// Address computation of an access.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     /// Base plus bits 10:6 times the size.
@@ -68,14 +68,14 @@ pub enum Form {
     Literal,
 }
 
-/// What stands around an instruction so that it can be executed.
+/// Surroundings that an instruction needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
     /// Instructions that it may skip.
     Skip,
     /// One to four instructions that it makes conditional.
     Block,
-    /// Not in an IT block.
+    /// A place outside an IT block.
     Alone,
     /// A branch to the address in a register.
     ToRegister,
@@ -89,9 +89,9 @@ pub enum Unit {
     Adjust,
     /// An exclusive load, and an exclusive store.
     Exclusive,
-    /// An event is set before it.
+    /// An event that is set before it.
     Event,
-    /// The mask registers are cleared after it.
+    /// Code that clears the mask registers after it.
     Mask,
 }
 
@@ -123,12 +123,12 @@ const fn row(name: &'static str, pattern: &'static str, kind: Kind) -> Encoding 
     }
 }
 
-/// An encoding, taken apart.
+/// Parsed encoding.
 #[derive(Clone, Debug)]
 pub struct Pattern {
-    /// Where it comes from.
+    /// Encoding that was parsed.
     pub encoding: Encoding,
-    /// 16 or 32.
+    /// Width in bits, 16 or 32.
     pub width: u32,
     fixed: u32,
     value: u32,
@@ -154,13 +154,13 @@ impl Pattern {
         }
     }
 
-    /// Whether `word` (of `width` bits) is of this encoding.
+    /// Returns whether `word`, of `width` bits, has this encoding.
     #[must_use]
     pub fn matches(&self, width: u32, word: u32) -> bool {
         width == self.width && word & self.fixed == self.value
     }
 
-    /// The letters that are fields, each once, in order.
+    /// Returns the letters that are fields, each once, in order.
     #[must_use]
     pub fn fields(&self) -> Vec<char> {
         let mut fields: Vec<char> = Vec::new();
@@ -172,19 +172,19 @@ impl Pattern {
         fields
     }
 
-    /// Bits of the field `letter`.
+    /// Returns the width of the field `letter` in bits.
     #[must_use]
     pub fn field_width(&self, letter: char) -> u32 {
         self.letters.iter().filter(|c| **c == letter).count() as u32
     }
 
-    /// The fixed bits.
+    /// Returns the pattern's ones; all other bits are zero.
     #[must_use]
     pub const fn fixed_bits(&self) -> u32 {
         self.value
     }
 
-    /// `word` with the field `letter` set to `value`.
+    /// Replaces the field's bits, wherever they lie in `word`.
     #[must_use]
     pub fn set_field(&self, word: u32, letter: char, value: u32) -> u32 {
         let (mut word, mut left) = (word, self.field_width(letter));
@@ -201,7 +201,7 @@ impl Pattern {
         word
     }
 
-    /// The field `letter` of `word`.
+    /// Extracts the field's bits, wherever they lie in `word`.
     #[must_use]
     pub fn field(&self, word: u32, letter: char) -> u32 {
         let places = self.letters.iter().enumerate();
@@ -213,12 +213,12 @@ impl Pattern {
     }
 }
 
-/// All encodings; the more special ones first.
+/// All encodings, special cases before general ones.
 #[derive(Clone, Debug)]
 pub struct Encodings(pub Vec<Pattern>);
 
 impl Encodings {
-    /// The whole table.
+    /// Parses all tables.
     #[must_use]
     pub fn new() -> Self {
         let all = [
@@ -230,16 +230,16 @@ impl Encodings {
         Self(all.concat().into_iter().map(Pattern::new).collect())
     }
 
-    /// Which encoding the instruction `word` of `width` bits has.
+    /// Returns the index of the encoding of the instruction `word` of `width` bits.
     #[must_use]
     pub fn find(&self, width: u32, word: u32) -> Option<usize> {
         self.0.iter().position(|p| p.matches(width, word))
     }
 
-    /// The encoding called `name`.
+    /// Returns the encoding called `name`.
     ///
     /// # Panics
-    /// There is none.
+    /// Panics if there is none.
     #[must_use]
     pub fn by_name(&self, name: &str) -> &Pattern {
         let found = self.0.iter().find(|p| p.encoding.name == name);
@@ -253,7 +253,7 @@ impl Default for Encodings {
     }
 }
 
-/// Whether a half-word is the first of a 32-bit instruction.
+/// Returns whether a half-word is the first of a 32-bit instruction.
 #[must_use]
 pub const fn is_wide(first: u16) -> bool {
     first >> 11 >= 0b11101

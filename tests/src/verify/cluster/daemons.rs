@@ -1,4 +1,4 @@
-//! A Slurm of one node on loopback, in a temporary folder: it goes with all that it made.
+//! A Slurm cluster of one node on loopback, in a temporary folder that is removed at the end.
 
 use super::{Console, Finished, Workspace, execute_with};
 use anyhow::{Context, bail};
@@ -10,21 +10,21 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// The longest that the node may take to be idle, and programs to end.
+/// Longest wait until the node is idle, and until programs end.
 const PATIENCE: Duration = Duration::from_secs(30);
-/// Between two looks.
+/// Interval between two checks.
 const LOOK: Duration = Duration::from_millis(200);
-/// Processors of a task of the document's script.
+/// Processors of a task in the document's script.
 const LEAST_CPUS: usize = 2;
-/// Lines of each log that a failure shows.
+/// Number of lines of each log that a failure shows.
 const TAIL: usize = 8;
 
-/// The programs of a cluster, with everything that they write.
+/// Programs of a cluster, with their files.
 pub(super) struct Cluster {
     folder: PathBuf,
-    /// In the order in which they were started.
+    /// Programs in the order in which they were started.
     programs: Vec<Child>,
-    /// Of everybody who asks the cluster: its configuration, and `flexor` among the programs.
+    /// Environment variables of the cluster's clients: its configuration, and `flexor` on the path.
     variables: [(&'static str, String); 2],
 }
 
@@ -32,7 +32,7 @@ impl Cluster {
     /// Starts the programs, and waits for the node.
     ///
     /// # Errors
-    /// A program cannot be started; the node does not come.
+    /// Fails if a program cannot be started or the node does not become idle.
     pub fn start(at: &Workspace, console: &mut Console) -> anyhow::Result<Self> {
         let name = format!("flexor-cluster-{}", std::process::id());
         let folder = std::env::temp_dir().join(name);
@@ -62,15 +62,15 @@ impl Cluster {
         Ok(cluster)
     }
 
-    /// Where tasks lie.
+    /// Returns the folder for tasks.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Runs a program that may ask the cluster, or be `flexor`.
+    /// Runs a client of the cluster or `flexor`.
     ///
     /// # Errors
-    /// It cannot be started.
+    /// Fails if it cannot be started.
     pub fn run(
         &self,
         at: &Workspace,
@@ -83,7 +83,7 @@ impl Cluster {
         execute_with(at, console, program, words, &variables)
     }
 
-    /// The end of what each program wrote.
+    /// Returns the end of each program's log.
     pub fn log_tails(&self) -> Vec<String> {
         let mut lines = Vec::new();
         for program in ["munged", "slurmctld", "slurmd"] {
@@ -103,8 +103,8 @@ impl Cluster {
         self.folder.join(format!("{program}.log"))
     }
 
-    /// Folders, the key that the programs share, and the configuration, for a machine that is
-    /// called `host`.
+    /// Creates folders, the programs' shared key, and the configuration for a machine called
+    /// `host`.
     fn prepare(&self, host: &str) -> anyhow::Result<()> {
         let made = |path: &Path| format!("{} cannot be made", path.display());
         for name in ["munge", "state", "spool"] {
@@ -121,7 +121,7 @@ impl Cluster {
         fs::write(&path, self.configuration(host)?).with_context(|| made(&path))
     }
 
-    /// One node, which is this machine. A job that was requeued may begin again once its
+    /// Returns a configuration of one node, this machine. A requeued job may begin again once its
     /// credential has expired, after 5 s instead of two minutes.
     fn configuration(&self, host: &str) -> anyhow::Result<String> {
         let ports = [free_port()?, free_port()?];
@@ -192,7 +192,7 @@ impl Cluster {
 }
 
 impl Drop for Cluster {
-    /// Ends what runs, and takes the folder away.
+    /// Ends running programs, and removes the folder.
     fn drop(&mut self) {
         let variables = self.variables.iter().map(|(k, v)| (*k, v.as_str()));
         let mut cancel = Command::new("scancel");
@@ -214,14 +214,14 @@ impl Drop for Cluster {
             while matches!(program.try_wait(), Ok(None)) && begin.elapsed() < PATIENCE {
                 sleep(LOOK);
             }
-            let _ = program.kill(); // it has ended, or will not
+            let _ = program.kill(); // it has ended, or cannot be ended
             let _ = program.wait();
         }
         let _ = fs::remove_dir_all(&self.folder);
     }
 }
 
-/// A port of loopback that nobody has at the moment.
+/// Returns a loopback port that is free at the moment.
 fn free_port() -> anyhow::Result<u16> {
     Ok(TcpListener::bind("127.0.0.1:0")?.local_addr()?.port())
 }

@@ -1,4 +1,4 @@
-//! A study as an array of a cluster, held against the same undivided.
+//! A study as a cluster's job array, compared with the same study in one run.
 
 use super::daemons::Cluster;
 use super::{Console, FOLDERS, Report, SHOWN, Workspace};
@@ -9,34 +9,35 @@ use std::path::{Path, PathBuf};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Tasks of an array.
+/// Number of tasks in an array.
 const TASKS: usize = 8;
-/// The longest that an array may take.
+/// Longest time of an array.
 const PATIENCE: Duration = Duration::from_secs(900);
-/// Between two looks at what tasks do.
+/// Interval between two checks of the tasks.
 const LOOK: Duration = Duration::from_millis(100);
-/// What keeps the units of a study, a line for each.
+/// File with the finished units of a study, one line each.
 const KEPT: &str = "units.jsonl";
-/// Units that a task has kept when it is requeued, at least.
+/// Smallest number of finished units at which a task is requeued.
 const BEGUN: usize = 3;
 
-/// A study that an array computes.
+/// Study that an array computes.
 pub(super) struct Array {
     name: &'static str,
-    /// The command that computes it undivided, without `--out`.
+    /// Command that computes the study in one run, without `--out`.
     draws: &'static str,
-    /// The command that merges it.
+    /// Command that merges the array's results.
     merges: &'static str,
     script: String,
 }
 
-/// The document's script for another study: what its folders are called, and what draws it.
+/// Returns the document's script for another study, given the name of its folders and its command.
 pub(super) fn study_script([name, draws, _]: [&str; 3], script: &str) -> String {
     script.replace(SHOWN, draws).replace(FOLDERS, name)
 }
 
 impl Array {
-    /// Of a study: what its folders are called, what draws it, what merges it.
+    /// Creates the array of a study, given the name of its folders, its command and its merge
+    /// command.
     pub fn new(kind: [&'static str; 3], script: &str) -> Self {
         let [name, draws, merges] = kind;
         Self {
@@ -47,10 +48,10 @@ impl Array {
         }
     }
 
-    /// One check: the merged array is the undivided run, byte for byte.
+    /// Checks that the merged array equals the single run, byte for byte.
     ///
     /// # Errors
-    /// A program ends with an error, or not in time.
+    /// Fails if a program ends with an error, or not in time.
     pub fn check_merged(
         &self,
         at: &Workspace,
@@ -66,11 +67,11 @@ impl Array {
         self.compare(at, console, cluster, String::new())
     }
 
-    /// One check: so is one of which the first task was requeued on its way, and which went on
-    /// from what it had.
+    /// Checks the same for an array whose first task is requeued and continues from its finished
+    /// units.
     ///
     /// # Errors
-    /// As [`Self::check_merged`].
+    /// Returns the errors of [`Self::check_merged`].
     pub fn check_requeued(
         &self,
         at: &Workspace,
@@ -91,7 +92,7 @@ impl Array {
             "scontrol requeue: {}",
             asked.lines.join("; ")
         );
-        // It ends in order, and waits for its turn.
+        // The task ends in order, and waits for its turn.
         let waits = format!("{first} PENDING");
         while !self.states(at, console, cluster, &job)?.contains(&waits) {
             ensure!(begin.elapsed() < PATIENCE, "{first} does not end");
@@ -121,7 +122,7 @@ impl Array {
         self.compare(at, console, cluster, also)
     }
 
-    /// Submits the array; its job's number.
+    /// Submits the array, and returns the job's number.
     fn submit(
         &self,
         at: &Workspace,
@@ -144,7 +145,7 @@ impl Array {
         Ok(job.to_owned())
     }
 
-    /// The tasks of a job that have not ended, with their states.
+    /// Returns the tasks of a job that have not ended, with their states.
     fn states(
         &self,
         at: &Workspace,
@@ -170,7 +171,7 @@ impl Array {
         Ok(!self.states(at, console, cluster, job)?.is_empty())
     }
 
-    /// Merges the array as the document does, runs the study undivided, and compares both.
+    /// Merges the array as in the document, runs the study in one run, and compares both.
     fn compare(
         &self,
         at: &Workspace,
@@ -216,7 +217,7 @@ impl Array {
         Ok(report)
     }
 
-    /// What the tasks said.
+    /// Returns the logs of the tasks.
     fn logs(&self, folder: &Path) -> String {
         let entries = fs::read_dir(folder).into_iter().flatten().flatten();
         let logs = entries.map(|entry| entry.path());
@@ -226,13 +227,13 @@ impl Array {
     }
 }
 
-/// Whole lines of a file; none of one that is not there.
+/// Returns the number of complete lines of a file, 0 if it is missing.
 fn lines(path: &Path) -> usize {
     let text = fs::read(path).unwrap_or_default();
     text.iter().filter(|byte| **byte == b'\n').count()
 }
 
-/// The files of a folder with their bytes, but for the lock.
+/// Returns the files of a folder with their bytes, except for the lock.
 fn files(folder: &Path) -> anyhow::Result<BTreeMap<String, Vec<u8>>> {
     let unread = || format!("{} cannot be read", folder.display());
     let mut all = BTreeMap::new();

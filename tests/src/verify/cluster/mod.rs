@@ -1,7 +1,7 @@
-//! `cargo verify cluster`: studies as job arrays of a Slurm of this machine alone.
+//! `cargo verify cluster`: studies as job arrays of a Slurm cluster on this machine alone.
 //!
-//! Not of an ordinary run: it installs a cluster's programs and needs to be root. The script is
-//! the one that docs/laboratory.md shows.
+//! Not part of an ordinary run, because it installs a cluster's programs and must run as root. The
+//! script is that of docs/laboratory.md.
 
 mod daemons;
 mod jobs;
@@ -17,14 +17,14 @@ use jobs::Array;
 use std::fs;
 use std::path::Path;
 
-/// The document with the script of an array.
+/// Document with the script of an array.
 const DOCUMENT: &str = "docs/laboratory.md";
-/// What its script runs, which is replaced by each of [`KINDS`].
+/// Command in the script, which is replaced by each of [`KINDS`].
 const SHOWN: &str = "sweep harris-wall --draws 10000";
-/// What its folders are called.
+/// Name of the folders in the script.
 const FOLDERS: &str = "walls";
 
-/// What is needed: name, package, what it is.
+/// Required programs: name, package, description.
 const PROGRAMS: [[&str; 3]; 2] = [
     ["slurmctld", "slurm-wlm", "Slurm, a cluster's job scheduler"],
     [
@@ -34,8 +34,8 @@ const PROGRAMS: [[&str; 3]; 2] = [
     ],
 ];
 
-/// A declaration, a study of cells and a campaign of faults: what its folders are called, what
-/// draws it, what merges it.
+/// Studies: one from a declaration, one of cells, and one campaign of faults, each with folder
+/// name, command and merge command.
 const KINDS: [[&str; 3]; 3] = [
     ["walls", "sweep harris-wall --draws 24", "sweep harris-wall"],
     [
@@ -50,11 +50,11 @@ const KINDS: [[&str; 3]; 3] = [
     ],
 ];
 
-/// A study that draws its persons, of which a task is requeued on its way: each computes 41
-/// sessions, in some seconds.
+/// Study with random wearers, one task of which is requeued: each computes 41 sessions in some
+/// seconds.
 const REQUEUED: [&str; 3] = ["lee", "sweep lee --draws 1", "sweep lee"];
 
-/// Every kind as an array, and one with a task that is requeued.
+/// Runs every kind as an array, and one with a requeued task.
 pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     let user = execute(at, console, "id", &["-u"])?;
     if user.lines != ["0"] {
@@ -88,7 +88,7 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
     Ok(report)
 }
 
-/// The array script of the document: from `#!/bin/sh` to its end.
+/// Returns the array script of the document, from `#!/bin/sh` to its end.
 fn script(document: &Path) -> anyhow::Result<String> {
     let text = fs::read_to_string(document)
         .with_context(|| format!("{} cannot be read", document.display()))?;

@@ -1,7 +1,7 @@
-//! Documentation comments that repeat the name and type below them.
+//! Rule against documentation comments that repeat the name and type below them.
 //!
-//! In: all sources. Out: comments whose words, apart from stop words, all stand in the item's
-//! name or type, as `file:line`.
+//! In: all sources. Out: comments whose words, apart from stop words, all occur in the item's name
+//! or type, as `file:line`.
 
 use super::Findings;
 use super::source::Source;
@@ -11,7 +11,7 @@ use syn::spanned::Spanned;
 use syn::visit::{self, Visit};
 use syn::{Attribute, Expr, ExprLit, Lit, Meta};
 
-/// Words that carry no meaning of their own.
+/// Words without meaning of their own.
 #[rustfmt::skip]
 const STOP_WORDS: [&str; 64] = [
     "a", "all", "an", "and", "any", "are", "as", "at", "be", "been", "but", "by", "can", "do",
@@ -21,7 +21,7 @@ const STOP_WORDS: [&str; 64] = [
     "this", "those", "to", "was", "what", "when", "where", "which", "who", "whose", "with", "would",
 ];
 
-/// The comments of a source that repeat their items.
+/// Returns the comments of a source that repeat their items.
 pub(super) fn judge(source: &Source) -> Findings {
     if !source.is_rust() {
         return Findings::new();
@@ -37,14 +37,14 @@ pub(super) fn judge(source: &Source) -> Findings {
     comments.findings
 }
 
-/// Looks at every documented item.
+/// Visitor of every documented item.
 struct Comments<'s> {
     source: &'s Source,
     findings: Findings,
 }
 
 impl Comments<'_> {
-    /// Judges the comment among `attributes` beside an item that its `parts` name.
+    /// Judges the comment among `attributes` of an item whose name and type are `parts`.
     fn look(&mut self, attributes: &[Attribute], parts: &[&dyn ToTokens]) {
         let mut comments = attributes
             .iter()
@@ -67,7 +67,7 @@ impl Comments<'_> {
     }
 }
 
-/// The text of a documentation comment.
+/// Returns the text of a documentation comment.
 fn comment(attribute: &Attribute) -> Option<String> {
     let Meta::NameValue(pair) = &attribute.meta else {
         return None;
@@ -82,7 +82,8 @@ fn comment(attribute: &Attribute) -> Option<String> {
     pair.path.is_ident("doc").then(|| text.value())
 }
 
-/// The words of a comment, or of names in snake or camel case, without stop words and endings.
+/// Returns the words of a comment, or of names in snake or camel case, without stop words and
+/// endings.
 fn stems(text: &str) -> BTreeSet<String> {
     let mut spaced = String::new();
     let mut before = ' ';
@@ -101,7 +102,7 @@ fn stems(text: &str) -> BTreeSet<String> {
         .collect()
 }
 
-/// A word without the ending of its plural or verb form.
+/// Removes the ending of a plural or verb form.
 fn stem(word: &str) -> String {
     let ending = ["ing", "ed", "es", "s"]
         .into_iter()

@@ -1,5 +1,4 @@
-//! docs/safety.md names its evidence: each file, command, test and proof on that page is
-//! there.
+//! Rule for the evidence named in docs/safety.md: each file, command, test and proof must exist.
 
 use super::Findings;
 use super::source::Source;
@@ -7,7 +6,7 @@ use std::collections::BTreeSet;
 
 const PAGE: &str = "docs/safety.md";
 
-/// What the page names and the tree has not.
+/// Returns the evidence on the page that the tree lacks.
 pub(super) fn missing_evidence(sources: &[Source]) -> Findings {
     let page = sources.iter().find(|source| source.path == PAGE);
     let Some(page) = page else {
@@ -48,7 +47,7 @@ pub(super) fn missing_evidence(sources: &[Source]) -> Findings {
     found
 }
 
-/// The list: lines of a file, and below each those of its proofs, number and test.
+/// Parses the list of proofs: lines with a file, each followed by its proofs, number and test.
 fn proofs(list: &str, sources: &[Source]) -> (BTreeSet<String>, Findings) {
     let (mut proofs, mut found) = (BTreeSet::new(), Findings::new());
     let mut file: Option<&Source> = None;
@@ -75,8 +74,8 @@ fn proofs(list: &str, sources: &[Source]) -> (BTreeSet<String>, Findings) {
     (proofs, found)
 }
 
-/// Whether `#[test]` stands before a function of this name, attributes and comments
-/// between them.
+/// Returns whether the function of this name has `#[test]`, with attributes and comments in
+/// between.
 fn has_test(file: &Source, test: &str) -> bool {
     let at = file.code.find(&format!("fn {test}("));
     at.is_some_and(|at| {
@@ -85,7 +84,8 @@ fn has_test(file: &Source, test: &str) -> bool {
     })
 }
 
-/// Every P and number, of a range (`P6–P10`) all.
+/// Returns every proof number, `P` and digits, in `text`; a range (`P6–P10`) counts as all its
+/// numbers.
 fn cited_proofs(text: &str) -> BTreeSet<String> {
     let number = |word: &str| word.strip_prefix('P')?.parse::<u32>().ok();
     let is_part = |c: char| c.is_ascii_alphanumeric() || c == '–';
@@ -100,7 +100,7 @@ fn cited_proofs(text: &str) -> BTreeSet<String> {
         .collect()
 }
 
-/// Targets of links into the tree, without what they name inside.
+/// Returns the targets of links into the tree, without anchors.
 fn links(text: &str) -> impl Iterator<Item = &str> {
     let targets = text
         .split("](")
@@ -110,8 +110,8 @@ fn links(text: &str) -> impl Iterator<Item = &str> {
     targets.filter(|target| !target.is_empty() && !target.contains("://"))
 }
 
-/// A file or folder of the tree or of `docs`, or a command of `flexor`; what has the form
-/// of neither is no name.
+/// Returns whether `quoted` exists as a file or folder of the tree or of `docs`, or as a command of
+/// `flexor`; other text counts as existing.
 fn exists_in_tree(quoted: &str, sources: &[Source]) -> bool {
     if let Some(rest) = quoted.strip_prefix("flexor ") {
         let command = rest.split_whitespace().next().unwrap_or_default();

@@ -1,6 +1,6 @@
-//! House rules that no compiler checks: one check each, on plain source text.
+//! Rules of the project that no compiler checks, one check each, on plain source text.
 //!
-//! In: the working tree. Out: where a rule is broken, as `file:line`.
+//! In: the working tree. Out: violations as `file:line`.
 
 mod empty_comments;
 mod evidence;
@@ -15,20 +15,21 @@ use source::find_word;
 use std::iter;
 use std::path::Path;
 
-/// Longer files are reported, and above these fail: those of the product, and tests.
+/// Number of lines from which a file is reported, and above which the product's and the tests'
+/// files fail.
 const LONG_LINES: usize = 400;
 const TOO_LONG_LINES: usize = 450;
 const TOO_LONG_TEST_LINES: usize = 600;
 
-/// Files and folders that hold nothing of ours.
+/// Files and folders without sources of this project.
 const FOREIGN: [&str; 4] = [".git", "target", "out", "artifacts"];
 
 const BOARD: &str = "firmware/src/board/";
 const METHODS: &str = "host-tool/methods/src/";
 const IMAGES: &str = "firmware/src/bin/";
 
-/// Files of `hal-sim` and `host-core` that may read a clock: each is behind a feature, without
-/// which the packages run in a browser, where the standard library's clock panics.
+/// Files of `hal-sim` and `host-core` that may read a clock: each is behind a feature. The packages
+/// run in a browser without them, where the standard library's clock panics.
 const CLOCKS: [&str; 6] = [
     "hal-sim/src/qemu.rs",
     "hal-sim/src/wire/byte_stream.rs",
@@ -38,7 +39,7 @@ const CLOCKS: [&str; 6] = [
     "host-tool/core/src/link/paced.rs",
 ];
 
-/// What can end a program.
+/// Calls that can panic.
 const PANICS: [&str; 6] = [
     ".unwrap()",
     ".expect(",
@@ -48,10 +49,10 @@ const PANICS: [&str; 6] = [
     "unreachable!",
 ];
 
-/// Where a file breaks a rule.
+/// Places at which a file breaks a rule.
 type Findings = Vec<String>;
 
-/// What a rule says, and how it is judged.
+/// Statement of a rule, and the function that checks it.
 type Rule = (&'static str, fn(&Source) -> Findings);
 
 #[rustfmt::skip]
@@ -67,16 +68,16 @@ const RULES: [Rule; 9] = [
     ("no comment repeats the name and type below it", empty_comments::judge),
 ];
 
-/// A rule that needs all files to judge one.
+/// Statement of the rule on orphan files, which needs all files.
 const NO_FILE_IS_LOST: &str = "every file is part of a program, every test of a suite";
 
-/// Another, of a tree that has the list of words.
+/// Statement of the rule on words, for trees that have the list of words.
 const WORDS_ARE_THE_FIELDS: &str = "no word of docs/words.toml is used";
 
-/// Another, of a tree that has the page of safety.
+/// Statement of the rule on evidence, for trees that have the safety page.
 const EVIDENCE_IS_THERE: &str = "what docs/safety.md names as evidence is there";
 
-/// Every rule on every file under `root`.
+/// Checks every rule on every file under `root`.
 pub(super) fn run(root: &Path) -> anyhow::Result<Report> {
     let sources = sources(root)?;
     let mut report = judge(&sources);
@@ -87,7 +88,7 @@ pub(super) fn run(root: &Path) -> anyhow::Result<Report> {
     Ok(report)
 }
 
-/// Every text file under `root`.
+/// Reads every text file under `root`.
 pub(super) fn sources(root: &Path) -> anyhow::Result<Vec<Source>> {
     let mut sources = Vec::new();
     read(root, root, &mut sources)?;
@@ -116,7 +117,7 @@ fn judge(sources: &[Source]) -> Report {
     report
 }
 
-/// Whether a rule holds, and where not.
+/// Returns whether a rule holds, with its violations.
 fn rule_report(statement: &str, findings: &[String]) -> Report {
     if findings.is_empty() {
         return Report::pass();
@@ -148,7 +149,7 @@ fn read(root: &Path, folder: &Path, sources: &mut Vec<Source>) -> anyhow::Result
     Ok(())
 }
 
-/// An image of its own, with a few lines of board: an allocator and registers.
+/// Separate image with a few lines of board code: an allocator and registers.
 const COREMARK: &str = "tests/coremark/src/";
 
 fn unsafe_elsewhere(source: &Source) -> Findings {
@@ -159,7 +160,8 @@ fn unsafe_elsewhere(source: &Source) -> Findings {
     source.places(find_word(&source.code, "unsafe"))
 }
 
-/// In images and boards a comment on the line or the one above is the proof.
+/// Returns panics in images and boards without a comment on the same line or the line above, which
+/// is the proof.
 fn panics(source: &Source) -> Findings {
     let is_device = |room| source.path.starts_with(room);
     if !source.is_rust() || !["firmware/src/", METHODS].iter().any(is_device) {
@@ -200,7 +202,7 @@ fn clocks(source: &Source) -> Findings {
     source.places(found.concat())
 }
 
-/// Most lines of a file like this.
+/// Returns the largest allowed number of lines of a file.
 fn max_lines(source: &Source) -> usize {
     match source.is_test() {
         true => TOO_LONG_TEST_LINES,
@@ -217,7 +219,7 @@ fn too_long(source: &Source) -> Findings {
     }
 }
 
-/// A folder of users or of work at the root of the file system.
+/// Returns absolute paths to folders of users or of work.
 fn machine_paths(source: &Source) -> Findings {
     let mut found = Vec::new();
     for folder in ["work", "home", "root", "Users"] {
@@ -232,8 +234,8 @@ fn machine_paths(source: &Source) -> Findings {
     source.places(found)
 }
 
-/// A seed of its own, or a file of seeds: `cargo verify --soak` would not reach
-/// the one, and nobody would run the other by name.
+/// Returns places with a fixed seed or a seed file: `cargo verify --soak` would not vary the first,
+/// and the second would not be run by name.
 fn own_seeds(source: &Source) -> Findings {
     let found = [
         "from_seed",
@@ -241,7 +243,7 @@ fn own_seeds(source: &Source) -> Findings {
         "deterministic",
         "failure_persistence",
     ];
-    // The judge, and the test that there is a seed.
+    // Excludes this rule and the test that a seed is committed.
     let is_judge = ["tests/src/verify/", "tests/tests/committed_seed.rs"];
     if is_judge.iter().any(|judge| source.path.starts_with(judge))
         || !source.text.contains("proptest")

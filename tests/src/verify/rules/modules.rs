@@ -1,11 +1,11 @@
-//! Which module a file is, and whether another file names it: one that nobody
-//! names is not compiled, and its tests are lost without a word. A module with files of its
-//! own is a folder with a `mod.rs`, never a file beside its folder.
+//! Rule that every file belongs to a program: a file that no other file names is not compiled, and
+//! its tests are lost without a message. A module with submodules is a folder with a `mod.rs`,
+//! never a file beside its folder.
 
 use super::Findings;
 use super::source::Source;
 
-/// Rust files in a package's `src` and `tests` that are part of no program.
+/// Returns Rust files in a package's `src` and `tests` that belong to no program.
 pub(super) fn orphan_files(sources: &[Source]) -> Findings {
     let mut found = Findings::new();
     for source in sources {
@@ -23,9 +23,8 @@ pub(super) fn orphan_files(sources: &[Source]) -> Findings {
     found
 }
 
-/// The folder whose program or room a module belongs to, and the module's name;
-/// nothing for files that no other names: programs, and what is outside a
-/// package's `src` and `tests`.
+/// Returns the folder of the parent program or module, and the module's name; `None` for files that
+/// need no declaration: programs, and files outside a package's `src` and `tests`.
 fn module(path: &str) -> Option<(&str, &str)> {
     let file = path.strip_suffix(".rs")?;
     let mut parts = file.split('/').skip(1);

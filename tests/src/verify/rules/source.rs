@@ -1,18 +1,18 @@
-//! A source file, and what is left of it without comments, strings and tests.
-//! Everything removed becomes spaces, so that places stay the same.
+//! Source files, and their text without comments, strings and tests. Removed text becomes spaces,
+//! so that offsets stay the same.
 
 use proc_macro2::{Span, TokenStream, TokenTree};
 
-/// One text file of the working tree.
+/// Text file of the working tree.
 #[derive(Debug)]
 pub(in crate::verify) struct Source {
-    /// From the workspace's root, with `/`.
+    /// Path relative to the workspace's root, with `/`.
     pub path: String,
-    /// As it is.
+    /// Unchanged contents of the file.
     pub text: String,
-    /// Without comments and the contents of strings (Rust files only).
+    /// Contents without comments and without the text of strings (Rust files only).
     pub code: String,
-    /// `blank_non_code` without test modules; empty if the file is a test.
+    /// `code` without test modules; empty if the file is a test.
     pub shipped: String,
 }
 
@@ -45,7 +45,7 @@ impl Source {
         is_rust(&self.path)
     }
 
-    /// `file:line: text` for byte offsets into the text.
+    /// Returns `file:line: text` for byte offsets into the text.
     pub fn places(&self, mut offsets: Vec<usize>) -> Vec<String> {
         offsets.sort_unstable();
         let place = |at: usize| {
@@ -57,7 +57,7 @@ impl Source {
         offsets.into_iter().map(place).collect()
     }
 
-    /// Whether a comment is on the line at offset `at` or on the line above.
+    /// Returns whether a comment is on the line at offset `at` or on the line above.
     pub fn has_comment(&self, at: usize) -> bool {
         let number = self.text[..at].matches('\n').count();
         let mut lines = self.text.lines().skip(number.saturating_sub(1));
@@ -76,7 +76,7 @@ fn is_rust(path: &str) -> bool {
         .is_some_and(|e| e == "rs")
 }
 
-/// Byte offsets of `word` where it is not part of a longer one.
+/// Returns the byte offsets of `word` where it is not part of a longer word.
 pub(super) fn find_word(code: &str, word: &str) -> Vec<usize> {
     let bytes = code.as_bytes();
     let joins = |byte: Option<&u8>| byte.is_some_and(|b| b.is_ascii_alphanumeric() || *b == b'_');
@@ -88,7 +88,7 @@ pub(super) fn find_word(code: &str, word: &str) -> Vec<usize> {
     all.filter(is_whole).collect()
 }
 
-/// `text` with comments and literals blanked; as it is where it is no Rust.
+/// Returns `text` with comments and literals blanked; unchanged if it is not Rust.
 fn blank_non_code(text: &str) -> String {
     let Ok(tokens) = text.parse::<TokenStream>() else {
         return text.to_owned();
@@ -107,7 +107,7 @@ fn copy(text: &str, tokens: TokenStream, out: &mut [u8]) {
         out[range.clone()].copy_from_slice(&text.as_bytes()[range]);
     };
     for token in tokens {
-        // What a documenting comment becomes has the comment's place.
+        // The tokens of a documentation comment have the comment's place.
         let place = &text[token.span().byte_range()];
         if place.starts_with("//") || place.starts_with("/*") {
             continue;
@@ -127,7 +127,7 @@ fn copy(text: &str, tokens: TokenStream, out: &mut [u8]) {
         .for_each(|tokens| copy(text, tokens, out));
 }
 
-/// Overwrites with spaces, keeping line ends.
+/// Overwrites bytes with spaces, except for line ends.
 fn blank(bytes: &mut [u8], from: usize, to: usize) {
     for byte in &mut bytes[from..to] {
         if *byte != b'\n' {
@@ -136,7 +136,7 @@ fn blank(bytes: &mut [u8], from: usize, to: usize) {
     }
 }
 
-/// `blank_non_code` with every item under `#[cfg(test)]` blanked.
+/// Returns `code` with every item under `#[cfg(test)]` blanked.
 fn without_tests(code: &str) -> String {
     const MARK: &str = "#[cfg(test)]";
     let mut out = code.as_bytes().to_vec();
@@ -149,7 +149,7 @@ fn without_tests(code: &str) -> String {
     String::from_utf8_lossy(&out).into_owned()
 }
 
-/// Length of the item that `blank_non_code` begins with: to its `;` or closing brace.
+/// Returns the length of the item at the start of `code`, up to its `;` or closing brace.
 fn item_length(code: &str) -> usize {
     let mut depth = 0usize;
     for (at, byte) in code.bytes().enumerate() {

@@ -1,6 +1,6 @@
-//! Words that Flexor does not use: `docs/words.toml` lists them, with what is used instead.
+//! Rule for words that Flexor does not use: `docs/words.toml` lists them with their replacements.
 //!
-//! In: the list and all sources. Out: where a word is used, as `file:line`.
+//! In: the list and all sources. Out: uses of such words, as `file:line`.
 
 use super::Findings;
 use super::source::Source;
@@ -8,16 +8,16 @@ use proc_macro2::{TokenStream, TokenTree};
 use serde::Deserialize;
 use std::collections::BTreeSet;
 
-/// The list, from the workspace's root.
+/// Path of the list, relative to the workspace's root.
 const LIST: &str = "docs/words.toml";
 
-/// More exceptions are a list that does not fit the code.
+/// Largest number of exceptions; with more, the list does not fit the code.
 const MOST_EXCEPTIONS: usize = 40;
 
-/// Documents that keep words of the past.
+/// Document that keeps old words.
 const HISTORY: &str = "CHANGELOG.md";
 
-/// The list of words.
+/// Contents of `docs/words.toml`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct List {
@@ -26,7 +26,7 @@ struct List {
     exception: Vec<Exception>,
 }
 
-/// Words with one replacement.
+/// Words with a common replacement.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Word {
@@ -36,7 +36,7 @@ struct Word {
     r#use: String,
 }
 
-/// A word that one file may use.
+/// Word that one file may use.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Exception {
@@ -45,28 +45,28 @@ struct Exception {
     reason: String,
 }
 
-/// Where words stand.
+/// Kinds of places at which words occur.
 #[derive(Clone, Copy, Debug, Deserialize, Eq, Ord, PartialEq, PartialOrd)]
 #[serde(rename_all = "lowercase")]
 enum Place {
     /// Any identifier.
     Name,
-    /// The name of a struct, enum, trait or alias where it is defined.
+    /// Name of a struct, enum, trait or alias at its definition.
     Type,
-    /// The name of a function where it is defined.
+    /// Name of a function at its definition.
     Function,
-    /// A comment of Rust code.
+    /// Comment in Rust code.
     Comment,
-    /// A string literal outside tests.
+    /// String literal outside tests.
     Text,
-    /// A Markdown file.
+    /// Markdown file.
     Document,
 }
 
-/// A piece of a source: where it stands, its byte offset, and its text.
+/// Piece of a source: kind of place, byte offset, and text.
 type Piece<'s> = (Place, usize, &'s str);
 
-/// Every use of a word of the list that is not an exception, and mistakes of the list itself.
+/// Returns every use of a listed word that is not an exception, and mistakes in the list itself.
 /// Without a list nothing is found.
 pub(super) fn judge(sources: &[Source]) -> Findings {
     let Some(source) = sources.iter().find(|source| source.path == LIST) else {
@@ -107,7 +107,7 @@ pub(super) fn judge(sources: &[Source]) -> Findings {
     findings
 }
 
-/// What is wrong with the list.
+/// Returns mistakes in the list.
 fn mistakes(list: &List) -> Findings {
     let mut findings = Findings::new();
     let count = list.exception.len();
@@ -127,7 +127,7 @@ fn mistakes(list: &List) -> Findings {
     findings
 }
 
-/// Each use of a word of the list: byte offset, word and replacement.
+/// Returns each use of a listed word: byte offset, word and replacement.
 fn uses<'l>(list: &'l List, source: &Source) -> Vec<(usize, &'l str, &'l str)> {
     let mut found = Vec::new();
     for (place, offset, text) in pieces(source) {
@@ -143,7 +143,7 @@ fn uses<'l>(list: &'l List, source: &Source) -> Vec<(usize, &'l str, &'l str)> {
                     found.extend((text == find).then_some((offset, &**find, &*word.r#use)));
                     continue;
                 }
-                // Lower case may have another length: the place is then only about right.
+                // Lower case may change the length, so the place is approximate.
                 let offsets = super::find_word(&lower, &find.to_lowercase());
                 found.extend(offsets.into_iter().map(|at| {
                     let at = (offset + at).min(source.text.len());
@@ -156,7 +156,7 @@ fn uses<'l>(list: &'l List, source: &Source) -> Vec<(usize, &'l str, &'l str)> {
     found
 }
 
-/// The names, comments and texts of a source, or the whole of a document.
+/// Returns the names, comments and texts of a source, or the whole of a document.
 fn pieces(source: &Source) -> Vec<Piece<'_>> {
     let is_document = source.path.ends_with(".md") && !source.path.ends_with(HISTORY);
     if is_document {
@@ -171,7 +171,7 @@ fn pieces(source: &Source) -> Vec<Piece<'_>> {
     pieces
 }
 
-/// Names and string literals of a token stream.
+/// Collects the names and string literals of a token stream.
 fn read<'s>(source: &'s Source, tokens: TokenStream, pieces: &mut Vec<Piece<'s>>) {
     let mut before = String::new();
     for token in tokens {
@@ -202,15 +202,15 @@ fn read<'s>(source: &'s Source, tokens: TokenStream, pieces: &mut Vec<Piece<'s>>
     }
 }
 
-/// Whether a literal at `offset` is a string outside tests.
+/// Returns whether a literal at `offset` is a string outside tests.
 fn is_shipped_text(source: &Source, offset: usize, text: &str) -> bool {
     let is_string = text.ends_with(['"', '#']);
-    // Test modules stand at the end of a file.
+    // Test modules are at the end of a file.
     let tests = source.code.find("#[cfg(test)]\nmod tests");
     is_string && !source.is_test() && tests.is_none_or(|tests| offset < tests)
 }
 
-/// Comments, one piece a line: what the code without comments and literals lacks, after `//`.
+/// Returns comments, one piece per line, as the text after `//`.
 fn comments(source: &Source) -> Vec<Piece<'_>> {
     let mut offset = 0;
     let mut pieces = Vec::new();
@@ -218,7 +218,7 @@ fn comments(source: &Source) -> Vec<Piece<'_>> {
         let is_comment = line.trim_start().starts_with("//");
         let at = match is_comment {
             true => line.find("//"),
-            // After code: an address in a string also has slashes, but no space after them.
+            // After code: a URL in a string also has slashes, but no space after them.
             false => line.find(" // ").filter(|_| !line.contains('"')),
         };
         if let Some(at) = at {

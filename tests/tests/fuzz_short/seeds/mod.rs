@@ -1,5 +1,4 @@
-//! Whole conversations in which a device does everything it can: what the
-//! fuzzers begin from.
+//! Complete conversations in which a device uses all its functions, as seeds for the fuzzers.
 
 mod shipped;
 
@@ -12,28 +11,28 @@ use firmware::units::{Amplitude, Micros, us};
 use tests::desk;
 use tests::fuzz::{BOOTED, Session, payload, request_frame};
 
-/// One step of a conversation.
+/// Step of a conversation.
 #[expect(
     clippy::large_enum_variant,
     reason = "a few dozen steps a seed, made once"
 )]
 pub enum Step {
-    /// The host asks.
+    /// The host sends a request.
     Ask(Request),
-    /// Time goes on by a hundred times this and one microseconds.
+    /// Time advances by this number of 100 µs and 1 µs.
     Wait(u8),
-    /// The board's inputs, as `fuzz::Session::inputs` takes them.
+    /// The board's inputs change, encoded as in `fuzz::Session::set_inputs`.
     Inputs(u8),
     /// A trigger edge.
     Trigger,
-    /// The joint sensor converts to this.
+    /// The joint sensor returns this code.
     Joint(u16),
 }
 
 use Step::{Ask, Inputs, Joint, Trigger, Wait};
 
 impl Step {
-    /// Carries the step out.
+    /// Applies the step to a session.
     pub fn run(&self, session: &mut Session) {
         match self {
             Ask(request) => session.request(&payload(request)),
@@ -44,7 +43,7 @@ impl Step {
         }
     }
 
-    /// How much time goes on by it, µs.
+    /// Returns the time that the step takes, µs.
     fn length_us(&self) -> u32 {
         match self {
             Wait(n) => u32::from(*n) * 100 + 1,
@@ -52,7 +51,7 @@ impl Step {
         }
     }
 
-    /// The step as `fuzz::lockstep` reads it.
+    /// Returns the step as `fuzz::lockstep` parses it.
     fn bytes(&self) -> Vec<u8> {
         match self {
             Ask(request) => {
@@ -68,7 +67,7 @@ impl Step {
     }
 }
 
-/// Target, file name and contents of every generated seed.
+/// Returns target, file name and contents of every generated seed.
 pub fn all() -> Vec<(&'static str, String, Vec<u8>)> {
     let mut seeds = Vec::new();
     for (name, steps) in conversations() {
@@ -89,7 +88,7 @@ pub fn all() -> Vec<(&'static str, String, Vec<u8>)> {
     seeds
 }
 
-/// Conversations that a device carries out from beginning to end.
+/// Returns conversations that a device carries out from beginning to end.
 pub fn conversations() -> [(&'static str, Vec<Step>); 10] {
     [
         ("two_channels", two_channels()),
@@ -124,7 +123,7 @@ fn wearer() -> Step {
     }))
 }
 
-/// Arming takes the electrode check of 22 ms.
+/// Returns the steps of arming, which includes the electrode check of 22 ms, and starting.
 fn arm_and_start() -> [Step; 4] {
     [Ask(desk::ARM), Wait(250), Ask(Request::Start), Wait(20)]
 }
@@ -179,7 +178,7 @@ fn two_channels() -> Vec<Step> {
     steps
 }
 
-/// Amplitudes that wait for their time, two of them beyond the end, with sync and a trigger.
+/// Returns timed amplitude orders, two of them beyond the end, with sync and a trigger.
 fn timed() -> Vec<Step> {
     let sync = Request::Sync { channel: Some(0) };
     let mut steps = vec![wearer(), channel(0, TRAIN), Ask(sync)];

@@ -1,4 +1,4 @@
-//! Conversations of the sessions that the program comes with: what steers by itself.
+//! Conversations of the shipped sessions with controllers.
 
 use super::Step::{self, Ask, Joint, Wait};
 use super::arm_and_start;
@@ -8,11 +8,11 @@ use firmware::units::us;
 use tests::desk;
 use tests::fuzz::BOOTED;
 
-/// A wait between setpoints: 25 ms.
+/// Wait between setpoints: 25 ms.
 const WAIT: u8 = 250;
 
-/// What a host says that plays this session for a little while, its setpoints 0.4 s of the
-/// session apart so that they come to something.
+/// Returns the requests of a host that plays this session for a short time. Its setpoints are 0.4 s
+/// of the session apart, so that they differ noticeably.
 pub fn conversation(name: &str) -> Vec<Step> {
     let session = desk::load_session(name).session;
     let configured = session.setup_requests().into_iter();

@@ -1,8 +1,8 @@
-//! Who calls whom: rooms call downward only, and no two files need each other.
+//! Layers of modules: calls go downwards only, and no two files depend on each other.
 //!
-//! A file needs another if it names an item that is defined there; names that
-//! are re-exported (`pub use`) lead to where they come from. What a room's own
-//! `mod.rs` says, its files may use: that is what a room is for.
+//! A file depends on another if it names an item that is defined there; re-exported names (`pub
+//! use`) count for the file that defines them. Items in a module's own `mod.rs` may be used by all
+//! its files.
 
 mod names;
 
@@ -11,9 +11,9 @@ use super::source::Source;
 use names::{Module, Needs, Package};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The rooms of each package, each above all that follow it. Rooms in one entry
-/// are side by side: neither calls the other. `""` is the package's own root. A module inside
-/// a room may have a layer of its own: `room::module`.
+/// Modules of each package, each above all that follow it. Modules in one entry are in the same
+/// layer: neither calls the other. `""` is the package's root. A submodule may have a layer of its
+/// own: `module::submodule`.
 #[rustfmt::skip]
 const LAYERS: &[(&str, &[&[&str]])] = &[
     ("firmware", &[&["board"], &["bench"], &["lockstep"], &["device"], &["link"], &["haptics"], &["control"], &["limb"], &["muscle"], &["safety"], &["pulse"], &["arithmetic", "board::wiring", "crc", "range", "seal", "units"]]),
@@ -25,7 +25,7 @@ const LAYERS: &[(&str, &[&[&str]])] = &[
     ("tests", &[&["differential", "expectation", "fuzz", "verify"], &["desk", "record"]]),
 ];
 
-/// Both rules, and what breaks them.
+/// Returns both rules with their violations.
 pub(super) fn judge(sources: &[Source]) -> [(&'static str, Findings); 2] {
     let (mut calls, mut circles) = (Findings::new(), Findings::new());
     for (name, layers) in LAYERS {
@@ -39,7 +39,7 @@ pub(super) fn judge(sources: &[Source]) -> [(&'static str, Findings); 2] {
     ]
 }
 
-/// Calls between rooms that do not go down, and rooms that have no place.
+/// Returns calls between modules that do not go down, and modules without a layer.
 fn upward_calls(name: &str, layers: &[&[&str]], needs: &Needs) -> Findings {
     let depth = |room: &str| layers.iter().position(|rooms| rooms.contains(&room));
     let room = |module: &Module| -> Option<String> {
@@ -67,7 +67,7 @@ fn upward_calls(name: &str, layers: &[&[&str]], needs: &Needs) -> Findings {
     found
 }
 
-/// Files that need each other, directly or around corners: one line a circle.
+/// Returns files that depend on each other, directly or indirectly, one line per cycle.
 fn circular_needs(name: &str, needs: &Needs) -> Findings {
     let reach = needs
         .keys()
@@ -82,7 +82,7 @@ fn circular_needs(name: &str, needs: &Needs) -> Findings {
     found.into_iter().collect()
 }
 
-/// All that `from` needs, and what that needs.
+/// Returns the direct and indirect dependencies of `from`.
 fn reachable_modules<'a>(from: &'a Module, needs: &'a Needs) -> BTreeSet<&'a Module> {
     let mut reached = BTreeSet::new();
     let mut open: Vec<&Module> = vec![from];

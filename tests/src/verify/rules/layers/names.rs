@@ -1,38 +1,38 @@
-//! Which file of a package defines each name that another file uses.
+//! Resolution of names: which file of a package defines each name that another file uses.
 
 use super::super::source::Source;
 use std::collections::{BTreeMap, BTreeSet};
 use syn::visit::{self, Visit};
 
-/// A module's path below its package: empty for the package itself.
+/// Path of a module below its package; empty for the package itself.
 pub(super) type Module = Vec<String>;
 
-/// For each module those that it needs, each with a place where it says so.
+/// Dependencies of each module, each with a place at which it is used.
 pub(super) type Needs = BTreeMap<Module, BTreeMap<Module, String>>;
 
-/// What a package's `src` holds, tests aside.
+/// Modules in a package's `src`, without tests.
 pub(super) struct Package<'a> {
     modules: BTreeMap<Module, File<'a>>,
 }
 
-/// What one file says.
+/// Names that one file defines, imports and uses.
 #[derive(Default)]
 struct File<'a> {
     path: &'a str,
-    /// Names that it re-exports, and from where.
+    /// Re-exported names with their sources.
     exports: BTreeMap<String, Module>,
-    /// Rooms all of whose names it re-exports.
+    /// Modules all of whose names it re-exports.
     globs: Vec<Module>,
-    /// Names that it imports for itself, and from where.
+    /// Private imports with their sources.
     imports: BTreeMap<String, Module>,
-    /// Items of its own.
+    /// Items that it defines.
     defines: BTreeSet<String>,
-    /// Paths that it uses, from the package's root, with their lines.
+    /// Used paths, from the package's root, with their lines.
     uses: Vec<(Module, usize)>,
 }
 
 impl<'a> Package<'a> {
-    /// The files of `name`/src. One that does not parse is left to the compiler.
+    /// Reads the files of `name`/src. A file that does not parse is left to the compiler.
     pub fn read(name: &str, sources: &'a [Source]) -> Self {
         let shipped = sources
             .iter()
@@ -59,7 +59,7 @@ impl<'a> Package<'a> {
         }
     }
 
-    /// Who needs whom. What is defined in a module above is not counted.
+    /// Returns the dependencies of each module, without items defined in a parent module.
     pub fn needs(&self) -> Needs {
         let mut needs = Needs::new();
         for (from, file) in &self.modules {
@@ -81,7 +81,7 @@ impl<'a> Package<'a> {
         needs
     }
 
-    /// The module that defines the item at `path`, through re-exports.
+    /// Returns the module that defines the item at `path`, through re-exports.
     fn defining_module(&self, path: &[String], depth: usize) -> Option<&Module> {
         let longest = (0..=path.len()).rev();
         let (module, file) = longest
@@ -106,7 +106,7 @@ impl<'a> Package<'a> {
     }
 }
 
-/// The module that a source file is; nothing for programs and other packages.
+/// Returns the module of a source file; `None` for programs and other packages.
 fn module(package: &str, path: &str) -> Option<Module> {
     let path = path.strip_prefix(package)?.strip_prefix("/src/")?;
     let names = path.strip_suffix(".rs")?.split('/');
@@ -118,7 +118,7 @@ fn module(package: &str, path: &str) -> Option<Module> {
     Some(names)
 }
 
-/// Walks through a file, modules inside it and all.
+/// Visitor of a file and the modules inside it.
 struct Reader<'k, 'a> {
     known: &'k BTreeSet<Module>,
     here: Module,
@@ -126,8 +126,8 @@ struct Reader<'k, 'a> {
 }
 
 impl Reader<'_, '_> {
-    /// The same path from the package's root; nothing if it leads outside, and
-    /// names that may be imports as they are.
+    /// Returns the path from the package's root; `None` if it leads outside. Names that may be
+    /// imports stay unchanged.
     fn absolute_path(&self, path: &[String]) -> Option<Module> {
         let mut base = self.here.clone();
         let mut rest = path;
@@ -231,7 +231,7 @@ fn is_test(attribute: &syn::Attribute) -> bool {
     is_cfg && argument.is_ok_and(|what| what == "test")
 }
 
-/// An item's attributes, and the name that others know it by.
+/// Returns an item's attributes, and the name by which others use it.
 fn item_name(item: &syn::Item) -> (&[syn::Attribute], Option<&syn::Ident>) {
     use syn::Item;
     match item {
