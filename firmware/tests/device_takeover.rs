@@ -195,12 +195,12 @@ fn at_every_point(
     mut judge: impl FnMut(&mut Owners, &[OwnedResponse], String),
 ) {
     let armed = windows_to_armed();
-    let befores = if arms_before {
+    let steps_before = if arms_before {
         armed - 9..armed + 3
     } else {
         0..1
     };
-    for before in befores {
+    for before in steps_before {
         for windows in [1, 2, 3, 4, 5, 9, armed + 8] {
             let mut between = 0;
             loop {
