@@ -60,7 +60,7 @@ impl LawSpec {
         w_milli: 1_000,
     };
     /// Default gains at 2 ms and 4.48 Hz for a wearer of [`WearerModel::REFERENCE_MRAD`], used with
-    /// that wearer's model and [`ResponseSpec::RECOMMENDED`]. See [`LawSpec::for_wearer`] for other
+    /// that wearer's model and `ResponseSpec::RECOMMENDED`. See [`LawSpec::for_wearer`] for other
     /// wearers; without a model, [`LawSpec::ALONE`] is better. See [`Recommended`] for the search
     /// that found these gains.
     pub const RECOMMENDED: Self = Self::Recommended {

@@ -16,7 +16,7 @@ pub struct Effect {
     pub pair_factor: Option<f64>,
 }
 
-/// Effect of a finger's [`Pair`] on its points.
+/// Effect of a finger's [`Pair`](super::spec::Pair) on its points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct PairEffect {
     /// Thresholds of A and B in the pair, V.

@@ -97,7 +97,7 @@ impl Cpu {
     /// [`Fault::Breakpoint`] if not.
     ///
     /// # Errors
-    /// Returns [`Trap`] if the program ended, or made a request that is not modelled.
+    /// Returns a trap if the program ended, or made a request that is not modelled.
     pub(super) fn breakpoint(&mut self, bus: &mut impl Bus, immediate: u8) -> TrapResult {
         let host = match immediate {
             BREAKPOINT => self.system.semihosting.take(),

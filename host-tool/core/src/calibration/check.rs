@@ -215,8 +215,8 @@ impl Procedure for Checking<'_> {
     }
 }
 
-/// Checks the thresholds of a wearer file ([`Plan::of`]) through `port`, and appends the result of
-/// every electrode to the file.
+/// Checks the thresholds of a wearer file ([`Plan::from_wearer`]) through `port`, and appends the
+/// result of every electrode to the file.
 ///
 /// # Errors
 /// The reason why the check ended early; [`CalibrationError::Drifted`] if a threshold is beyond the

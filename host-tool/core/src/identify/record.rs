@@ -25,7 +25,7 @@ pub struct ForceRecord {
     pub gain: f64,
 }
 
-/// Properties of a usable record, as [`ForceRecord::sound`] returns them.
+/// Properties of a usable record, as [`ForceRecord::check_quality`] returns them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sound {
     /// Mean of the rest before the train, N.

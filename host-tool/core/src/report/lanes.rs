@@ -79,7 +79,7 @@ impl Source {
 }
 
 /// Returns the summaries of `values` of each of these channels over each trial, in the order of
-/// [`Source::all`]. Each trial is read only once, because its samples are packed.
+/// [`Source::for_channels`]. Each trial is read only once, because its samples are packed.
 fn surveys(trials: &[Trial], channels: &[u8], values: &[Value]) -> Vec<Vec<Survey>> {
     let of_trial = |trial: &Trial| {
         let sources = Source::for_channels(trial, channels, values);

@@ -66,10 +66,11 @@ pub struct ChipOptions {
     pub log: Option<PathBuf>,
 }
 
-/// Boots a board on the chip simulator, places it in the world of [`simulated`] and opens its port.
+/// Boots a board on the chip simulator, places it in the world of [`simulated_port`] and opens its
+/// port.
 ///
 /// # Errors
-/// The errors of [`simulated`], and any reason why the board does not boot.
+/// The errors of [`simulated_port`], and any reason why the board does not boot.
 pub fn open_chip_port(
     session: &Session,
     seed: u64,

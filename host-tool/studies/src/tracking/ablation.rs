@@ -3,7 +3,7 @@
 use super::wearer::{self, Points};
 use firmware::control::{JointSpec, LawSpec, ResponseSpec};
 
-/// Smallest k2 that the device accepts, [`firmware::control::Recommended::K2_MILLI`].
+/// Smallest k2 that the device accepts, `K2_MILLI` of the default controller.
 const LEAST_K2_MILLI: u32 = 10;
 
 /// A term that can be removed.

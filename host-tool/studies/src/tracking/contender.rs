@@ -14,7 +14,7 @@ use methods::control::Form;
 pub enum Contender {
     /// A law in f64 with the parameters that the search found.
     Searched(Equipment, Candidate),
-    /// The device's fixed-point default ([`LawSpec::RECOMMENDED`]), with the same code as the
+    /// The device's fixed-point default (`LawSpec::RECOMMENDED`), with the same code as the
     /// firmware.
     Shipped,
     /// The default without one of its terms, not tuned again.

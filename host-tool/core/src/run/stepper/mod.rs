@@ -3,7 +3,7 @@
 //!
 //! [`run`](super::run()) is its first user. A program of your own drives it the same way; the
 //! result does not depend on where the steps end. A program that decides on setpoints while the
-//! session runs supplies them itself ([`Stepper::live`]).
+//! session runs supplies them itself ([`Stepper::with_live_setpoints`]).
 
 mod close;
 mod controls;
