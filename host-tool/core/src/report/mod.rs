@@ -1,8 +1,8 @@
 //! Reports for people: figures, tables and one self-contained HTML page.
 //!
 //! This module has SVG figures (declared with `plot`), [`page`] and [`overview_picture`]. The
-//! numbers are computed in `analysis`, and the data are in `record`. The page needs no network, script or font
-//! file. Every number on it comes from the run, from a [`PaperRow`] with its source, or from an
+//! numbers are computed in `analysis`, and the data are in `record`. The page needs no network,
+//! script or font file. Every number on it comes from the run, from a [`PaperRow`] with its source, or from an
 //! [`Assumption`].
 //!
 //! Input: a [`Report`]. Output: `report.html` and `summary.json`.
