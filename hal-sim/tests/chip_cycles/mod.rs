@@ -12,9 +12,9 @@ use hal_sim::chip::cpu::flat::Flat;
 use hal_sim::chip::cpu::{Cpu, Size, Stop};
 use std::ops::RangeInclusive;
 
-/// One sequence: name; assembly in unified syntax, with branch targets relative to the instruction
-/// + 4; the encoding by llvm-mc; the number of executed instructions, smaller than the number
-/// written if it branches away; cycles by the manual; and the rule that they rest on.
+/// One sequence: name; assembly in unified syntax, with branch targets relative to 4 bytes after the
+/// instruction; the encoding by llvm-mc; the number of executed instructions, smaller than the
+/// number written if it branches away; cycles by the manual; and the rule that they rest on.
 pub type Row = (
     &'static str,
     &'static str,

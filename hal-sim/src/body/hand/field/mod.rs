@@ -1,13 +1,14 @@
 //! Electric potential in fat and muscle below a pad on the skin that carries a current,
 //! quasi-static.
 //!
-//! Where a current density varies over the skin as exp(i·k·u), u = x·cos θ + y·sin θ, the potential
-//! in fat is A·exp(−k·z) + B·exp(k·z) and in muscle C·exp(−k·g·(z − h)) with g² = (s_l·cos² θ +
-//! s_t·sin² θ) / s_t. The given current flows through the skin, −s_f ∂φ/∂z; at the boundary, depth
-//! h, φ and the current, −s_f ∂φ/∂z = −s_t ∂φ/∂z, are continuous. So with r = (s_f − s_t·g) / (s_f
-//! + s_t·g), which depends on θ only, B·exp(k·h) = r·A·exp(−k·h), A = 1 / (s_f·k·(1 −
-//! r·exp(−2·k·h))). This geometric series turns the integral over k into a sum of images, each 1/(s
-//! − i·u). Per ampere into a point at the origin, taking real parts and θ from 0 to π:
+//! Let a current density vary over the skin as exp(i·k·u) with u = x·cos θ + y·sin θ. The potential
+//! is A·exp(−k·z) + B·exp(k·z) in fat and C·exp(−k·g·(z − h)) in muscle, with
+//! g² = (s_l·cos² θ + s_t·sin² θ) / s_t. The given current flows through the skin, −s_f ∂φ/∂z. At
+//! the boundary, depth h, φ and the current are continuous: −s_f ∂φ/∂z = −s_t ∂φ/∂z. Then, with
+//! r = (s_f − s_t·g) / (s_f + s_t·g), which depends on θ only, B·exp(k·h) = r·A·exp(−k·h) and
+//! A = 1 / (s_f·k·(1 − r·exp(−2·k·h))). This geometric series turns the integral over k into a sum
+//! of images, each 1/(s − i·u). Per ampere into a point at the origin, taking real parts and θ from
+//! 0 to π:
 //!
 //! - in muscle 1/π² ∫ dθ / (s_f + s_t·g) Σ rⁿ / ((2n+1)·h + g·(z−h) − i·u);
 //! - in fat 1/(2π²·s_f) ∫ dθ Σ rⁿ [1/(2n·h + z − i·u) + r/((2n+2)·h − z − i·u)].
