@@ -19,7 +19,7 @@ import sys
 import time
 import zlib
 
-SCHEMA = 0xB7D7C3E4F547784B  # docs/protocol.md, "Schema hash"
+SCHEMA = 0x75749CAEF048DC34  # docs/protocol.md, "Schema hash"
 ANSWER_S = 2.0  # a device answers within milliseconds, a busy computer hears it later
 # A device ends stimulation when its host is silent for so long. A program like this one, on
 # a computer that does other things too, is at times kept waiting for 0.1 s and more; half a
@@ -134,8 +134,8 @@ def unframe(data):
 REQUESTS = (
     "Hello KeepAlive Status Clear Wearer Channel Groups Sync Muscle Joint Arm "
     "Start Stop Acknowledge Amplitudes Angle Measurement Subscribe Wall "
-    "ForceControl Force Rung SimulateTrigger StoreStages Pulses Limb Line Wrench "
-    "Modulation Held"
+    "ForceControl Force MuscleLevel SimulateTrigger StoreStages Pulses Limb Line Wrench "
+    "Modulation ObjectHeld"
 ).split()
 SHAPES = (
     "BiphasicCathodicFirst BiphasicAnodicFirst MonophasicCathodic "
@@ -234,25 +234,25 @@ CAUSES = (
     "Request HostSilent HandStop ArmExpired Finished ArmKey TimeOver DoseReached"
 ).split()
 EVENTS = (
-    "Stopping Stopped Faulted Recovered Electrode LimitCycle HoldOver TriggerEdge "
+    "Stopping Stopped Faulted Recovered Electrode LimitCycle HoldExpired TriggerEdge "
     "SyncEdge"
 ).split()
 STATES = "Boot Idle Armed Stimulating Stopping Fault".split()
 PHASES = "Lift Drop".split()
-HOLDS = "Released Held Over".split()
+HOLDS = "Released Held Expired".split()
 
 
 def telemetry(r):
     """What a device tells of itself, by the names of protocol.md."""
 
     def force():
-        sample = {"target_mn": r.option(r.varint), "period_us": r.option(r.varint)}
-        gap = lambda: {"below_mn": r.varint(), "above_mn": r.varint()}
+        sample = {"reference_mn": r.option(r.varint), "period_us": r.option(r.varint)}
+        gap = lambda: {"lower_mn": r.varint(), "upper_mn": r.varint()}
         return {**sample, "gap": r.option(gap)}
 
     def wrench():
         target = [r.zigzag() for _ in range(3)]
-        return {"target_mn": target, "made_permille": r.varint()}
+        return {"reference_mn": target, "achievable_permille": r.varint()}
 
     def joint():
         measured = r.option(r.zigzag)
@@ -262,7 +262,7 @@ def telemetry(r):
     each = lambda: r.option(r.varint)
     return {
         "at": r.varint(),
-        "target_centideg": r.option(r.zigzag),
+        "reference_centideg": r.option(r.zigzag),
         "measured_centideg": r.option(r.zigzag),
         "effort_milli": r.option(r.zigzag),
         "limiting": r.bool(),

@@ -41,7 +41,7 @@ def limb(c):
     ((kind, of),) = c["posture"].items()
     fixed = kind == "Fixed"
     return (
-        b"".join(zigzag(um) for way in c["ways_um"] for um in way)
+        b"".join(zigzag(um) for way in c["offsets_um"] for um in way)
         + b"".join(zigzag(mdeg) for axis in c["ranges_mdeg"] for mdeg in axis)
         + bytes([c["recruit_ms"]])
         + (b"\0" + b"".join(map(zigzag, of)) if fixed else b"\1" + varint(of["stale_after_ms"]))
@@ -116,7 +116,7 @@ def setup(wearer):
         spec["area_mm2"] = electrode["area_mm2"]
         yield "Channel", {"channel": it["channel"] - 1, "spec": spec}
     yield "Limb", {
-        "ways_um": [
+        "offsets_um": [
             [whole(mm, 1000) for mm in bones[name]]
             for name in ("to_sc_mm", "to_gh_mm", "to_el_mm", "to_hand_mm")
         ],
@@ -243,7 +243,7 @@ class Hand(Live):
         wrench = self.given["wrench"]
         got = zip(self.channels, self.given["amplitudes"])
         got = [f"{self.names[n]} {ua / 1000} mA" for n, ua in got if ua]
-        made = f"{wrench['made_permille'] / 10} % of {newtons(wrench['target_mn'])}"
+        made = f"{wrench['achievable_permille'] / 10} % of {newtons(wrench['reference_mn'])}"
         return f"{made}: {', '.join(got) or 'nothing'}"
 
 

@@ -63,13 +63,13 @@ def modulation(c):
         + zigzag(c["angle_min_mdeg"])
         + zigzag(c["angle_max_mdeg"])
         + varint(c["stale_after_ms"])
-        + varint(c["longest_hold_ms"])
+        + varint(c["max_hold_ms"])
         + muscle(c["flexor"])
         + muscle(c["extensor"])
     )
 
 
-client.CONTENT |= {"Modulation": modulation, "Held": lambda c: bytes([c["held"]])}
+client.CONTENT |= {"Modulation": modulation, "ObjectHeld": lambda c: bytes([c["held"]])}
 
 # --- two arms ---
 
@@ -137,7 +137,7 @@ def setup(session):
             "angle_min_mdeg": whole(it["angle_min_deg"], 1000),
             "angle_max_mdeg": whole(it["angle_max_deg"], 1000),
             "stale_after_ms": it.get("stale_after_ms", hand.STALE_MS),
-            "longest_hold_ms": whole(it.get("longest_hold_s", 30), 1000),
+            "max_hold_ms": whole(it.get("longest_hold_s", 30), 1000),
             "flexor": flexor,
             "extensor": extensor,
         }
@@ -162,7 +162,7 @@ class Hands(hand.Live):
         """One frame of the engine: four angles, and whether the object is held. The number
         of that one's refusal, if it was refused."""
         told = self.measurements([*self.at, *self.at])  # both arms alike
-        refusals = self.exchange(*told, {"Held": {"held": held}})
+        refusals = self.exchange(*told, {"ObjectHeld": {"held": held}})
         refusal = refusals.pop(len(told), None)
         # A device whose clock was late is measured again in 10 ms.
         if others := [it for it in refusals.values() if it["code"] != hand.MEASUREMENT_TIME]:
@@ -247,7 +247,7 @@ def play(place, path, deeds):
         raise RuntimeError(f"E306: fault {fault} is latched: find why, then `Acknowledge` it")
     if refused:
         raise RuntimeError(f"refused: {refused}")
-    hands.must(*hands.measurements([*TABLE, *TABLE]), {"Held": {"held": False}})
+    hands.must(*hands.measurements([*TABLE, *TABLE]), {"ObjectHeld": {"held": False}})
     hands.must("Start")
     try:
         for deed in deeds:

@@ -349,13 +349,13 @@ fn a_second_client_is_refused_from_the_arm_order_on() {
 #[test]
 fn a_number_out_of_order_is_not_counted_as_lost_twice() {
     let mut desk = TestHost::open(BOOT);
-    let before = desk.status().counters.lost;
+    let before = desk.status().counters.lost_frames;
     let base = desk.seq;
     for step in [0, 2, 1, 3, 3, 4] {
         desk.seq = base.wrapping_add(step);
         desk.expect_ok(Request::KeepAlive);
     }
-    assert_eq!(desk.status().counters.lost - before, 1);
+    assert_eq!(desk.status().counters.lost_frames - before, 1);
 }
 
 /// An amplitude below one DAC step counts as zero, so raising it is a rise from zero.

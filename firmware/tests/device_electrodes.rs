@@ -50,7 +50,7 @@ fn fault_load_ohm(spec: ChannelSpec, amplitude: u32) -> Option<u32> {
         play(&mut desk, 1_000, 0.2, |_| 25_000);
     }
     let fault = desk.fault()?;
-    assert_eq!(fault, Fault::LoadWanders);
+    assert_eq!(fault, Fault::LoadUnstable);
     assert_eq!(desk.state(), State::Fault);
     let ohm = peeled(at_s.min(10.0));
     println!("{spec:?} at {amplitude}: {ohm} Ω");
@@ -102,7 +102,7 @@ fn a_contact_that_comes_and_goes_is_found() {
                 }
             };
             play(&mut desk, 20_000, 1.0, ohm);
-            let expected = is_found.then_some(Fault::LoadWanders);
+            let expected = is_found.then_some(Fault::LoadUnstable);
             assert_eq!(desk.fault(), expected, "{amplitude}, every {every}");
         }
     }
@@ -132,7 +132,7 @@ fn a_shorted_voltage_stage_is_found() {
         for (ohm, amplitude) in [(50, 2_000), (50, 5_000), (20, 15_000), (80, 19_000)] {
             let found = fault_after_load_drop(from_ohm, ohm, amplitude);
             let (fault, after_s) = found.unwrap_or_else(|| panic!("{amplitude} mV"));
-            let is_short = matches!(fault, Fault::LoadWanders | Fault::OverCurrent);
+            let is_short = matches!(fault, Fault::LoadUnstable | Fault::OverCurrent);
             assert!(is_short, "{amplitude} mV: {fault:?}");
             assert!(after_s <= 0.08, "{amplitude} mV: {after_s} s");
         }
@@ -143,7 +143,7 @@ fn a_shorted_voltage_stage_is_found() {
 #[test]
 fn a_load_that_falls_and_stays_is_found() {
     let (fault, after_s) = fault_after_load_drop(2_000, 600, 5_000).unwrap();
-    assert_eq!(fault, Fault::LoadWanders);
+    assert_eq!(fault, Fault::LoadUnstable);
     assert!(after_s <= 0.08, "{after_s} s");
     assert_eq!(
         fault_after_load_drop(2_000, 1_100, 5_000),
@@ -206,7 +206,7 @@ fn a_phase_that_carries_nothing_is_found() {
 #[test]
 fn a_fault_that_readings_tell_cuts_no_pulse() {
     let train = TrainSpec::biphasic(200, 50, 20_000);
-    for (ohm, fault) in [(50, Fault::LoadWanders), (u32::MAX, Fault::ElectrodeOff)] {
+    for (ohm, fault) in [(50, Fault::LoadUnstable), (u32::MAX, Fault::ElectrodeOff)] {
         // One of two pulses is read in its second phase.
         for breaks_us in (0..40_000).step_by(1_000) {
             let mut desk = TestHost::open(BOOT);

@@ -25,7 +25,7 @@ fn fixed() -> PostureSpec {
 fn arm_of(posture: PostureSpec, recruit_ms: u8) -> EndpointSpec {
     let limb = nominal_limb();
     EndpointSpec {
-        ways_um: limb.ways_um,
+        offsets_um: limb.offsets_um,
         ranges_mdeg: limb.ranges_mdeg,
         recruit_ms,
         posture,
@@ -129,8 +129,8 @@ fn a_wanted_force_becomes_the_room_s_amplitudes() {
         }
         let sample = desk.samples().pop().unwrap();
         let told = WrenchSample {
-            target_mn: WANTED,
-            made_permille: 1000,
+            reference_mn: WANTED,
+            achievable_permille: 1000,
         };
         assert_eq!((sample.wrench, sample.limiting), (Some(told), false));
         let expected = expected(WANTED);
@@ -280,7 +280,7 @@ fn a_force_that_can_no_longer_be_made_is_given_not_at_all() {
     assert!(lost.limiting);
     assert_eq!(
         lost.wrench
-            .map(|wrench| (wrench.target_mn, wrench.made_permille)),
+            .map(|wrench| (wrench.reference_mn, wrench.achievable_permille)),
         Some((WANTED, 0))
     );
     assert_eq!(
@@ -317,7 +317,7 @@ fn it_recruits_at_its_own_period() {
 fn every_mistake_of_an_arm_is_named() {
     let mut spec = arm_of(fixed(), 4);
     spec.ranges_mdeg[4] = (0, 90_000);
-    spec.ways_um[2] = [0; 3];
+    spec.offsets_um[2] = [0; 3];
     let PostureSpec::Fixed(angles) = &mut spec.posture else {
         unreachable!();
     };
@@ -327,7 +327,7 @@ fn every_mistake_of_an_arm_is_named() {
     assert_eq!(
         found,
         [
-            "ways_um = 0 is outside 10000..=1000000",
+            "offsets_um = 0 is outside 10000..=1000000",
             "ranges_mdeg = 90000 is outside 0..=80000",
             "recruit_ms = 4 is outside 5..=50",
             "el_flexion = 130010 is outside 0..=130000",
@@ -337,7 +337,7 @@ fn every_mistake_of_an_arm_is_named() {
     desk.prepare(wearer(), &[channel(SLOW), channel(SLOW)]);
     assert_eq!(
         desk.expect_refusal(Request::Limb(spec)),
-        refusal(Code::OutOfRange, "ways_um")
+        refusal(Code::OutOfRange, "offsets_um")
     );
     let mut line = lines()[0].clone();
     line.gain_mn_per_ma = 0;

@@ -3,7 +3,7 @@
 use crate::device_desk::*;
 use firmware::control::{ForceControl, ForceSpec, HoldPolicy};
 use firmware::link::{Code, Request};
-use firmware::muscle::{CalciumForceSpec, MuscleSpec, Recruitment, RecruitmentSpec, Rung};
+use firmware::muscle::{CalciumForceSpec, MuscleLevel, MuscleSpec, Recruitment, RecruitmentSpec};
 use firmware::pulse::{Partner, State as Line, TrainSpec, Trigger};
 use firmware::safety::{ChannelSpec, State, WearerSpec};
 use firmware::units::{Amplitude, Micros, us};
@@ -83,11 +83,11 @@ fn stimulating(host_timeout_ms: u16) -> TestHost {
 }
 
 pub(crate) fn stimulating_by(spec: ForceSpec, host_timeout_ms: u16) -> TestHost {
-    stimulating_on(Rung::None, spec, host_timeout_ms)
+    stimulating_on(MuscleLevel::None, spec, host_timeout_ms)
 }
 
 /// Does the same with this model level, whose prediction may correct the inverse.
-fn stimulating_on(rung: Rung, spec: ForceSpec, host_timeout_ms: u16) -> TestHost {
+fn stimulating_on(level: MuscleLevel, spec: ForceSpec, host_timeout_ms: u16) -> TestHost {
     let mut desk = TestHost::open(BOOT);
     let wearer = WearerSpec {
         host_timeout_ms,
@@ -95,7 +95,7 @@ fn stimulating_on(rung: Rung, spec: ForceSpec, host_timeout_ms: u16) -> TestHost
     };
     desk.prepare(wearer, &[channel(SLOW), channel(PLAIN)]);
     let muscle = MuscleSpec {
-        rung,
+        level,
         ..MuscleSpec::new(K01, RECRUITMENT)
     };
     desk.expect_ok(Request::Muscle {
@@ -155,7 +155,7 @@ fn amplitude_answers_and_then_rate() {
 
 #[test]
 fn telemetry_tells_what_was_wanted_and_done() {
-    let mut desk = stimulating_on(Rung::CalciumForce, FORCE, 1000);
+    let mut desk = stimulating_on(MuscleLevel::CalciumForce, FORCE, 1000);
     desk.expect_ok(Request::Subscribe { period_ms: 10 });
     desk.expect_ok(force(0, max_force_mn()));
     for _ in 0..10 {
@@ -166,7 +166,7 @@ fn telemetry_tells_what_was_wanted_and_done() {
     desk.wait(50_000);
     let sample = desk.samples().remove(0);
     assert_eq!(sample.force_control.len(), 1);
-    assert_eq!(sample.force_control[0].target_mn, Some(max_force_mn()));
+    assert_eq!(sample.force_control[0].reference_mn, Some(max_force_mn()));
     assert!(sample.force_control[0].period_us.unwrap().abs_diff(12_500) <= 3);
     // The model of the same muscle, including ripple, reaches the requested force.
     let got = f64::from(sample.forces_mn[0].unwrap()) / f64::from(max_force_mn());

@@ -27,9 +27,9 @@ fn below_threshold_force_is_had_by_rate_or_said_to_be_out_of_reach() {
     let at_threshold = force_range_mn(&FORCE).0;
     let least = force_range_mn(&RARE).0;
     assert!(5 * least < at_threshold, "{least} {at_threshold} mN");
-    let gap = |above_mn| {
-        let below_mn = 0;
-        Some(ForceGap { below_mn, above_mn })
+    let gap = |upper_mn| {
+        let lower_mn = 0;
+        Some(ForceGap { lower_mn, upper_mn })
     };
     let mut desk = stimulating_by(FORCE, 1000);
     desk.expect_ok(Request::Subscribe { period_ms: 10 });

@@ -149,5 +149,5 @@ fn sessions_are_numbered_from_where_they_are_told() {
     let taken = refusal(Code::SessionTaken, "session");
     assert_eq!(desk.expect_refusal(Request::KeepAlive), taken);
     desk.session = 1;
-    assert_eq!(desk.status().counters.strangers, 1);
+    assert_eq!(desk.status().counters.unknown_sessions, 1);
 }

@@ -36,7 +36,7 @@ fn joint(joint: u8) -> ModulationSpec {
         angle_min_mdeg: 0,
         angle_max_mdeg: 100_000,
         stale_after_ms: 40,
-        longest_hold_ms: 600,
+        max_hold_ms: 600,
         flexor: muscle(joint * 2, Some(LINE), None),
         extensor: muscle(joint * 2 + 1, None, Some(LINE)),
     }
@@ -54,8 +54,8 @@ fn with_joints(joints: impl IntoIterator<Item = ModulationSpec>) -> TestHost {
     desk
 }
 
-const HELD: Request = Request::Held { held: true };
-const RELEASED: Request = Request::Held { held: false };
+const HELD: Request = Request::ObjectHeld { held: true };
+const RELEASED: Request = Request::ObjectHeld { held: false };
 
 /// Sends the same angle, measured now, for each joint.
 fn measure(desk: &mut TestHost, joints: u8, centideg: i16) {
@@ -181,12 +181,15 @@ fn what_is_held_too_long_is_let_go_until_it_is_released_and_held_anew() {
     let last = last.max().unwrap() - held;
     assert!((580_000..=602_000).contains(&last), "{last}");
     let heard = desk.take_messages();
-    assert!(has_event(&heard, Event::HoldOver));
+    assert!(has_event(&heard, Event::HoldExpired));
     let told = heard
         .iter()
-        .filter(|h| matches!(h, OwnedResponse::Event(_, Event::HoldOver)));
+        .filter(|h| matches!(h, OwnedResponse::Event(_, Event::HoldExpired)));
     assert_eq!(told.count(), 1);
-    assert_eq!(desk.expect_refusal(HELD), refusal(Code::HoldOver, "held"));
+    assert_eq!(
+        desk.expect_refusal(HELD),
+        refusal(Code::HoldExpired, "held")
+    );
     assert_eq!(desk.state(), State::Stimulating);
     desk.expect_all_ok([RELEASED, HELD]);
     let seen = move_joints(&mut desk, 4, 4_500, 5_500);

@@ -4,7 +4,7 @@
 use crate::device_desk::*;
 use crate::muscle_ladder::twins::{self, FatigueMode, Muscle, Pulse};
 use firmware::link::{Code, Request, Telemetry};
-use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
+use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleLevel, MuscleSpec, RecruitmentSpec};
 use firmware::pulse::TrainSpec;
 use firmware::units::{Amplitude, Micros};
 
@@ -36,7 +36,7 @@ pub const SPEC: MuscleSpec = MuscleSpec {
         slope_micro: 10_000,
     },
     fatigue: Some(FatigueSpec::QUADRICEPS),
-    rung: Rung::CalciumForce,
+    level: MuscleLevel::CalciumForce,
 };
 
 const AMPLITUDE: u32 = 15_000;
@@ -61,19 +61,19 @@ fn trains() -> [TrainSpec; 3] {
     ]
 }
 
-fn armed(rung: Rung) -> TestHost {
+fn armed(level: MuscleLevel) -> TestHost {
     let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &trains().map(channel));
     for channel in 0..3 {
-        let spec = MuscleSpec { rung, ..SPEC };
+        let spec = MuscleSpec { level, ..SPEC };
         desk.expect_ok(Request::Muscle { channel, spec });
     }
     desk.expect_ok(ARM);
     desk
 }
 
-fn stimulate(rung: Rung) -> TestHost {
-    let mut desk = armed(rung);
+fn stimulate(level: MuscleLevel) -> TestHost {
+    let mut desk = armed(level);
     desk.expect_ok(Request::Start);
     desk.expect_ok(equal_amplitudes(3, AMPLITUDE));
     desk
@@ -105,7 +105,7 @@ fn gain(desk: &TestHost, channel: usize, at: u64) -> f64 {
 /// Compares the force in telemetry with a reference model driven by the pulses at the pins.
 #[test]
 fn every_pulse_counts_at_its_own_microsecond() {
-    let mut desk = armed(Rung::CalciumForce);
+    let mut desk = armed(MuscleLevel::CalciumForce);
     // The electrode check emits pulses of its own.
     let (checked, started) = (desk.status().counters.pulses, desk.since_boot_us());
     desk.expect_ok(Request::Start);
@@ -161,17 +161,17 @@ fn force_mn(desk: &mut TestHost) -> Vec<Option<u32>> {
 
 #[test]
 fn every_rung_tells_the_force_that_it_predicts() {
-    for rung in Rung::ALL {
-        let mut desk = stimulate(rung);
+    for level in MuscleLevel::ALL {
+        let mut desk = stimulate(level);
         sample(&mut desk, 600);
         let forces = force_mn(&mut desk);
-        println!("{rung:?}: {forces:?} mN");
+        println!("{level:?}: {forces:?} mN");
         assert_eq!(forces.len(), 3);
-        let is_told = |mn: &Option<u32>| match rung {
-            Rung::None => mn.is_none(),
+        let is_told = |mn: &Option<u32>| match level {
+            MuscleLevel::None => mn.is_none(),
             _ => mn.is_some_and(|mn| mn > 1_000),
         };
-        assert!(forces.iter().all(is_told), "{rung:?}: {forces:?}");
+        assert!(forces.iter().all(is_told), "{level:?}: {forces:?}");
     }
 }
 
@@ -179,25 +179,25 @@ fn every_rung_tells_the_force_that_it_predicts() {
 /// a muscle moves in a tick. From a level without prediction, force begins at zero.
 #[test]
 fn a_rung_changes_without_a_step() {
-    for from in Rung::ALL {
-        for rung in Rung::ALL {
+    for from in MuscleLevel::ALL {
+        for level in MuscleLevel::ALL {
             let mut desk = stimulate(from);
             sample(&mut desk, 400);
             desk.expect_ok(Request::Subscribe { period_ms: 1 });
             desk.take_messages();
             desk.wait(500);
-            desk.send(Request::Rung { channel: 0, rung });
+            desk.send(Request::MuscleLevel { channel: 0, level });
             desk.wait(3_000);
             let samples = desk.samples().into_iter();
             let forces: Vec<Option<u32>> = samples.map(|s| s.forces_mn[0]).collect();
-            println!("{from:?} to {rung:?}: {forces:?}");
+            println!("{from:?} to {level:?}: {forces:?}");
             let last = *forces.last().unwrap();
-            assert_eq!(last.is_none(), rung == Rung::None, "{forces:?}");
+            assert_eq!(last.is_none(), level == MuscleLevel::None, "{forces:?}");
             let told: Vec<i64> = forces.iter().flatten().map(|&mn| mn.into()).collect();
             let step = told.windows(2).map(|w| (w[1] - w[0]).abs()).max();
             // K05 holds some 15 N; its rise and fall take 5 ms or more.
             assert!(step.unwrap_or(0) <= 750, "{forces:?}");
-            if from == Rung::None && rung != from {
+            if from == MuscleLevel::None && level != from {
                 assert!(told[0] <= 750, "{forces:?}");
             }
         }
@@ -206,7 +206,7 @@ fn a_rung_changes_without_a_step() {
 
 #[test]
 fn a_rung_is_refused_by_name() {
-    let rung = |channel, rung| Request::Rung { channel, rung };
+    let level = |channel, level| Request::MuscleLevel { channel, level };
     let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(MONO), channel(MONO)]);
     let spec = MuscleSpec {
@@ -214,20 +214,20 @@ fn a_rung_is_refused_by_name() {
         ..SPEC
     };
     desk.expect_ok(Request::Muscle { channel: 0, spec });
-    let early = desk.expect_refusal(rung(0, Rung::CalciumForce));
+    let early = desk.expect_refusal(level(0, MuscleLevel::CalciumForce));
     assert_eq!(early, (Code::NotArmed, "state".into()));
     let spec = MuscleSpec {
-        rung: Rung::CalciumForceFatigue,
+        level: MuscleLevel::CalciumForceFatigue,
         ..spec
     };
     let tireless = desk.expect_refusal(Request::Muscle { channel: 0, spec });
     assert_eq!(tireless, (Code::NoFatigue, "fatigue".into()));
     desk.expect_ok(ARM);
-    desk.expect_ok(rung(0, Rung::None));
-    let bare = desk.expect_refusal(rung(1, Rung::CalciumForce));
+    desk.expect_ok(level(0, MuscleLevel::None));
+    let bare = desk.expect_refusal(level(1, MuscleLevel::CalciumForce));
     assert_eq!(bare, (Code::NoMuscle, "muscle".into()));
-    let none = desk.expect_refusal(rung(10, Rung::CalciumForce));
+    let none = desk.expect_refusal(level(10, MuscleLevel::CalciumForce));
     assert_eq!(none, (Code::OutOfRange, "channel".into()));
-    let tireless = desk.expect_refusal(rung(0, Rung::CalciumForceFatigue));
+    let tireless = desk.expect_refusal(level(0, MuscleLevel::CalciumForceFatigue));
     assert_eq!(tireless, (Code::NoFatigue, "fatigue".into()));
 }

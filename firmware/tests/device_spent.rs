@@ -5,7 +5,7 @@ use crate::device_desk::*;
 use firmware::link::message::ResetCause;
 use firmware::link::{Code, Event, Request};
 use firmware::pulse::{TrainSpec, Trigger};
-use firmware::safety::{Fault, Left, OPEN_US, State, StopCause, WearerSpec};
+use firmware::safety::{Fault, OPEN_US, RemainingAllowance, State, StopCause, WearerSpec};
 use firmware::units::{Amplitude, Micros};
 
 const BOOT: Micros = Micros::new(u32::MAX - 700_000);
@@ -232,7 +232,7 @@ fn without_a_whole_copy_nothing_is_armed_until_power_comes_up() {
         desk.reset(ResetCause::Software);
         desk.prepare(silent_host_wearer(9), &[channel(PLAIN)]);
         desk.expect_ok(ARM);
-        let left = desk.status().left.unwrap();
+        let left = desk.status().remaining.unwrap();
         assert!((8_200..8_500).contains(&left.time_ms), "{left:?}");
         desk.expect_ok(Request::Stop);
         desk.wait(2_000);
@@ -249,7 +249,7 @@ fn without_a_whole_copy_nothing_is_armed_until_power_comes_up() {
     desk.reset(ResetCause::PowerOn);
     desk.prepare(silent_host_wearer(9), &[channel(PLAIN)]);
     desk.expect_ok(ARM);
-    assert_eq!(desk.status().left.unwrap().time_ms, 9_000);
+    assert_eq!(desk.status().remaining.unwrap().time_ms, 9_000);
 }
 
 #[test]
@@ -259,15 +259,15 @@ fn status_tells_what_is_left() {
         ..silent_host_wearer(10)
     };
     let mut desk = TestHost::open(BOOT);
-    assert_eq!(desk.status().left, None);
+    assert_eq!(desk.status().remaining, None);
     desk.prepare(limited, &[channel(PLAIN), channel(PLAIN)]);
     desk.start();
-    let whole = Left {
+    let whole = RemainingAllowance {
         time_ms: 9_999,
         channel: 0,
         dose_uc: 2_000,
     };
-    let left = desk.status().left.unwrap();
+    let left = desk.status().remaining.unwrap();
     assert!((9_990..10_000).contains(&left.time_ms), "{left:?}");
     assert_eq!((left.channel, left.dose_uc), (whole.channel, whole.dose_uc));
     // Only channel 2 emits pulses.
@@ -278,7 +278,7 @@ fn status_tells_what_is_left() {
         widths: heapless::Vec::new(),
     });
     desk.keep_alive(25, 20_000);
-    let left = desk.status().left.unwrap();
+    let left = desk.status().remaining.unwrap();
     println!("{left:?}");
     assert!((9_400..9_500).contains(&left.time_ms), "{left:?}");
     assert_eq!(left.channel, 1);

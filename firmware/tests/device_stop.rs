@@ -136,9 +136,9 @@ fn a_thousand_orders_do_not_delay_a_stop() {
         0 => Request::KeepAlive,
         1 => Request::Status,
         2 => equal_amplitudes(2, n),
-        _ => Request::Rung {
+        _ => Request::MuscleLevel {
             channel: 0,
-            rung: firmware::muscle::Rung::None,
+            level: firmware::muscle::MuscleLevel::None,
         },
     };
     let mut requests: Vec<Request> = (0..1_000).map(flood).collect();
@@ -192,7 +192,7 @@ fn a_stranger_s_stop_stops() {
     assert!(answer(&heard, stop[1]).is_ok());
     assert_eq!(desk.state(), State::Stopping);
     desk.session = own;
-    assert_eq!(desk.status().counters.strangers, 2);
+    assert_eq!(desk.status().counters.unknown_sessions, 2);
     // Before any session there is nothing to stop and nothing to refuse.
     let mut desk = TestHost::boot(BOOT, None);
     desk.expect_ok(Request::Stop);

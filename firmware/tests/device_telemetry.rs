@@ -57,7 +57,7 @@ fn what_is_not_there_is_none_and_the_state_is_told() {
     let one = last_sample_after(&mut desk, 60);
     assert_eq!(one.amplitudes, [Some(Amplitude::new(10_000)), None]);
     for sample in [&idle, &armed, &silent, &one] {
-        assert_eq!(sample.target_centideg, None);
+        assert_eq!(sample.reference_centideg, None);
         assert_eq!(sample.measured_centideg, None);
         assert_eq!(sample.effort_milli, None);
     }
@@ -102,10 +102,10 @@ fn a_force_of_nothing_has_no_amplitude_and_no_rate() {
     desk.expect_ok(Request::Subscribe { period_ms: 5 });
     desk.start();
     let before = last_sample_after(&mut desk, 20).force_control[0];
-    assert_eq!((before.target_mn, before.period_us), (None, None));
+    assert_eq!((before.reference_mn, before.period_us), (None, None));
     desk.expect_ok(force(0, 6_000));
     let during = last_sample_after(&mut desk, 60);
-    assert_eq!(during.force_control[0].target_mn, Some(6_000));
+    assert_eq!(during.force_control[0].reference_mn, Some(6_000));
     assert_eq!(during.force_control[0].period_us, Some(20_000));
     assert!(
         during.amplitudes[0] > Some(Amplitude::new(10_000)),
@@ -113,7 +113,7 @@ fn a_force_of_nothing_has_no_amplitude_and_no_rate() {
     );
     desk.expect_ok(force(0, 0));
     let none = last_sample_after(&mut desk, 10);
-    assert_eq!(none.force_control[0].target_mn, Some(0));
+    assert_eq!(none.force_control[0].reference_mn, Some(0));
     assert_eq!(none.force_control[0].period_us, None);
     assert_eq!(none.amplitudes, [None]);
 }

@@ -66,7 +66,7 @@ fn depth_becomes_amplitude_and_telemetry_shows_both() {
     let mut desk = running(WALL, 8_000);
     let outside = hold(&mut desk, 8_000);
     assert_eq!(outside.amplitudes, [None, None]);
-    assert_eq!(outside.target_centideg, Some(9_000));
+    assert_eq!(outside.reference_centideg, Some(9_000));
     assert_eq!(outside.measured_centideg, Some(8_000));
     assert_eq!(outside.effort_milli, Some(-10_000));
     // In the middle of the pre-wall.

@@ -30,7 +30,7 @@ fn telemetry_gives_back_the_force_that_was_asked() {
         desk.send(force(0, wanted));
         desk.wait(2_000);
         let last = desk.samples().pop().expect("a sample each ms");
-        assert_eq!(last.force_control[0].target_mn, Some(wanted));
+        assert_eq!(last.force_control[0].reference_mn, Some(wanted));
     }
 }
 

@@ -21,7 +21,7 @@ const ELBOW: ModulationSpec = ModulationSpec {
     angle_min_mdeg: -5_000,
     angle_max_mdeg: 145_000,
     stale_after_ms: 50,
-    longest_hold_ms: 10_000,
+    max_hold_ms: 10_000,
     flexor: ModulatedSpec {
         channel: 0,
         base: Amplitude::new(38_700),
@@ -275,7 +275,7 @@ fn every_field_is_refused_beyond_its_range() {
         ("angle_max_mdeg", |s| s.angle_max_mdeg = s.angle_min_mdeg),
         ("angle_min_mdeg", |s| s.angle_min_mdeg = i32::MIN),
         ("stale_after_ms", |s| s.stale_after_ms = 501),
-        ("longest_hold_ms", |s| s.longest_hold_ms = 99),
+        ("max_hold_ms", |s| s.max_hold_ms = 99),
         ("channel", |s| s.flexor.channel = 10),
         ("base", |s| s.flexor.base = Amplitude::ZERO),
         ("threshold", |s| {
@@ -300,7 +300,7 @@ fn every_field_is_refused_beyond_its_range() {
     assert_eq!(twice, [ModulationError::ChannelTwice { channel: 0 }]);
     // All mistakes at once are reported in the order of the fields.
     let all = validation_errors(|s| {
-        (s.joint, s.longest_hold_ms, s.extensor.channel) = (4, 0, 0);
+        (s.joint, s.max_hold_ms, s.extensor.channel) = (4, 0, 0);
         s.flexor.base = Amplitude::ZERO;
     });
     assert_eq!(all.len(), 4, "{all:?}");

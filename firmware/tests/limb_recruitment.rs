@@ -60,7 +60,7 @@ fn a_field_outside_its_range_is_named() {
         "line 0: segment = 3 is outside 0..=2"
     );
     let bones = mistakes(|spec| {
-        spec.ways_um[2] = [0, 0, -9_000];
+        spec.offsets_um[2] = [0, 0, -9_000];
         spec.ranges_mdeg[4] = (-81_000, 10_000);
         spec.ranges_mdeg[6] = (20_000, 10_000);
         spec.lines.clear();
@@ -69,7 +69,7 @@ fn a_field_outside_its_range_is_named() {
     assert_eq!(
         words,
         [
-            "way 2: ways_um = 9000 is outside 10000..=1000000",
+            "way 2: offsets_um = 9000 is outside 10000..=1000000",
             "axis 4: ranges_mdeg = -81000 is outside -80000..=80000",
             "axis 6: ranges_mdeg = 10000 is outside 20000..=180000",
             "lines = 0 is outside 1..=10",

@@ -20,8 +20,9 @@ pub const fn identity(kind: Kind) -> Identity {
         reset: ResetCause::PowerOn,
         last_fault: None,
         first_session: 1,
-        stages: Stages::AsDeclared,
+        stages: Stages::AsConfigured,
         option_bytes: None,
+        board: "",
     }
 }
 

@@ -118,7 +118,7 @@ fn what_a_client_forgets_or_lets_fall_ends() {
     assert_eq!(exit, Some(0), "{told}{error}");
     let lines: Vec<&str> = told.lines().collect();
     let (over, refused) = (lines[0], lines[1]);
-    assert!(over.contains("HoldOver"), "{told}");
+    assert!(over.contains("HoldExpired"), "{told}");
     assert_eq!(
         refused,
         "E322: held for longer than 3 s, to be released first"
@@ -190,7 +190,7 @@ impl Wire {
     }
 
     fn send_held(&mut self, held: bool) -> Option<Code> {
-        self.send(Request::Held { held })
+        self.send(Request::ObjectHeld { held })
     }
 
     fn send_angle(&mut self, joint: u8, centideg: i16) -> Option<Code> {
@@ -237,7 +237,7 @@ fn held_makes_sense_or_is_refused_by_number() {
     for joint in 0..3 {
         assert_eq!(wire.send_angle(joint, 4_000), None);
     }
-    match wire.0.request(Request::Held { held: true }) {
+    match wire.0.request(Request::ObjectHeld { held: true }) {
         Err(Error::Refused(refused)) => {
             assert_eq!(refused.code(), Some(Code::NoAngle));
             assert!(refused.to_string().contains("(joint 3)"), "{refused}");

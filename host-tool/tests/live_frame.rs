@@ -30,8 +30,9 @@ fn model(session: &str) -> Model {
         reset: ResetCause::PowerOn,
         last_fault: None,
         dead_time_us: 5,
-        stages: Stages::AsDeclared,
+        stages: Stages::AsConfigured,
         option_bytes: None,
+        board: "".try_into().unwrap(),
     }));
     model
 }
@@ -44,13 +45,13 @@ fn status(state: State, fault: Option<FaultRecord>) -> Status {
         counters: Counters {
             frames: 1265,
             bad_frames: 2,
-            lost: 3,
+            lost_frames: 3,
             setpoints: 1080,
             refused: 1,
             pulses: 1978,
             ..Counters::default()
         },
-        left: None,
+        remaining: None,
     }
 }
 

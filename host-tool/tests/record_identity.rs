@@ -64,10 +64,12 @@ fn simulators_behind_sockets_terminals_and_pipes_are_recorded_as_simulated() {
     is_recorded_as_simulated(&folder, "short.toml", "qemu", DeviceKind::Qemu);
 }
 
-/// A simulator that claims to be a board, with a board's number, and hides its simulated world.
+/// A simulator that claims to be a board of this kind, with a board's number, and hides its
+/// simulated world.
 struct DisguisedPort {
     port: SimulatedPort,
     decoder: Decoder,
+    kind: Kind,
     unique_id: [u32; 3],
 }
 
@@ -88,7 +90,7 @@ impl Port for DisguisedPort {
             };
             let mut response: Response<'_> = postcard::from_bytes(message).unwrap();
             if let Response::Hello(info) = &mut response {
-                (info.kind, info.unique_id) = (Kind::Board, self.unique_id);
+                (info.kind, info.unique_id) = (self.kind, self.unique_id);
             }
             told.extend_from_slice(&encode(&response).unwrap());
             self.decoder.clear();
@@ -97,17 +99,18 @@ impl Port for DisguisedPort {
     }
 }
 
-/// Returns the page and the record of a run on a device with this number, called "chip simulator".
-fn page_of(unique_id: [u32; 3], file: &SessionFile) -> (String, Run) {
+/// Returns the page and the record of a run on a device of this kind and number, called "chip simulator".
+fn page_of(kind: Kind, unique_id: [u32; 3], file: &SessionFile) -> (String, Run) {
     let boot = firmware::units::Micros::new(0);
     let port = simulated_port(&file.session, 1, Box::new(native(boot)), boot).unwrap();
     let port = DisguisedPort {
         port,
         decoder: Decoder::default(),
+        kind,
         unique_id,
     };
     let name = Path::new(&file.name).file_stem().unwrap().display();
-    let dir = test_folder(&format!("identity-{:08x}-{name}", unique_id[0]));
+    let dir = test_folder(&format!("identity-{kind:?}-{:08x}-{name}", unique_id[0]));
     let mut whole = Run {
         title: "One".to_owned(),
         device: "/dev/simulated-qemu".to_owned(),
@@ -136,13 +139,16 @@ const A_BOARD_S: [u32; 3] = [0x0039_0024, 0x3431_510F, 0x3534_3832];
 #[test]
 fn a_board_is_not_called_simulated_whatever_its_name() {
     let file = SessionFile::parse("short.toml", &one_channel(0.3, 20)).unwrap();
-    let (board, _) = page_of(A_BOARD_S, &file);
+    let (board, _) = page_of(Kind::Board, A_BOARD_S, &file);
     assert!(!board.contains(WARNING));
     assert!(board.contains("board at /dev/simulated-qemu"));
     let chip = [*b"FLEX", *b"OR S", *b"IM 2"].map(u32::from_le_bytes);
-    let (chip, _) = page_of(chip, &file);
+    let (chip, _) = page_of(Kind::Board, chip, &file);
     assert!(chip.contains(WARNING));
     assert!(chip.contains("chip simulator at /dev/simulated-qemu"));
+    let (breadboard, run) = page_of(Kind::Breadboard, A_BOARD_S, &file);
+    assert!(run.is_simulated() && breadboard.contains(WARNING));
+    assert!(breadboard.contains("breadboard without output stages at /dev/simulated-qemu"));
 }
 
 /// Returns a session with a force at the hand that is reached after half a second and held, with a
@@ -177,7 +183,7 @@ fn given(sample: &Sample) -> SampleForces {
 fn a_force_at_the_hand_is_given_behind_every_port() {
     let folder = test_folder("hand_behind_a_port");
     let file = a_force_at_the_hand(&folder);
-    let (page, run) = page_of(A_BOARD_S, &file);
+    let (page, run) = page_of(Kind::Board, A_BOARD_S, &file);
     assert!(!page.contains(WARNING) && page.contains("board at"));
     assert!(
         page.contains("nothing measured the force that came"),

@@ -131,7 +131,10 @@ fn a_client_asks_for_an_edge() {
         while client.next(until).unwrap().is_some() {}
     }
     let status = client.status().unwrap();
-    assert_eq!((status.counters.lost, status.counters.refused), (0, 0));
+    assert_eq!(
+        (status.counters.lost_frames, status.counters.refused),
+        (0, 0)
+    );
     assert_eq!(status.counters.idle_triggers, 0);
     let trace = &client.port().world().unwrap().recorder.trace;
     let edges = trace

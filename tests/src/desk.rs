@@ -133,8 +133,9 @@ pub const fn identity(kind: Kind, first_session: u16) -> Identity {
         reset: ResetCause::PowerOn,
         last_fault: None,
         first_session,
-        stages: Stages::AsDeclared,
+        stages: Stages::AsConfigured,
         option_bytes: None,
+        board: "",
     }
 }
 

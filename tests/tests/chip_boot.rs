@@ -20,7 +20,7 @@ fn powered(image: Image) -> Board<()> {
 /// works.
 fn assert_refused(bench: &mut Bench, hello: &HelloInfo, fault: Fault) {
     let told = FaultRecord {
-        lasts: true,
+        found_at_boot: true,
         ..FaultRecord::new(fault, hello.last_fault.unwrap().at)
     };
     assert_eq!((hello.state, hello.last_fault), (State::Fault, Some(told)));
@@ -152,7 +152,7 @@ fn the_first_fault_is_kept_with_what_came_after_it() {
     );
     assert_ne!(first.residual, [0; 10]);
     assert_eq!(
-        (first.later, first.power_lost),
+        (first.later_faults, first.power_lost),
         (Fault::BrownOut.bit(), false)
     );
     bench.board.around.soc.lose_power();
@@ -174,7 +174,7 @@ fn the_first_fault_is_kept_with_what_came_after_it() {
     bench.run_us(1_000);
     let next = bench.after_reset().last_fault.unwrap();
     assert_eq!(next.fault, Fault::BrownOut);
-    assert_eq!((next.later, next.power_lost), (0, false));
+    assert_eq!((next.later_faults, next.power_lost), (0, false));
 }
 
 /// Returns the core cycles from power-on until `bits` at `address` are set or clear, according to

@@ -451,7 +451,7 @@ fn a_peeling_electrode_is_a_fault() {
     assert!((24_600..=25_000).contains(&ohm), "{ohm} Ω");
     assert!(!bench.drives_within(20));
     bench.sensors.load_ohm[0] = 2_000;
-    bench.recovers_from(Fault::LoadWanders);
+    bench.recovers_from(Fault::LoadUnstable);
 }
 
 /// The anodic line of channel 1 breaks after its pin, so its second phase is lost.

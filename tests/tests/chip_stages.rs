@@ -282,8 +282,8 @@ fn an_unreliable_table_arms_nothing() {
     type Copies = fn(&StageWords, &StageWords) -> [StageWords; 2];
     let cases: [(StagesFault, Copies); 5] = [
         (StagesFault::Erased, |_, erased| [*erased; 2]),
-        (StagesFault::HalfWritten, |whole, erased| [*whole, *erased]),
-        (StagesFault::HalfWritten, |whole, erased| [*erased, *whole]),
+        (StagesFault::Incomplete, |whole, erased| [*whole, *erased]),
+        (StagesFault::Incomplete, |whole, erased| [*erased, *whole]),
         (StagesFault::Damaged, |whole, _| {
             let mut cut = *whole;
             cut[7..].fill(u32::MAX); // power failed during programming

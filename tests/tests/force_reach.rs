@@ -4,7 +4,7 @@
 //! those that the reference model computes from the device's pulses.
 
 use firmware::control::{ForceControl, ForceSpec, HoldPolicy};
-use firmware::muscle::{CalciumForceSpec, Recruitment, RecruitmentSpec, Rung};
+use firmware::muscle::{CalciumForceSpec, MuscleLevel, Recruitment, RecruitmentSpec};
 use firmware::units::Amplitude;
 use hal_sim::body::muscle::reference::integrate;
 use hal_sim::body::muscle::{Muscle, Parameters, SUBJECTS, Step};
@@ -51,7 +51,7 @@ fn without_a_slowest_rate_nothing_changes() {
         let mut file = load_session(name);
         for channel in &mut file.session.channels {
             if let Some(muscle) = &mut channel.muscle {
-                muscle.model = Model::Fixed(Rung::None);
+                muscle.model = Model::Fixed(MuscleLevel::None);
             }
         }
         let played = play(&file, &DeviceName::Native);

@@ -59,7 +59,7 @@ fn joint(joint: u8, share: QuarticSpec) -> ModulationSpec {
         angle_min_mdeg: 10_000,
         angle_max_mdeg: 120_000,
         stale_after_ms: 50,
-        longest_hold_ms: 600_000,
+        max_hold_ms: 600_000,
         flexor: muscle(joint * 2), // 0…7 of 0…3
         extensor: muscle(joint * 2 + 1),
     }

@@ -58,7 +58,7 @@ pub fn nominal_limb() -> LimbSpec {
     ];
     let lines = (0u8..).zip(lines);
     LimbSpec {
-        ways_um: [
+        offsets_um: [
             [-40_000, 20_000, 0],
             [30_000, 150_000, 20_000],
             [0, 0, -300_000],

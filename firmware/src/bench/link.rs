@@ -76,7 +76,7 @@ fn read(message: &[u8]) -> Option<(u16, Vec<Amplitude, CHANNELS>)> {
 fn telemetry(random: &mut Random) -> Telemetry {
     let mut sample = Telemetry {
         at: Micros::new(random.word()),
-        target_centideg: Some(random.between(0, 10_000) as i16),
+        reference_centideg: Some(random.between(0, 10_000) as i16),
         measured_centideg: Some(random.between(0, 10_000) as i16),
         effort_milli: Some(random.between(0, 2_000).cast_signed() - 1_000),
         ..Telemetry::default()

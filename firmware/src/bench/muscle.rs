@@ -2,8 +2,8 @@
 
 use super::{Bench, Checksum, Clock, Random};
 use crate::muscle::{
-    CalciumForce, CalciumForceSpec, FatigueSpec, Gain, Model, MuscleModel, Recruitment,
-    RecruitmentSpec, Rung,
+    CalciumForce, CalciumForceSpec, FatigueSpec, Gain, Model, MuscleLevel, MuscleModel,
+    Recruitment, RecruitmentSpec,
 };
 use crate::units::{Amplitude, Micros, us};
 use fixed::types::{I16F16, U1F31};
@@ -69,16 +69,20 @@ impl<M: Model> MovingMuscle<M> {
 pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     let active = MovingMuscle::new(CalciumForce::new(FORCE).ok()?);
     calcium_force(bench, active);
-    for (rung, tick, tick_and_pulse) in [
-        (Rung::CalciumForce, "rung_tick", "rung_tick_and_pulse"),
+    for (level, tick, tick_and_pulse) in [
         (
-            Rung::CalciumForceFatigue,
+            MuscleLevel::CalciumForce,
+            "rung_tick",
+            "rung_tick_and_pulse",
+        ),
+        (
+            MuscleLevel::CalciumForceFatigue,
             "fatigue_tick",
             "fatigue_tick_and_pulse",
         ),
     ] {
         let fatigue = Some(FatigueSpec::scaled_to(FORCE.a_mn_per_s));
-        let climbing = MovingMuscle::new(MuscleModel::new(FORCE, fatigue, rung).ok()?);
+        let climbing = MovingMuscle::new(MuscleModel::new(FORCE, fatigue, level).ok()?);
         measure_model_level(bench, climbing, tick, tick_and_pulse);
     }
     recruitment(bench, Recruitment::new(RECRUITMENT).ok()?);

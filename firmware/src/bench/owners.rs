@@ -51,8 +51,9 @@ impl HostAndDevice {
             reset: ResetCause::PowerOn,
             last_fault: None,
             first_session: 1,
-            stages: Stages::AsDeclared,
+            stages: Stages::AsConfigured,
             option_bytes: None,
+            board: "",
         };
         Self {
             pulser: Pulser::new(None, UsageAtBoot::default()),

@@ -17,8 +17,8 @@ use serde::{Deserialize, Serialize};
 /// A wearer's arm as it travels on the wire, unvalidated. Its lines of action follow one by one.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct EndpointSpec {
-    /// Segment vectors of the arm, µm, as in [`LimbSpec::ways_um`].
-    pub ways_um: [[i32; 3]; JOINTS + 1],
+    /// Segment vectors of the arm, µm, as in [`LimbSpec::offsets_um`].
+    pub offsets_um: [[i32; 3]; JOINTS + 1],
     /// Lowest and highest angle of each axis, m°, as in [`LimbSpec::ranges_mdeg`].
     pub ranges_mdeg: [(i32, i32); AXES],
     /// Time between two recruitments, ms; 5…50. The paper's loop uses 5.
@@ -71,12 +71,12 @@ pub struct EndpointState {
 #[derive(Clone, PartialEq, Debug)]
 pub struct EndpointOrders {
     /// Reference force at the hand now, mN.
-    pub target_mn: [i32; 3],
+    pub reference_mn: [i32; 3],
     /// Channel and amplitude of every line. All amplitudes are zero unless the whole reference
     /// force can be produced.
     pub amplitudes: Vec<(u8, Amplitude), LINES>,
     /// Share of the force that the muscles can produce, thousandths. Only at 1000 is it produced.
-    pub made_permille: u16,
+    pub achievable_permille: u16,
 }
 
 /// Reason why a setpoint of the force at the hand was refused.
@@ -117,7 +117,7 @@ impl EndpointSpec {
     #[must_use]
     pub fn limb(&self, lines: &Lines) -> LimbSpec {
         LimbSpec {
-            ways_um: self.ways_um,
+            offsets_um: self.offsets_um,
             ranges_mdeg: self.ranges_mdeg,
             lines: lines.clone(),
         }
@@ -125,7 +125,7 @@ impl EndpointSpec {
 
     /// Calls `note` for every mistake in the specification, except those of the lines.
     pub fn report_mistakes(&self, note: &mut dyn FnMut(OutOfRange)) {
-        LimbSpec::report_bone_mistakes(&self.ways_um, &self.ranges_mdeg, &mut |mistake| {
+        LimbSpec::report_bone_mistakes(&self.offsets_um, &self.ranges_mdeg, &mut |mistake| {
             if let LimbError::Way { range, .. } | LimbError::Axis { range, .. } = mistake {
                 note(range);
             }
@@ -267,7 +267,7 @@ impl Endpoint {
             return Ok(None);
         }
         let recruited = self.recruit(state, now, wanted);
-        let made_permille = match recruited {
+        let achievable_permille = match recruited {
             Ok(_) => 1000,
             Err(ForceImpossible::TooStrong { permille, .. }) => permille,
             Err(_) => 0,
@@ -283,9 +283,9 @@ impl Endpoint {
             )
         };
         Ok(Some(EndpointOrders {
-            target_mn: wanted.map(force_to_millinewton),
+            reference_mn: wanted.map(force_to_millinewton),
             amplitudes: self.lines.iter().map(amplitude).collect(),
-            made_permille,
+            achievable_permille,
         }))
     }
 

@@ -86,9 +86,9 @@ pub struct ForceOrders {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct ForceGap {
     /// Lower end of the gap, mN: always zero.
-    pub below_mn: u32,
+    pub lower_mn: u32,
     /// Upper end of the gap, mN, rounded up: the force at motor threshold and the slowest rate.
-    pub above_mn: u32,
+    pub upper_mn: u32,
 }
 
 /// Reason why a force setpoint was refused.
@@ -207,8 +207,8 @@ impl ForceControl {
             }
         }
         let gap = (drive.limiting == Some(ForceLimit::BelowLeast)).then(|| ForceGap {
-            below_mn: 0,
-            above_mn: self.force_range_mn().0,
+            lower_mn: 0,
+            upper_mn: self.force_range_mn().0,
         });
         Some(ForceOrders { target, drive, gap })
     }

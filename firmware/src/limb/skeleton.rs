@@ -38,7 +38,7 @@ impl<N: Number> Skeleton<N> {
 
     pub(super) fn new(spec: &LimbSpec) -> Self {
         Self {
-            ways: spec.ways_um.map(Vector::from_um),
+            ways: spec.offsets_um.map(Vector::from_um),
         }
     }
 

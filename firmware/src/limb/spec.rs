@@ -72,7 +72,7 @@ pub struct LimbSpec {
     /// Vectors from a segment's origin to the next joint, along its own axes (backward, right, up),
     /// µm, ±1 000 000: thorax to SC, SC to GH, GH to EL, EL to hand. The last three must be at
     /// least 10 mm long.
-    pub ways_um: [[i32; 3]; JOINTS + 1],
+    pub offsets_um: [[i32; 3]; JOINTS + 1],
     /// Lowest and highest angle of each axis, m°; ±180 000, and ±80 000 for the middle axis of each
     /// joint, beyond which its outer axes come too close to each other.
     pub ranges_mdeg: [(i32, i32); AXES],
@@ -136,8 +136,8 @@ impl LineSpec {
 }
 
 impl LimbSpec {
-    /// Range of each component of [`Self::ways_um`].
-    pub const WAY_UM: Range = Range::new("ways_um", -1_000_000, 1_000_000);
+    /// Range of each component of [`Self::offsets_um`].
+    pub const OFFSET_UM: Range = Range::new("offsets_um", -1_000_000, 1_000_000);
     /// Range of the number of [`Self::lines`].
     pub const LINE_COUNT: Range = Range::new("lines", 1, 10);
     /// Range of both angles of [`Self::ranges_mdeg`], except those of middle axes.
@@ -147,11 +147,11 @@ impl LimbSpec {
 
     /// Calls `note` for every mistake in bones and ranges.
     pub fn report_bone_mistakes(
-        ways_um: &[[i32; 3]; JOINTS + 1],
+        offsets_um: &[[i32; 3]; JOINTS + 1],
         ranges_mdeg: &[(i32, i32); AXES],
         note: &mut dyn FnMut(LimbError),
     ) {
-        for (way, um) in (0u8..).zip(ways_um) {
+        for (way, um) in (0u8..).zip(offsets_um) {
             if let Err(range) = check_segment_vector(way, um) {
                 note(LimbError::Way { way, range });
             }
@@ -165,7 +165,7 @@ impl LimbSpec {
 
     /// Calls `note` for every mistake, those of the bones first.
     pub fn report_mistakes(&self, note: &mut dyn FnMut(LimbError)) {
-        Self::report_bone_mistakes(&self.ways_um, &self.ranges_mdeg, note);
+        Self::report_bone_mistakes(&self.offsets_um, &self.ranges_mdeg, note);
         // At most 10.
         if let Err(range) = Self::LINE_COUNT.check(self.lines.len() as i64) {
             note(LimbError::Lines(range));
@@ -186,7 +186,7 @@ impl LimbSpec {
 /// Checks the components of a segment vector, and that a bone has a length.
 fn check_segment_vector(n: u8, way: &[i32; 3]) -> Result<(), OutOfRange> {
     for &um in way {
-        LimbSpec::WAY_UM.check(um)?;
+        LimbSpec::OFFSET_UM.check(um)?;
     }
     // At most 3·10^12.
     let square: i64 = way.iter().map(|&um| i64::from(um) * i64::from(um)).sum();
@@ -194,7 +194,7 @@ fn check_segment_vector(n: u8, way: &[i32; 3]) -> Result<(), OutOfRange> {
         let longest = way.iter().map(|um| um.unsigned_abs()).max();
         let length = Range {
             min: SHORTEST_UM as i32,
-            ..LimbSpec::WAY_UM
+            ..LimbSpec::OFFSET_UM
         };
         return length.check(longest.unwrap_or(0));
     }

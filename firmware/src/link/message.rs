@@ -2,18 +2,19 @@
 //! variants and never insert them. Every change alters the schema hash.
 
 use super::{Refusal, Telemetry};
+use crate::board::wiring::BOARD_NAME;
 use crate::control::{EndpointSpec, ForceSpec, JointSpec};
 use crate::haptics::{ModulationSpec, WallSpec};
 use crate::limb::{AXES, LineSpec};
-use crate::muscle::{MuscleSpec, Rung};
+use crate::muscle::{MuscleLevel, MuscleSpec};
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS, TrainSpec};
 use crate::range::Range;
 use crate::safety::{
-    ChannelSpec, FaultRecord, Left, ListedPulse, MAX_LISTED, StageKind, StageSupply, Stages, State,
-    StopCause, WearerSpec,
+    ChannelSpec, FaultRecord, ListedPulse, MAX_LISTED, RemainingAllowance, StageKind, StageSupply,
+    Stages, State, StopCause, WearerSpec,
 };
 use crate::units::{Amplitude, Micros};
-use heapless::Vec;
+use heapless::{String, Vec};
 use postcard_schema::{Schema, key::hash::fnv1a64::hash_ty_path};
 use serde::{Deserialize, Serialize};
 
@@ -158,11 +159,11 @@ pub enum Request {
         millinewton_per_s: Option<i32>,
     },
     /// Changes the model level of a muscle of the armed setup, without a step in its force.
-    Rung {
+    MuscleLevel {
         /// Number of the channel, from 0.
         channel: u8,
         /// Model level from then on.
-        rung: Rung,
+        level: MuscleLevel,
     },
     /// Simulates an edge at the trigger input of a simulated board. The program that serves a
     /// simulator accepts and answers this request; every device refuses it.
@@ -200,7 +201,7 @@ pub enum Request {
     Modulation(ModulationSpec),
     /// Setpoint that reports whether an object is held. Without a held object, no modulated joint
     /// is stimulated.
-    Held {
+    ObjectHeld {
         /// State of the object: `true` from when it is grabbed, `false` from when it is released.
         held: bool,
     },
@@ -257,6 +258,9 @@ pub enum Kind {
     Native,
     /// Device code in QEMU.
     Qemu,
+    /// Board with a simulated output stage, for light-emitting diodes and a logic analyser. Nothing
+    /// may be connected to a wearer.
+    Breadboard,
 }
 
 /// Cause of the device's last reset.
@@ -339,6 +343,8 @@ pub struct HelloInfo {
     pub stages: Stages,
     /// Option bytes of the chip; `None` in simulators without a chip.
     pub option_bytes: Option<OptionBytes>,
+    /// Name of the board whose pins the image drives; empty in simulators without a chip.
+    pub board: String<BOARD_NAME>,
 }
 
 /// Counts of events since boot.
@@ -349,7 +355,7 @@ pub struct Counters {
     /// Number of frames with a wrong CRC, without COBS, too long or with an unknown message.
     pub bad_frames: u32,
     /// Missing sequence numbers of requests: frames lost or bad.
-    pub lost: u32,
+    pub lost_frames: u32,
     /// Number of setpoints that were carried out, or accepted to wait for their time.
     pub setpoints: u32,
     /// Number of requests that were refused.
@@ -365,7 +371,7 @@ pub struct Counters {
     /// unless a part was late.
     pub lost_posts: u32,
     /// Number of requests with the number of another session or of none.
-    pub strangers: u32,
+    pub unknown_sessions: u32,
     /// Number of timed amplitudes whose time was before the window that accepted them.
     pub late_setpoints: u32,
 }
@@ -383,7 +389,7 @@ pub struct Status {
     pub counters: Counters,
     /// Remaining allowance of the wearer of the armed or last armed setup; `None` before the first
     /// arming.
-    pub left: Option<Left>,
+    pub remaining: Option<RemainingAllowance>,
 }
 
 /// Events that the device reports without a request.
@@ -419,7 +425,7 @@ pub enum Event {
     },
     /// The object has been held for the longest time allowed. No modulated joint is stimulated
     /// until the host reports that the object is released, and then held again.
-    HoldOver,
+    HoldExpired,
     /// An edge of the trigger input while stimulating, whether or not it starts a train. The
     /// event's time is that of the edge.
     TriggerEdge,

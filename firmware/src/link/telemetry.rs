@@ -16,7 +16,7 @@ pub struct Telemetry {
     pub at: Micros,
     /// Reference angle of the joint, or angle of the wall, 0.01°; `None` before the first setpoint,
     /// and if neither runs.
-    pub target_centideg: Option<i16>,
+    pub reference_centideg: Option<i16>,
     /// Measured joint angle, 0.01°; `None` before the first measurement, and if neither joint nor
     /// wall runs.
     pub measured_centideg: Option<i16>,
@@ -48,7 +48,7 @@ pub struct Telemetry {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, Schema)]
 pub struct ForceSample {
     /// Reference force, mN; `None` before the first setpoint.
-    pub target_mn: Option<u32>,
+    pub reference_mn: Option<u32>,
     /// Time from burst start to burst start, µs; `None` while the channel plays nothing.
     pub period_us: Option<u32>,
     /// Gap of impossible forces in which a requested force was since the last sample; the nearer
@@ -60,10 +60,10 @@ pub struct ForceSample {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, Schema)]
 pub struct WrenchSample {
     /// Reference force at the hand, mN: backward, to the right, upward.
-    pub target_mn: [i32; 3],
+    pub reference_mn: [i32; 3],
     /// Share of that force that the arm can exert in its posture, thousandths, the smallest since
     /// the last sample. At 1000 the whole force is exerted; below, none.
-    pub made_permille: u16,
+    pub achievable_permille: u16,
 }
 
 /// The modulated joints in one telemetry sample.

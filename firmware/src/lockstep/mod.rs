@@ -93,8 +93,9 @@ impl Default for Sensors {
 ///     reset: ResetCause::PowerOn,
 ///     last_fault: None,
 ///     first_session: 7,
-///     stages: Stages::AsDeclared,
+///     stages: Stages::AsConfigured,
 ///     option_bytes: None,
+///     board: "",
 /// };
 /// let (mut board, mut line) = (Lockstep::new(identity, Micros::new(0)), Line(Vec::new()));
 /// let request = Request::Hello { schema: SCHEMA };

@@ -174,8 +174,9 @@ const fn identity(
         reset,
         last_fault,
         first_session,
-        stages: Stages::AsDeclared,
+        stages: Stages::AsConfigured,
         option_bytes: None,
+        board: "",
     }
 }
 

@@ -17,7 +17,7 @@ use crate::units::{Force, Micros, us};
 
 /// Level of detail of a muscle model, lowest first.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize, Schema)]
-pub enum Rung {
+pub enum MuscleLevel {
     /// No model: no force is predicted, and force control uses the inverse alone.
     None,
     /// Calcium–force model, Lee 2020, equations (2) and (3).
@@ -26,7 +26,7 @@ pub enum Rung {
     CalciumForceFatigue,
 }
 
-impl Rung {
+impl MuscleLevel {
     /// All model levels, lowest first.
     pub const ALL: [Self; 3] = [Self::None, Self::CalciumForce, Self::CalciumForceFatigue];
 }
@@ -89,21 +89,21 @@ pub struct MuscleSpec {
     pub force: CalciumForceSpec,
     /// Recruitment of the muscle by amplitude.
     pub recruitment: RecruitmentSpec,
-    /// Fatigue parameters, which [`Rung::CalciumForceFatigue`] needs.
+    /// Fatigue parameters, which [`MuscleLevel::CalciumForceFatigue`] needs.
     pub fatigue: Option<FatigueSpec>,
     /// Model level at the start.
-    pub rung: Rung,
+    pub level: MuscleLevel,
 }
 
 impl MuscleSpec {
-    /// Creates a muscle without fatigue, at [`Rung::CalciumForce`].
+    /// Creates a muscle without fatigue, at [`MuscleLevel::CalciumForce`].
     #[must_use]
     pub const fn new(force: CalciumForceSpec, recruitment: RecruitmentSpec) -> Self {
         Self {
             force,
             recruitment,
             fatigue: None,
-            rung: Rung::CalciumForce,
+            level: MuscleLevel::CalciumForce,
         }
     }
 
@@ -113,7 +113,7 @@ impl MuscleSpec {
     /// Returns the errors of [`MuscleModel::new`], and [`MuscleModelError::Range`] for the errors
     /// of [`Recruitment::new`].
     pub fn validate(&self) -> Result<(MuscleModel, Recruitment), MuscleModelError> {
-        let ladder = MuscleModel::new(self.force, self.fatigue, self.rung)?;
+        let ladder = MuscleModel::new(self.force, self.fatigue, self.level)?;
         let recruitment = Recruitment::new(self.recruitment).map_err(MuscleModelError::Range)?;
         Ok((ladder, recruitment))
     }
@@ -124,7 +124,7 @@ impl MuscleSpec {
 pub struct MuscleModel {
     fresh: CalciumForce,
     fatigue: Option<Fatigue>,
-    first: Rung,
+    first: MuscleLevel,
 }
 
 /// State of one muscle at any model level.
@@ -135,7 +135,7 @@ pub struct MuscleModelState {
     tired: FatigueState,
     /// Gain of the last pulse that reached the muscle, before fatigue, Q31.
     gain: u32,
-    rung: Rung,
+    level: MuscleLevel,
     /// State of the calcium–force model; unchanged while no model runs.
     motion: CalciumForceState,
 }
@@ -143,8 +143,8 @@ pub struct MuscleModelState {
 impl MuscleModelState {
     /// Returns the present model level.
     #[must_use]
-    pub const fn model_level(&self) -> Rung {
-        self.rung
+    pub const fn model_level(&self) -> MuscleLevel {
+        self.level
     }
 
     /// Returns the share of A that fatigue has left, 0…1; 1 for a muscle without fatigue.
@@ -164,7 +164,7 @@ impl MuscleModel {
     pub fn new(
         force: CalciumForceSpec,
         fatigue: Option<FatigueSpec>,
-        first: Rung,
+        first: MuscleLevel,
     ) -> Result<Self, MuscleModelError> {
         let (fresh, fatigue) = match fatigue {
             None => (
@@ -177,7 +177,7 @@ impl MuscleModel {
                 (fresh, Some(fatigue))
             }
         };
-        if first == Rung::CalciumForceFatigue && fatigue.is_none() {
+        if first == MuscleLevel::CalciumForceFatigue && fatigue.is_none() {
             return Err(MuscleModelError::NoFatigue);
         }
         Ok(Self {
@@ -189,12 +189,12 @@ impl MuscleModel {
 
     /// Returns the model level at which a muscle starts.
     #[must_use]
-    pub const fn initial_model_level(&self) -> Rung {
+    pub const fn initial_model_level(&self) -> MuscleLevel {
         self.first
     }
 
     /// Changes the model level at `now`. Between the upper two levels, force and calcium stay as
-    /// they are. From [`Rung::None`] they begin at rest, as if no pulse had come before; in a
+    /// they are. From [`MuscleLevel::None`] they begin at rest, as if no pulse had come before; in a
     /// train, the force is right after about five times τ1 + τ2. Below its own level fatigue
     /// neither grows nor recovers, and keeps its effect.
     ///
@@ -204,23 +204,23 @@ impl MuscleModel {
     pub fn switch(
         &self,
         state: &mut MuscleModelState,
-        rung: Rung,
+        level: MuscleLevel,
         now: Micros,
     ) -> Result<(), NoFatigue> {
-        if rung == Rung::CalciumForceFatigue && self.fatigue.is_none() {
+        if level == MuscleLevel::CalciumForceFatigue && self.fatigue.is_none() {
             return Err(NoFatigue);
         }
-        if state.rung == Rung::None {
+        if state.level == MuscleLevel::None {
             state.motion = CalciumForceState::at_rest(now);
         }
-        state.rung = rung;
+        state.level = level;
         Ok(())
     }
 
     /// Returns the force at the state's time, or `None` while no model runs.
     #[must_use]
     pub fn predicted_force(&self, state: &MuscleModelState) -> Option<Force> {
-        (state.rung != Rung::None).then(|| state.muscle.force(&state.motion))
+        (state.level != MuscleLevel::None).then(|| state.muscle.force(&state.motion))
     }
 }
 
@@ -232,7 +232,7 @@ impl Model for MuscleModel {
             muscle: self.fresh,
             tired: FatigueState::NONE,
             gain: 0,
-            rung: self.first,
+            level: self.first,
             motion: CalciumForceState::at_rest(at),
         }
     }
@@ -240,13 +240,13 @@ impl Model for MuscleModel {
     /// Applies a pulse; a pulse with [`Gain::ZERO`] reaches no fibre and changes nothing.
     #[inline(always)]
     fn pulse(&self, state: &mut MuscleModelState, at: Micros, gain: Gain) {
-        if gain == Gain::ZERO || state.rung == Rung::None {
+        if gain == Gain::ZERO || state.level == MuscleLevel::None {
             return;
         }
         state.gain = gain.get().to_bits();
         let gain = state.tired.fatigued_gain(state.gain);
         // The most common level comes first, without a call.
-        if state.rung == Rung::CalciumForce {
+        if state.level == MuscleLevel::CalciumForce {
             state.muscle.pulse_with(&mut state.motion, at, gain);
         } else {
             self.pulse_with_fatigue(state, at, gain);
@@ -255,10 +255,10 @@ impl Model for MuscleModel {
 
     #[inline(always)]
     fn advance(&self, state: &mut MuscleModelState, to: Micros) {
-        match state.rung {
-            Rung::CalciumForce => state.muscle.advance(&mut state.motion, to),
-            Rung::None => {}
-            Rung::CalciumForceFatigue => self.advance_with_fatigue(state, to),
+        match state.level {
+            MuscleLevel::CalciumForce => state.muscle.advance(&mut state.motion, to),
+            MuscleLevel::None => {}
+            MuscleLevel::CalciumForceFatigue => self.advance_with_fatigue(state, to),
         }
     }
 
@@ -269,7 +269,7 @@ impl Model for MuscleModel {
 }
 
 impl MuscleModel {
-    /// Applies a pulse at [`Rung::CalciumForceFatigue`].
+    /// Applies a pulse at [`MuscleLevel::CalciumForceFatigue`].
     #[inline(never)]
     fn pulse_with_fatigue(&self, state: &mut MuscleModelState, at: Micros, gain: u32) {
         let before = state.motion.at();

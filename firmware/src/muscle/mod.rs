@@ -21,7 +21,7 @@ pub use fatigue::FatigueSpec;
 use fixed::types::U1F31;
 pub use inverse::{Drive, ForceLimit, Inverse};
 pub use ladder::{
-    Model, MuscleModel, MuscleModelError, MuscleModelState, MuscleSpec, NoFatigue, Rung,
+    Model, MuscleLevel, MuscleModel, MuscleModelError, MuscleModelState, MuscleSpec, NoFatigue,
 };
 pub use recruitment::{Recruitment, RecruitmentSpec};
 pub use spec::CalciumForceSpec;

@@ -46,7 +46,7 @@ pub struct Entry {
 
 /// Time and charge left of the wearer's allowance.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
-pub struct Left {
+pub struct RemainingAllowance {
     /// Stimulation time left, ms.
     pub time_ms: u32,
     /// The channel that has the least charge left, from 0.

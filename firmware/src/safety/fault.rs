@@ -48,7 +48,7 @@ pub enum Fault {
     /// 18: the current sense was triggered and gave no reading.
     ReadingMissing,
     /// 19: a channel's load is far above the load at arming, or comes and goes.
-    LoadWanders,
+    LoadUnstable,
     /// 20: the program wrote to code or constants, executed data, or accessed memory that is not
     /// its own.
     Access,
@@ -96,7 +96,7 @@ impl Fault {
             16 => Self::Registers,
             17 => Self::PhaseLost,
             18 => Self::ReadingMissing,
-            19 => Self::LoadWanders,
+            19 => Self::LoadUnstable,
             20 => Self::Access,
             21 => Self::Flash,
             22 => Self::Ram,
@@ -135,12 +135,12 @@ pub struct FaultRecord {
     pub residual: [i32; CHANNELS],
     /// Faults that came while this one was latched, bit n for fault n + 1. The first fault is the
     /// one that is kept.
-    pub later: u32,
+    pub later_faults: u32,
     /// Whether power was lost since, so that `at` belongs to an earlier time base.
     pub power_lost: bool,
     /// Whether the fault was found at boot: no acknowledgement clears it, only a boot that does
     /// not find it.
-    pub lasts: bool,
+    pub found_at_boot: bool,
 }
 
 impl FaultRecord {
@@ -151,9 +151,9 @@ impl FaultRecord {
             fault,
             at,
             residual: [0; CHANNELS],
-            later: 0,
+            later_faults: 0,
             power_lost: false,
-            lasts: false,
+            found_at_boot: false,
         }
     }
 }

@@ -29,7 +29,9 @@ mod trip;
 mod watch;
 mod wearer;
 
-pub use allowance::{AllowanceWords, Entry, Ledger, Left, OPEN_US, Usage, UsageAtBoot};
+pub use allowance::{
+    AllowanceWords, Entry, Ledger, OPEN_US, RemainingAllowance, Usage, UsageAtBoot,
+};
 pub use check::{CHECK_PAUSE_US, ElectrodeCheck, Reading};
 pub use fault::{Fault, FaultRecord};
 pub use guard::Guard;

@@ -10,7 +10,7 @@ use core::hash::{Hash, Hasher};
 /// phases, a lost electrode.
 const TO_FAULT: u8 = 3;
 
-/// Score of an odd reading for [`Fault::LoadWanders`]; each good reading subtracts 1. The fault is
+/// Score of an odd reading for [`Fault::LoadUnstable`]; each good reading subtracts 1. The fault is
 /// raised at [`FULL`]: after three odd readings in a row, or after more than one in five for a
 /// while.
 const ODD: u8 = 4;
@@ -94,7 +94,7 @@ impl Watch {
             self.odd.saturating_sub(1)
         };
         if self.odd >= FULL {
-            return Err(Fault::LoadWanders);
+            return Err(Fault::LoadUnstable);
         }
         Ok(self)
     }

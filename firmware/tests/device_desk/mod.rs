@@ -364,8 +364,9 @@ pub fn identity(first_session: u16, last_fault: Option<FaultRecord>) -> Identity
         reset: ResetCause::PowerOn,
         last_fault,
         first_session,
-        stages: Stages::AsDeclared,
+        stages: Stages::AsConfigured,
         option_bytes: None,
+        board: "",
     }
 }
 

@@ -9,7 +9,7 @@ use firmware::control::{
 };
 use firmware::limb::{LimbSpec, LineSpec};
 use firmware::link::Request;
-use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
+use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleLevel, MuscleSpec, RecruitmentSpec};
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec, Trigger};
 use firmware::safety::{ChannelSpec, ListedPulse, StageSpec, StageSupply, WearerSpec};
 use firmware::units::{Amplitude, Micros};
@@ -262,10 +262,21 @@ pub fn muscle() -> impl Strategy<Value = Request> {
         near(1, 5_000),
         near(10_000, 500_000),
         option::of(fatigue()),
-        rung(),
+        level(),
     )
         .prop_map(
-            |(channel, a, k, tau_c_us, tau1_us, tau2_us, threshold, slope_micro, fatigue, rung)| {
+            |(
+                channel,
+                a,
+                k,
+                tau_c_us,
+                tau1_us,
+                tau2_us,
+                threshold,
+                slope_micro,
+                fatigue,
+                level,
+            )| {
                 let force = CalciumForceSpec {
                     a_mn_per_s: a,
                     k_micro: k,
@@ -285,7 +296,7 @@ pub fn muscle() -> impl Strategy<Value = Request> {
                         force,
                         recruitment,
                         fatigue,
-                        rung,
+                        level,
                     },
                 }
             },
@@ -304,8 +315,8 @@ fn fatigue() -> impl Strategy<Value = FatigueSpec> {
     })
 }
 
-pub fn rung() -> impl Strategy<Value = Rung> {
-    prop::sample::select(Rung::ALL.to_vec())
+pub fn level() -> impl Strategy<Value = MuscleLevel> {
+    prop::sample::select(MuscleLevel::ALL.to_vec())
 }
 
 pub fn groups() -> impl Strategy<Value = Request> {
@@ -375,11 +386,11 @@ pub fn request() -> impl Strategy<Value = Request> {
         1 => groups(),
         1 => option::of(any::<u8>().prop_map(|c| c % 12)).prop_map(|channel| Request::Sync { channel }),
         1 => muscle(),
-        1 => (near(0, 3), rung()).prop_map(|(channel, rung)| Request::Rung { channel: channel as u8, rung }),
+        1 => (near(0, 3), level()).prop_map(|(channel, level)| Request::MuscleLevel { channel: channel as u8, level }),
         1 => joint().prop_map(Request::Joint),
         1 => wall().prop_map(Request::Wall),
         1 => lift().prop_map(Request::Modulation),
-        3 => prop::bool::weighted(0.8).prop_map(|held| Request::Held { held }),
+        3 => prop::bool::weighted(0.8).prop_map(|held| Request::ObjectHeld { held }),
         1 => Just(Request::StoreStages { stages: [None; 10], supply: StageSupply::Common }),
         5 => Just(ARM),
         5 => Just(Request::Start),
@@ -405,7 +416,7 @@ pub fn request() -> impl Strategy<Value = Request> {
 fn arm() -> impl Strategy<Value = Request> {
     (5u8..60, option::of(near16(2, 500))).prop_map(|(recruit_ms, stale_after_ms)| {
         let LimbSpec {
-            ways_um,
+            offsets_um,
             ranges_mdeg,
             ..
         } = nominal_limb();
@@ -414,7 +425,7 @@ fn arm() -> impl Strategy<Value = Request> {
             PostureSpec::Measured { stale_after_ms }
         });
         Request::Limb(EndpointSpec {
-            ways_um,
+            offsets_um,
             ranges_mdeg,
             recruit_ms,
             posture,

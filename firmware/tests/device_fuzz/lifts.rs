@@ -53,7 +53,7 @@ pub fn lift() -> impl Strategy<Value = ModulationSpec> {
                     angle_min_mdeg: angles.0,
                     angle_max_mdeg: angles.1,
                     stale_after_ms: times.0,
-                    longest_hold_ms: times.1,
+                    max_hold_ms: times.1,
                     flexor: muscles.0,
                     extensor: muscles.1,
                 }

@@ -2,7 +2,7 @@
 
 use super::twins::{self, Fatigue, FatigueMode, Pulse};
 use super::{error_pct, ladder, modulated, peak, rms_pct, run, spec, subjects, train};
-use firmware::muscle::{FatigueSpec, Rung};
+use firmware::muscle::{FatigueSpec, MuscleLevel};
 
 /// Returns test cases: name, pulses, length in ms.
 fn scenes() -> Vec<(&'static str, Vec<Pulse>, u64)> {
@@ -44,7 +44,12 @@ fn calcium_force_is_its_equations() {
         let (mut rms, mut worst, mut top) = (0f64, 0f64, 0f64);
         for (_, m) in subjects() {
             let (truth, _) = twins::tiring(&m, FatigueMode::Never, &pulses, ms);
-            let model = run(&ladder(&m, Rung::CalciumForce), &pulses, ms, |_, _| ());
+            let model = run(
+                &ladder(&m, MuscleLevel::CalciumForce),
+                &pulses,
+                ms,
+                |_, _| (),
+            );
             rms = rms.max(rms_pct(&truth, &model));
             worst = worst.max(error_pct(&truth, &model));
             top = top.max((peak(&model) / peak(&truth) - 1.0).abs() * 100.0);
@@ -74,7 +79,7 @@ fn fatigue_is_its_equations() {
         let (fresh, _) = twins::tiring(&m, FatigueMode::Never, &pulses, ms);
         let mut strength = 1.0;
         let model = run(
-            &ladder(&m, Rung::CalciumForceFatigue),
+            &ladder(&m, MuscleLevel::CalciumForceFatigue),
             &pulses,
             ms,
             |_, s| {

@@ -8,7 +8,7 @@ mod switching;
 pub mod twins;
 
 use firmware::muscle::{
-    CalciumForceSpec, FatigueSpec, Gain, Model, MuscleModel, MuscleModelState, Rung,
+    CalciumForceSpec, FatigueSpec, Gain, Model, MuscleLevel, MuscleModel, MuscleModelState,
 };
 use firmware::units::{Micros, us};
 use twins::{Muscle, Pulse};
@@ -49,9 +49,9 @@ pub fn spec(m: &Muscle) -> CalciumForceSpec {
 }
 
 /// Returns the muscle at a model level, with the quadriceps' fatigue.
-pub fn ladder(m: &Muscle, rung: Rung) -> MuscleModel {
+pub fn ladder(m: &Muscle, level: MuscleLevel) -> MuscleModel {
     let spec = spec(m);
-    MuscleModel::new(spec, Some(FatigueSpec::scaled_to(spec.a_mn_per_s)), rung).unwrap()
+    MuscleModel::new(spec, Some(FatigueSpec::scaled_to(spec.a_mn_per_s)), level).unwrap()
 }
 
 /// Returns pulses at `hz` from `from_ms` until `to_ms` with full gain.

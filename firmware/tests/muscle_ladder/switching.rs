@@ -3,13 +3,15 @@
 
 use super::twins::{self, FatigueMode, Pulse};
 use super::{START, ladder, newtons, peak, run, subjects, train};
-use firmware::muscle::{CalciumForceSpec, FatigueSpec, Gain, Model, MuscleModel, NoFatigue, Rung};
+use firmware::muscle::{
+    CalciumForceSpec, FatigueSpec, Gain, Model, MuscleLevel, MuscleModel, NoFatigue,
+};
 use firmware::units::{Micros, us};
 use fixed::types::U1F31;
 use proptest::prelude::*;
 
-fn any_rung() -> impl Strategy<Value = Rung> {
-    prop::sample::select(Rung::ALL.to_vec())
+fn any_rung() -> impl Strategy<Value = MuscleLevel> {
+    prop::sample::select(MuscleLevel::ALL.to_vec())
 }
 
 fn any_spec() -> impl Strategy<Value = CalciumForceSpec> {
@@ -60,16 +62,16 @@ proptest! {
         let full = f64::from(spec.a_mn_per_s) * 1e-3 * f64::from(200_000 + spec.tau2_us) * 1e-6;
         let mut now = firmware::units::Micros::new(start);
         let mut state = ladder.at_rest(now);
-        for (gap, gain, rung, ticks) in events {
+        for (gap, gain, level, ticks) in events {
             ladder.pulse(&mut state, now + us(gap % 1500), Gain::new(U1F31::from_bits(gain)));
             now += us(gap);
             ladder.advance(&mut state, now);
-            if let Some(rung) = rung {
+            if let Some(level) = level {
                 let before = ladder.predicted_force(&state);
-                ladder.switch(&mut state, rung, now).unwrap();
-                prop_assert_eq!(state.model_level(), rung);
+                ladder.switch(&mut state, level, now).unwrap();
+                prop_assert_eq!(state.model_level(), level);
                 let after = ladder.predicted_force(&state);
-                prop_assert_eq!(after.is_some(), rung != Rung::None);
+                prop_assert_eq!(after.is_some(), level != MuscleLevel::None);
                 if let Some(after) = after {
                     prop_assert_eq!(after, before.unwrap_or_default());
                 }
@@ -90,13 +92,13 @@ proptest! {
 #[test]
 fn a_rung_that_tires_needs_its_parameters() {
     let (_, m) = subjects().remove(0);
-    let ladder = MuscleModel::new(super::spec(&m), None, Rung::CalciumForce).unwrap();
+    let ladder = MuscleModel::new(super::spec(&m), None, MuscleLevel::CalciumForce).unwrap();
     let mut state = ladder.at_rest(START);
     assert_eq!(
-        ladder.switch(&mut state, Rung::CalciumForceFatigue, START),
+        ladder.switch(&mut state, MuscleLevel::CalciumForceFatigue, START),
         Err(NoFatigue)
     );
-    assert_eq!(state.model_level(), Rung::CalciumForce);
+    assert_eq!(state.model_level(), MuscleLevel::CalciumForce);
 }
 
 /// Returns the end of a tick of `run`.
@@ -110,8 +112,8 @@ fn at(tick: u64) -> Micros {
 fn a_detour_is_forgotten() {
     for hz in [15.0, 20.0, 40.0, 100.0] {
         let pulses = train(hz, 0, 2000);
-        for home in Rung::ALL {
-            for by in Rung::ALL {
+        for home in MuscleLevel::ALL {
+            for by in MuscleLevel::ALL {
                 let (mut meanwhile, mut late) = (0f64, 0f64);
                 for (_, m) in subjects() {
                     let ladder = ladder(&m, home);
@@ -128,11 +130,11 @@ fn a_detour_is_forgotten() {
                 }
                 println!("{hz} Hz, {home:?} by {by:?}: {meanwhile:.2} %, later {late:.4} %");
                 let bound = match (home, by) {
-                    (Rung::None, _) => continue, // nothing to compare with
+                    (MuscleLevel::None, _) => continue, // nothing to compare with
                     // 0.7 s after rest, e^(−0.7/0.2275) of K01's force is still missing.
-                    (Rung::CalciumForceFatigue, Rung::None) => 4.7 + 1.5,
-                    (_, Rung::None) => 4.7,
-                    (Rung::CalciumForceFatigue, _) => 1.5,
+                    (MuscleLevel::CalciumForceFatigue, MuscleLevel::None) => 4.7 + 1.5,
+                    (_, MuscleLevel::None) => 4.7,
+                    (MuscleLevel::CalciumForceFatigue, _) => 1.5,
                     _ => 0.0,
                 };
                 assert!(late <= bound, "{home:?} by {by:?} at {hz} Hz: {late} %");
@@ -146,13 +148,15 @@ fn a_detour_is_forgotten() {
 fn a_tired_muscle_stays_tired_on_the_rung_below() {
     let (_, m) = subjects().remove(0);
     let pulses: Vec<Pulse> = train(40.0, 0, 30_000);
-    let top = ladder(&m, Rung::CalciumForceFatigue);
+    let top = ladder(&m, MuscleLevel::CalciumForceFatigue);
     let straight = run(&top, &pulses, 30_000, |_, _| ());
     let (fresh, _) = twins::tiring(&m, FatigueMode::Never, &pulses, 30_000);
-    for by in [Rung::None, Rung::CalciumForce] {
+    for by in [MuscleLevel::None, MuscleLevel::CalciumForce] {
         let below = run(&top, &pulses, 30_000, |tick, state| match tick {
             27_700 => top.switch(state, by, at(tick)).unwrap(),
-            28_000 => top.switch(state, Rung::CalciumForce, at(tick)).unwrap(),
+            28_000 => top
+                .switch(state, MuscleLevel::CalciumForce, at(tick))
+                .unwrap(),
             _ => {}
         });
         let (tired, now) = (straight[29_990], below[29_990]);

@@ -1,6 +1,6 @@
 //! Selection of muscle models by simulating the session.
 
-use firmware::muscle::Rung;
+use firmware::muscle::MuscleLevel;
 use host_core::choice::{SEED, choose, measured_levels};
 use host_core::session::{Model, Session, Share};
 use std::path::Path;
@@ -74,8 +74,12 @@ fn the_cheapest_that_will_do_is_taken() {
                 .map(|trial| trial.cost())
                 .fold(f64::INFINITY, f64::min);
             match need.enough {
-                Some(rung) => {
-                    let own = need.tried.iter().find(|trial| trial.rung == rung).unwrap();
+                Some(level) => {
+                    let own = need
+                        .tried
+                        .iter()
+                        .find(|trial| trial.level == level)
+                        .unwrap();
                     assert_eq!(own.cost(), cheapest);
                     assert!(need.together <= tolerance.fraction());
                 }
@@ -92,14 +96,18 @@ fn no_channel_s_error_depends_on_another_s_rung() {
     let session = two();
     let all = choose(&session, Share(1), SEED).unwrap();
     for (need, place) in all.needs.iter().zip(0..) {
-        for rung in measured_levels().filter(|level| *level <= Rung::CalciumForceFatigue) {
+        for level in measured_levels().filter(|level| *level <= MuscleLevel::CalciumForceFatigue) {
             let mut alone = session.clone();
             let muscle = alone.channels[place].muscle.as_mut().unwrap();
-            muscle.model = Model::Fixed(rung);
+            muscle.model = Model::Fixed(level);
             let alone = choose(&alone, Share(1), SEED).unwrap();
             let singly = alone.needs[place].together;
-            let tried = need.tried.iter().find(|trial| trial.rung == rung).unwrap();
-            assert_eq!(singly.to_bits(), tried.error().to_bits(), "{rung:?}");
+            let tried = need
+                .tried
+                .iter()
+                .find(|trial| trial.level == level)
+                .unwrap();
+            assert_eq!(singly.to_bits(), tried.error().to_bits(), "{level:?}");
         }
     }
 }
@@ -164,7 +172,7 @@ fn a_run_takes_what_trying_finds() {
         1,
     );
     let never = shipped[1].replacen("channel = 10, value = 10.0", "channel = 10, value = 0.0", 1);
-    let mut rungs = Vec::new();
+    let mut levels = Vec::new();
     for text in shipped.iter().chain([&unread, &never]) {
         let mut session = Session::parse("it.toml", text).unwrap();
         session.try_us = 3_000_000;
@@ -174,14 +182,17 @@ fn a_run_takes_what_trying_finds() {
             let muscle = session.channels[need.place].muscle.as_ref().unwrap();
             assert_eq!(
                 muscle.initial_level(),
-                need.rung,
+                need.level,
                 "{} {}",
                 session.title,
                 need.place
             );
-            rungs.push(need.rung);
+            levels.push(need.level);
         }
     }
-    let none = rungs.iter().filter(|rung| **rung == Rung::None).count();
-    assert_eq!(none, 2, "{rungs:?}");
+    let none = levels
+        .iter()
+        .filter(|level| **level == MuscleLevel::None)
+        .count();
+    assert_eq!(none, 2, "{levels:?}");
 }

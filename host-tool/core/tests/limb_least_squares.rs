@@ -275,7 +275,7 @@ fn what_cannot_be_had_is_told() {
     assert_eq!(not_finite, Err(RecruitmentError::NotConverged));
     // The bones hang in one line, which itself carries a load.
     let mut plumb = nominal_limb();
-    plumb.ways_um[1] = [0, 0, -150_000];
+    plumb.offsets_um[1] = [0, 0, -150_000];
     let hanging = Limb::<Exact>::new(&plumb)
         .unwrap()
         .jacobians(&[Exact(0.0); 9]);

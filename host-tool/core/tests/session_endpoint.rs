@@ -57,7 +57,7 @@ fn the_example_says_an_arm_and_its_nine_lines() {
     assert_eq!(angles, [0, 0, 0, 4_500, 3_000, 2_000, 8_000, 0, 0]);
     // Equals the nominal arm of the device's own benchmarks, to the µm.
     let nominal = firmware::bench::limb::nominal_limb();
-    assert_eq!(limb.spec.ways_um, nominal.ways_um);
+    assert_eq!(limb.spec.offsets_um, nominal.offsets_um);
     assert_eq!(limb.spec.ranges_mdeg, nominal.ranges_mdeg);
     assert_eq!(limb.lines, nominal.lines);
     let requests = session.setup_requests();
@@ -259,7 +259,7 @@ fn a_line_over_two_joints_is_played_at_the_one_it_names() {
             panic!("{limb:?}");
         };
         let spec = LimbSpec {
-            ways_um: limb.spec.ways_um,
+            offsets_um: limb.spec.offsets_um,
             ranges_mdeg: limb.spec.ranges_mdeg,
             lines: limb.lines.clone(),
         };

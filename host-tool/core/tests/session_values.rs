@@ -2,7 +2,7 @@
 
 use crate::session_errors::{GOOD, spoil};
 use firmware::link::Request;
-use firmware::muscle::{CalciumForceSpec, FatigueSpec, Rung};
+use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleLevel};
 use firmware::units::Amplitude;
 use host_core::session::{Model, Session};
 
@@ -36,16 +36,16 @@ fn a_muscle_names_its_rungs() {
     };
     let (plain, _) = muscle("k = 0.2 → k = 0.2");
     assert_eq!((plain.model, plain.fatigue), (Model::Auto, None));
-    for (name, rung) in [
-        ("none", Rung::None),
-        ("calcium-force", Rung::CalciumForce),
-        ("calcium-force-fatigue", Rung::CalciumForceFatigue),
+    for (name, level) in [
+        ("none", MuscleLevel::None),
+        ("calcium-force", MuscleLevel::CalciumForce),
+        ("calcium-force-fatigue", MuscleLevel::CalciumForceFatigue),
     ] {
         let edit = format!("k = 0.2 → k = 0.2 ⏎ fatigue = {{}} ⏎ model = \"{name}\"");
         let (muscle, session) = muscle(&edit);
         assert_eq!(
             (muscle.model, muscle.initial_level()),
-            (Model::Fixed(rung), rung)
+            (Model::Fixed(level), level)
         );
         assert_eq!(muscle.fatigue, Some(FatigueSpec::scaled_to(265_100)));
         let spec = muscle.spec();
@@ -66,10 +66,13 @@ fn a_muscle_names_its_rungs() {
     };
     assert_eq!(muscle.fatigue, Some(expected));
     let due = |from, to| session.level_changes(from, to).collect::<Vec<_>>();
-    let rung = |rung| Request::Rung { channel: 0, rung };
+    let level = |level| Request::MuscleLevel { channel: 0, level };
     assert_eq!(due(0, 1_999_999), []);
-    assert_eq!(due(1_999_999, 2_000_000), [rung(Rung::CalciumForce)]);
-    assert_eq!(due(2_000_000, 10_000_000), [rung(Rung::None)]);
+    assert_eq!(
+        due(1_999_999, 2_000_000),
+        [level(MuscleLevel::CalciumForce)]
+    );
+    assert_eq!(due(2_000_000, 10_000_000), [level(MuscleLevel::None)]);
 }
 
 #[test]

@@ -113,7 +113,7 @@ fn is_given(session: &Session, need: &Need) -> bool {
 
 fn write_channel(out: &mut String, session: &Session, need: &Need, tolerance: Share) {
     let channel = &session.channels[need.place];
-    let model = level_name(need.rung);
+    let model = level_name(need.level);
     let head = format!(
         "channel {}, {}",
         channel.number,
@@ -127,22 +127,22 @@ fn write_channel(out: &mut String, session: &Session, need: &Need, tolerance: Sh
     ));
     for tried in &need.tried {
         let verdict = match tried.error() <= tolerance.fraction() {
-            _ if need.enough == Some(tried.rung) => "cheapest that will do",
+            _ if need.enough == Some(tried.level) => "cheapest that will do",
             true => "more than enough",
             false => "too coarse",
         };
         out.push_str(&format!(
             "  {:<21}{:>10}{:>10}{:>12}   {verdict}\n",
-            level_name(tried.rung),
+            level_name(tried.level),
             percent(tried.report),
             percent(tried.steering),
             cycles_text(tried.cycles)
         ));
     }
     let muscle = channel.muscle.as_ref();
-    for (at_us, rung) in muscle.iter().flat_map(|muscle| &muscle.changes) {
+    for (at_us, level) in muscle.iter().flat_map(|muscle| &muscle.changes) {
         let at_s = *at_us as f64 / 1e6;
-        let name = level_name(*rung);
+        let name = level_name(*level);
         out.push_str(&format!(
             "  from {at_s} s on the file says {name}, which is not judged\n"
         ));
@@ -187,9 +187,9 @@ fn cycles_text(cycles: Option<Cycles>) -> String {
 
 fn json_report(session: &Session, choice: &Choice) -> Value {
     let part = |part: Option<f64>| part.map(|part| part * 100.0);
-    let rung = |tried: &LevelResult| {
+    let level = |tried: &LevelResult| {
         json!({
-            "model": level_name(tried.rung),
+            "model": level_name(tried.level),
             "report_pct": part(tried.report),
             "steering_pct": part(tried.steering),
             "cycles": tried.cycles.map(|cycles| json!({
@@ -202,18 +202,18 @@ fn json_report(session: &Session, choice: &Choice) -> Value {
         let channel = &session.channels[need.place];
         let changes = channel.muscle.iter().flat_map(|muscle| &muscle.changes);
         let changes = changes.map(
-            |(at_us, rung)| json!({ "at_s": *at_us as f64 / 1e6, "model": level_name(*rung) }),
+            |(at_us, level)| json!({ "at_s": *at_us as f64 / 1e6, "model": level_name(*level) }),
         );
         json!({
             "channel": channel.number,
             "name": channel.name,
             "uses": { "report": need.uses.report, "steering": need.uses.steering },
-            "model": level_name(need.rung),
+            "model": level_name(need.level),
             "enough": need.enough.map(level_name),
             "raised": need.raised,
             "changes": changes.collect::<Vec<_>>(),
             "together_pct": need.together * 100.0,
-            "models": need.tried.iter().map(rung).collect::<Vec<_>>(),
+            "models": need.tried.iter().map(level).collect::<Vec<_>>(),
         })
     });
     let effects = |all: &[Effect]| {

@@ -1,7 +1,7 @@
 //! Formats the model as one line for pipes: text or JSON.
 
 use super::model::Model;
-use firmware::safety::{Left, State};
+use firmware::safety::{RemainingAllowance, State};
 use host_core::record::Sample;
 use serde_json::{Value, json as object};
 
@@ -45,7 +45,7 @@ pub fn status_text(model: &Model, told: usize) -> String {
     let count = &model.counters;
     text += &format!(
         "  frames {} lost {} bad {} refused {}",
-        count.frames, count.lost, count.bad_frames, count.refused
+        count.frames, count.lost_frames, count.bad_frames, count.refused
     );
     if let Some(left) = &model.left {
         text += &format!("  {}", allowance_text(left));
@@ -57,7 +57,7 @@ pub fn status_text(model: &Model, told: usize) -> String {
 }
 
 /// Formats the remaining time, and the charge of the channel with the least charge left.
-pub fn allowance_text(left: &Left) -> String {
+pub fn allowance_text(left: &RemainingAllowance) -> String {
     let (minutes, seconds) = (left.time_ms / 60_000, left.time_ms / 1_000 % 60);
     let millicoulombs = f64::from(left.dose_uc) * 1e-3;
     let number = left.channel + 1;
@@ -89,7 +89,7 @@ pub fn status_json(model: &Model, told: usize) -> Value {
         "limiting": model.is_limiting(), "channels": channels.collect::<Vec<_>>(),
         "fault": fault, "events": notes.collect::<Vec<_>>(),
         "counters": {
-            "frames": count.frames, "lost": count.lost, "bad": count.bad_frames,
+            "frames": count.frames, "lost": count.lost_frames, "bad": count.bad_frames,
             "refused": count.refused, "setpoints": count.setpoints, "pulses": count.pulses,
             "dropped": count.dropped,
         },

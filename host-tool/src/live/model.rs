@@ -2,7 +2,7 @@
 
 use super::Hands;
 use firmware::link::{Counters, Event, HelloInfo, Status};
-use firmware::safety::{FaultRecord, Left, State};
+use firmware::safety::{FaultRecord, RemainingAllowance, State};
 use host_core::record::{DeviceKind, DeviceState, Marker, MarkerKind, Sample};
 use host_core::run::{Observation, SessionFile, describe_event, device_kind};
 use host_core::session::escape_control_chars;
@@ -69,7 +69,7 @@ pub struct Model {
     /// The device's counters since it booted.
     pub counters: Counters,
     /// Latest report of the time and charge that the wearer may still receive.
-    pub left: Option<Left>,
+    pub left: Option<RemainingAllowance>,
     /// Recent telemetry, oldest first.
     pub samples: VecDeque<Sample>,
     /// Recent notes, oldest first.
@@ -225,7 +225,7 @@ impl Model {
         match seen {
             Event::Stopping(_) => self.state = State::Stopping,
             Event::Stopped(_) | Event::Recovered => self.state = State::Idle,
-            Event::Electrode { .. } | Event::LimitCycle { .. } | Event::HoldOver => {}
+            Event::Electrode { .. } | Event::LimitCycle { .. } | Event::HoldExpired => {}
             Event::TriggerEdge | Event::SyncEdge => return, // too many for notes
             Event::Faulted(record) => {
                 self.state = State::Fault;
@@ -239,6 +239,6 @@ impl Model {
         self.state = status.state;
         self.fault = status.fault;
         self.counters = status.counters;
-        self.left = status.left;
+        self.left = status.remaining;
     }
 }

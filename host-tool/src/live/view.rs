@@ -164,7 +164,7 @@ fn counters(model: &Model) -> Paragraph<'_> {
         block = block.title_bottom(format!(" {} ", allowance_text(left)));
     }
     Paragraph::new(vec![
-        pair("frames", count.frames, "lost", count.lost),
+        pair("frames", count.frames, "lost", count.lost_frames),
         pair("setpts", count.setpoints, "bad", count.bad_frames),
         pair("pulses", count.pulses, "refused", count.refused),
     ])

@@ -301,11 +301,11 @@ impl Load {
         let counters = self.client.status()?.counters;
         let counted = [
             counters.bad_frames,
-            counters.lost,
+            counters.lost_frames,
             counters.refused,
             counters.dropped,
             counters.lost_posts,
-            counters.strangers,
+            counters.unknown_sessions,
         ];
         self.found.counted = counted.into_iter().map(u64::from).sum();
         self.found.unacknowledged = self.asked.len() as u64;

@@ -124,7 +124,7 @@ pub fn soak(seconds: u64, seed: u64, mut progress: impl FnMut(f64)) -> Result<So
     soak.sent += 1;
     // the Hello frame opened the session
     soak.understood = u64::from(counters.frames).saturating_sub(1);
-    soak.counted_lost = counters.lost.into();
+    soak.counted_lost = counters.lost_frames.into();
     soak.accepted = accepted.len() as u64;
     judge(
         &client.port().world.recorder.trace,

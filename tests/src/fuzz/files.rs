@@ -149,7 +149,7 @@ fn check_stages(copies: &[StageWords; 2], unique_id: [u32; 3]) {
             assert_eq!([&written, &written], [first, second]);
         }
         Stages::Unknown(_) => {}
-        Stages::AsDeclared => panic!("a board with a memory believes its host"),
+        Stages::AsConfigured => panic!("a board with a memory believes its host"),
     }
 }
 

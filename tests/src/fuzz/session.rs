@@ -38,7 +38,7 @@ pub struct Session {
 impl Session {
     /// Boots a board that answers `Hello`.
     pub fn open() -> Self {
-        Self::boot(false, Stages::AsDeclared)
+        Self::boot(false, Stages::AsConfigured)
     }
 
     /// Does the same for a board with these stages.
@@ -48,7 +48,7 @@ impl Session {
 
     /// Does the same beside a board that skips no refill.
     pub fn with_unskipping_twin() -> Self {
-        Self::boot(true, Stages::AsDeclared)
+        Self::boot(true, Stages::AsConfigured)
     }
 
     fn boot(has_twin: bool, stages: Stages) -> Self {

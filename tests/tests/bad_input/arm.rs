@@ -14,7 +14,7 @@ use tests::desk;
 fn spec() -> EndpointSpec {
     let limb = nominal_limb();
     EndpointSpec {
-        ways_um: limb.ways_um,
+        offsets_um: limb.offsets_um,
         ranges_mdeg: limb.ranges_mdeg,
         recruit_ms: 5,
         posture: PostureSpec::Fixed(before_the_trunk().map(|angle| angle.to_centideg())),

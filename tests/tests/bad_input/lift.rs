@@ -30,7 +30,7 @@ fn spec() -> ModulationSpec {
         angle_min_mdeg: 0,
         angle_max_mdeg: 140_000,
         stale_after_ms: 500,
-        longest_hold_ms: 100,
+        max_hold_ms: 100,
         flexor: muscle(0),
         extensor: muscle(1),
     }
@@ -42,7 +42,7 @@ fn modulation(edit: impl FnOnce(&mut ModulationSpec)) -> Request {
     Request::Modulation(spec)
 }
 
-const HELD: Request = Request::Held { held: true };
+const HELD: Request = Request::ObjectHeld { held: true };
 
 fn draft() -> Bench {
     Bench::draft().after_requests([Request::Modulation(spec())])
@@ -107,7 +107,7 @@ pub fn rows() -> Vec<Row> {
         rows_of("cutoff_mhz", 500, 20_000, edit!(s, v => s.cutoff_mhz = v.try_into().ok()?)),
         rows_of("angle_max_mdeg", 1, 180_000, edit!(s, v => s.angle_max_mdeg = v.try_into().ok()?)),
         rows_of("stale_after_ms", 2, 500, edit!(s, v => s.stale_after_ms = v.try_into().ok()?)),
-        rows_of("longest_hold_ms", 100, 600_000, edit!(s, v => s.longest_hold_ms = v.try_into().ok()?)),
+        rows_of("max_hold_ms", 100, 600_000, edit!(s, v => s.max_hold_ms = v.try_into().ok()?)),
         rows_of("channel", 0, 9, edit!(s, v => {
             s.flexor.channel = v.try_into().ok()?;
             s.extensor.channel = u8::from(v == 0); // a different channel
@@ -131,9 +131,9 @@ pub fn rows() -> Vec<Row> {
         row("beside a joint", beside, desk::ARM, refused(Code::JointAndModulation, "modulation")),
         row("held, and nothing is modulated", Bench::armed, HELD, refused(Code::NoModulation, "modulation")),
         row("held without an angle", armed, HELD, refused(Code::NoAngle, "joint").allowed(0, 0)),
-        row("released without an angle", armed, Request::Held { held: false }, Expect::Done),
+        row("released without an angle", armed, Request::ObjectHeld { held: false }, Expect::Done),
         row("held before arming", draft, HELD, refused(Code::NotArmed, "state")),
-        row("held for too long", held_too_long, HELD, refused(Code::HoldOver, "held")),
+        row("held for too long", held_too_long, HELD, refused(Code::HoldExpired, "held")),
     ]);
     rows
 }

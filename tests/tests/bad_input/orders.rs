@@ -6,7 +6,7 @@ use crate::bad_input::setup;
 use crate::bad_input::table::{Expect, Row, all, dynamic_row, field, refused, row};
 use firmware::control::SensorSource;
 use firmware::link::{Code, Request, SCHEMA};
-use firmware::muscle::{FatigueSpec, MuscleSpec, Rung};
+use firmware::muscle::{FatigueSpec, MuscleLevel, MuscleSpec};
 use firmware::pulse::TrainSpec;
 use firmware::safety::{ChannelSpec, ListedPulse, StageSpec, StageSupply, WearerSpec};
 use firmware::units::{Amplitude, us};
@@ -498,24 +498,24 @@ fn muscles_stopped() -> Bench {
 }
 #[rustfmt::skip]
 fn rung_rows() -> Vec<Row> {
-    const PLAIN: Rung = Rung::CalciumForce;
-    const TIRES: Rung = Rung::CalciumForceFatigue;
-    let ask = |name: &str, scene: fn() -> Bench, channel, rung, expect| {
-        row(name, scene, Request::Rung { channel, rung }, expect)
+    const PLAIN: MuscleLevel = MuscleLevel::CalciumForce;
+    const TIRES: MuscleLevel = MuscleLevel::CalciumForceFatigue;
+    let ask = |name: &str, scene: fn() -> Bench, channel, level, expect| {
+        row(name, scene, Request::MuscleLevel { channel, level }, expect)
     };
     let not_armed = || refused(Code::NotArmed, "state");
     let no_muscle = |channel| refused(Code::NoMuscle, "muscle").on(channel);
     let no_fatigue = refused(Code::NoFatigue, "fatigue").on(1);
     let mut rows = vec![
-        ask("a rung before arming", muscles, 0, PLAIN, not_armed()),
-        ask("a rung after a stop", muscles_stopped, 0, PLAIN, not_armed()),
-        ask("a rung, armed", muscles_armed, 0, PLAIN, Expect::Done),
-        ask("a rung, stimulating", muscles_stimulating, 1, TIRES, Expect::Done),
-        ask("a rung of a bare channel", muscles_armed, 2, PLAIN, no_muscle(3)),
-        ask("a rung of no channel", muscles_stimulating, 9, PLAIN, no_muscle(10)),
+        ask("a model level before arming", muscles, 0, PLAIN, not_armed()),
+        ask("a model level after a stop", muscles_stopped, 0, PLAIN, not_armed()),
+        ask("a model level, armed", muscles_armed, 0, PLAIN, Expect::Done),
+        ask("a model level, stimulating", muscles_stimulating, 1, TIRES, Expect::Done),
+        ask("a model level of a bare channel", muscles_armed, 2, PLAIN, no_muscle(3)),
+        ask("a model level of no channel", muscles_stimulating, 9, PLAIN, no_muscle(10)),
         ask("fatigue that is not there", muscles_armed, 0, TIRES, no_fatigue),
     ];
-    let plain = |v: i64| Some(Request::Rung { channel: v.try_into().ok()?, rung: PLAIN });
+    let plain = |v: i64| Some(Request::MuscleLevel { channel: v.try_into().ok()?, level: PLAIN });
     rows.extend(field(Bench::ten_muscles_armed, "channel", 0, 9).rows(plain));
     rows
 }

@@ -3,7 +3,7 @@
 use crate::bad_input::bench::{Bench, channel};
 use crate::bad_input::table::{self, Expect, Field, Row, all, refused, row};
 use firmware::link::{Code, Request};
-use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
+use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleLevel, MuscleSpec, RecruitmentSpec};
 use firmware::pulse::{GroupSpec, Partner, Shape};
 use firmware::safety::{ChannelSpec, StageSpec};
 use firmware::units::Amplitude;
@@ -283,7 +283,7 @@ fn muscle_rows() -> Vec<Row> {
         channel,
         spec: MuscleSpec {
             fatigue: Some(FatigueSpec::QUADRICEPS),
-            rung: Rung::CalciumForceFatigue,
+            level: MuscleLevel::CalciumForceFatigue,
             ..MuscleSpec::new(force, recruitment)
         },
     };

@@ -4,6 +4,7 @@
 mod watched;
 
 use crate::qemu_parity::session::{BOOT, Step, channel_spec, thirty_seconds};
+use firmware::board::wiring::BOARD;
 use firmware::device::Identity;
 use firmware::link::{Event, HelloInfo, Kind, Response};
 use firmware::lockstep::{Lockstep, Sensors};
@@ -69,6 +70,7 @@ fn in_process(chip: &WatchedBoard, worlds: &[(Micros, Sensors)], hello: &HelloIn
         unique_id: hello.unique_id,
         stages: hello.stages,
         option_bytes: hello.option_bytes,
+        board: BOARD.name,
         ..identity(Kind::Board, hello.session)
     };
     let mut record = Record::default();

@@ -3,7 +3,7 @@
 
 use super::{PROTOCOL, messages, read, types};
 use firmware::link::{Event, Request};
-use firmware::muscle::Rung;
+use firmware::muscle::MuscleLevel;
 use firmware::pulse::TrainSpec;
 use firmware::safety::{ListedPulse, StopCause};
 use firmware::units::{Amplitude, Micros};
@@ -77,16 +77,16 @@ impl Scene {
 const SCENES: [fn() -> Scene; 5] = [
     Scene::lists,
     || Scene::shipped("hamana_exp4_two_point_finger.toml", vec![]),
-    || Scene::shipped("force_ramp.toml", rungs()),
+    || Scene::shipped("force_ramp.toml", levels()),
     || Scene::shipped("endpoint_force.toml", vec![]),
-    || Scene::shipped("lift.toml", vec![Request::Held { held: false }]),
+    || Scene::shipped("lift.toml", vec![Request::ObjectHeld { held: false }]),
 ];
 
 /// Returns requests that select no muscle model on any channel.
-fn rungs() -> Vec<Request> {
-    let rung = Rung::None;
-    let rungs = (0u8..10).map(|channel| Request::Rung { channel, rung });
-    rungs.collect()
+fn levels() -> Vec<Request> {
+    let level = MuscleLevel::None;
+    let levels = (0u8..10).map(|channel| Request::MuscleLevel { channel, level });
+    levels.collect()
 }
 
 /// Returns the variant name of a request.

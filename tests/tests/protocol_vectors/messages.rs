@@ -1,6 +1,7 @@
 //! One message of every kind, with every variant of every type inside.
 
 use firmware::bench::limb::nominal_limb;
+use firmware::board::wiring::BOARD;
 use firmware::control::{
     EndpointSpec, ForceGap, ForceSpec, HoldPolicy, JointSpec, LawSpec, PointSpec, PostureSpec,
     SensorSource,
@@ -16,12 +17,12 @@ use firmware::link::{
     ToDevice,
 };
 use firmware::link::{ForceSample, JointSample, LiftSample, WrenchSample};
-use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
+use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleLevel, MuscleSpec, RecruitmentSpec};
 use firmware::pulse::CHANNELS;
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec, Trigger};
 use firmware::safety::{
-    ChannelSpec, Fault, FaultRecord, Left, ListedPulse, Origin, StageKind, StageSpec, StageSupply,
-    StageTable, Stages, StagesFault, State, StopCause, WearerSpec,
+    ChannelSpec, Fault, FaultRecord, ListedPulse, Origin, RemainingAllowance, StageKind, StageSpec,
+    StageSupply, StageTable, Stages, StagesFault, State, StopCause, WearerSpec,
 };
 use firmware::units::{Amplitude, Micros};
 use tests::desk;
@@ -125,7 +126,7 @@ fn joints() -> [(&'static str, Request); 3] {
 fn endpoint(posture: PostureSpec) -> EndpointSpec {
     let limb = nominal_limb();
     EndpointSpec {
-        ways_um: limb.ways_um,
+        offsets_um: limb.offsets_um,
         ranges_mdeg: limb.ranges_mdeg,
         recruit_ms: 5,
         posture,
@@ -167,10 +168,10 @@ fn muscles() -> Vec<(&'static str, Request)> {
     let request = |channel, spec| Request::Muscle { channel, spec };
     let tires = MuscleSpec {
         fatigue: Some(FatigueSpec::QUADRICEPS),
-        rung: Rung::CalciumForceFatigue,
+        level: MuscleLevel::CalciumForceFatigue,
         ..muscle()
     };
-    let held = MuscleSpec { rung: Rung::None, ..muscle() };
+    let held = MuscleSpec { level: MuscleLevel::None, ..muscle() };
     vec![
         ("muscle", request(0, muscle())),
         ("muscle that tires", request(9, tires)),
@@ -190,7 +191,7 @@ fn modulated(joint: u8, phase_joint: u8) -> ModulationSpec {
         angle_min_mdeg: -10_000,
         angle_max_mdeg: 125_000,
         stale_after_ms: 50,
-        longest_hold_ms: 30_000,
+        max_hold_ms: 30_000,
         flexor: ModulatedSpec { channel: 2 * joint, base, form: Form::Scaled, lift: Some(share), drop: None },
         extensor: ModulatedSpec {
             channel: 2 * joint + 1,
@@ -332,12 +333,12 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
         ("wrench, timed", Request::Wrench { at: Some(Micros::new(5)), force_mn: [1_000_000, -1_000_000, 1] }),
         ("modulated elbow", Request::Modulation(modulated(2, 2))),
         ("modulated shoulder", Request::Modulation(modulated(3, 2))),
-        ("held", Request::Held { held: true }),
-        ("released", Request::Held { held: false }),
+        ("held", Request::ObjectHeld { held: true }),
+        ("released", Request::ObjectHeld { held: false }),
         ("measurement of an arm", Request::Measurement { joint: 8, centideg: -1, at: Micros::new(1_000_000) }),
         ("measurement", Request::Measurement { joint: 0, centideg: 4_321, at: Micros::new(1_000_000) }),
         ("subscribe", Request::Subscribe { period_ms: 20 }),
-        ("rung", Request::Rung { channel: 9, rung: Rung::CalciumForce }),
+        ("muscle level", Request::MuscleLevel { channel: 9, level: MuscleLevel::CalciumForce }),
         ("simulated trigger", Request::SimulateTrigger),
         ("stages", Request::StoreStages { stages: table(), supply: StageSupply::Common }),
         ("stages, separate", Request::StoreStages { stages: table(), supply: StageSupply::Separate }),
@@ -373,7 +374,7 @@ const fn listed(after_us: u32, ua: u32, width_us: u16) -> ListedPulse {
 fn fault(fault: Fault) -> FaultRecord {
     FaultRecord {
         residual: [-1_310_600, 0, 0, 0, 0, 0, 0, 0, 0, 65_535],
-        later: Fault::Watchdog.bit(),
+        later_faults: Fault::Watchdog.bit(),
         power_lost: true,
         ..FaultRecord::new(fault, Micros::new(123_456_789))
     }
@@ -406,7 +407,7 @@ pub fn responses() -> Vec<(String, Response<'static>)> {
                 pulses: 100_000,
                 ..Counters::default()
             },
-            left: fault.is_none().then_some(Left {
+            remaining: fault.is_none().then_some(RemainingAllowance {
                 time_ms: 3_599_000,
                 channel: 2,
                 dose_uc: 810_000,
@@ -429,18 +430,18 @@ pub fn responses() -> Vec<(String, Response<'static>)> {
 fn telemetry(at: Micros, channels: u32) -> Telemetry {
     let is_full = channels != 0;
     let gap = ForceGap {
-        below_mn: 0,
-        above_mn: 4_096,
+        lower_mn: 0,
+        upper_mn: 4_096,
     };
     let force = |c| ForceSample {
-        target_mn: (c != 0).then_some(2_500),
+        reference_mn: (c != 0).then_some(2_500),
         period_us: (c != 0).then_some(20_000),
         gap: (c != 0).then_some(gap),
     };
     let amplitude = |c| (c != 0).then_some(Amplitude::new(c * 10_000));
     Telemetry {
         at,
-        target_centideg: is_full.then_some(4_500),
+        reference_centideg: is_full.then_some(4_500),
         measured_centideg: is_full.then_some(-120),
         effort_milli: is_full.then_some(-999),
         limiting: is_full,
@@ -451,11 +452,11 @@ fn telemetry(at: Micros, channels: u32) -> Telemetry {
         forces_mn: (0..channels).map(|c| (c != 0).then_some(c * 100)).collect(),
         force_control: (0..channels.min(2)).map(force).collect(),
         wrench: is_full.then_some(WrenchSample {
-            target_mn: [-2_000, 3_000, 0],
-            made_permille: 988,
+            reference_mn: [-2_000, 3_000, 0],
+            achievable_permille: 988,
         }),
         lift: is_full.then(|| LiftSample {
-            hold: [Hold::Released, Hold::Held, Hold::Over][channels as usize % 3],
+            hold: [Hold::Released, Hold::Held, Hold::Expired][channels as usize % 3],
             joints: [Some(MotionPhase::Lift), Some(MotionPhase::Drop), None]
                 .map(|phase| JointSample {
                     measured_centideg: phase.map(|_| 6_310),
@@ -470,7 +471,7 @@ fn telemetry(at: Micros, channels: u32) -> Telemetry {
 
 /// Returns one value of each variant.
 fn stages() -> [Stages; 8] {
-    use StagesFault::{Damaged, Erased, HalfWritten, OtherBoard, Version};
+    use StagesFault::{Damaged, Erased, Incomplete, OtherBoard, Version};
     let declared = [
         (Origin::Owner, Some(StageSupply::Common)),
         (Origin::Session, Some(StageSupply::Separate)),
@@ -483,9 +484,9 @@ fn stages() -> [Stages; 8] {
             stages,
         })
     });
-    let faults = [Erased, HalfWritten, Damaged, Version, OtherBoard];
+    let faults = [Erased, Incomplete, Damaged, Version, OtherBoard];
     let [a, b, c, d, e] = faults.map(Stages::Unknown);
-    [owner, Stages::AsDeclared, session, a, b, c, d, e]
+    [owner, Stages::AsConfigured, session, a, b, c, d, e]
 }
 
 /// Returns nine stages, one of them a voltage stage, and a missing tenth.
@@ -502,7 +503,9 @@ fn hellos() -> impl Iterator<Item = HelloInfo> {
     use State::{Armed, Boot, Idle, Stimulating, Stopping};
     let states = [Boot, Idle, Armed, Stimulating, Stopping, State::Fault];
     let resets = [PowerOn, Pin, BrownOut, Software, PowerOn, Watchdog];
-    let kinds = [Kind::Board, Kind::Native, Kind::Qemu].into_iter().cycle();
+    let kinds = [Kind::Board, Kind::Native, Kind::Qemu, Kind::Breadboard]
+        .into_iter()
+        .cycle();
     let states = states.into_iter().zip(resets).cycle();
     (states.zip(kinds).zip(stages())).map(|(((state, reset), kind), stages)| HelloInfo {
         seq: 0,
@@ -518,6 +521,12 @@ fn hellos() -> impl Iterator<Item = HelloInfo> {
         dead_time_us: 5,
         stages,
         option_bytes: (kind == Kind::Board).then_some(OptionBytes::WANTED),
+        board: match kind {
+            Kind::Board | Kind::Breadboard => BOARD.name,
+            Kind::Native | Kind::Qemu => "",
+        }
+        .try_into()
+        .unwrap(),
     })
 }
 
@@ -551,7 +560,7 @@ fn events() -> Vec<Event> {
         Event::Recovered,
         electrode,
         limit_cycle,
-        Event::HoldOver,
+        Event::HoldExpired,
         Event::TriggerEdge,
         Event::SyncEdge,
     ]);

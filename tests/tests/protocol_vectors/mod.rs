@@ -10,6 +10,7 @@ mod messages;
 mod schema;
 mod session;
 
+use firmware::board::wiring::BOARD_NAME;
 use firmware::haptics::JOINTS;
 use firmware::limb::VIAS;
 use firmware::link::{Code, MAX_MESSAGE, Refusal, Response, SCHEMA, ToDevice, encode};
@@ -115,6 +116,7 @@ fn the_largest_messages_fit() {
         Some("joints") => JOINTS,
         Some("vias") => VIAS,
         Some("field") => 250,
+        Some("board") => BOARD_NAME,
         _ => panic!("how long is {path}?"),
     };
     for t in directions() {

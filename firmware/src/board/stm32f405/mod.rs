@@ -34,6 +34,7 @@ mod usb_clock;
 mod usb_driver;
 mod watchdog;
 
+use crate::board::wiring::BOARD;
 use crate::device::{Controller, Identity, Mailboxes, Session, first_session_number};
 use crate::link::Kind;
 use crate::link::message::{OptionBytes, ResetCause};
@@ -120,6 +121,7 @@ pub async fn run(spawner: Spawner) -> ! {
         first_session: first_session_number(&[a, b, c, cycles]),
         stages: stages::load(unique_id),
         option_bytes: Some(OptionBytes::from_optcr(pac::FLASH.optcr().read().0)),
+        board: BOARD.name,
     };
     static SESSION: StaticCell<Session> = StaticCell::new();
     let session = SESSION.init_with(|| Session::new(identity));

@@ -1,7 +1,9 @@
 //! Compile-time checks of rules for every board.
 
 use super::pins::{Pin, Port};
-use super::{BANKS, CHANNELS, Clocks, DacOutput, Dacs, Inputs, Outputs, TapeStreams, Wiring};
+use super::{
+    BANKS, BOARD_NAME, CHANNELS, Clocks, DacOutput, Dacs, Inputs, Outputs, TapeStreams, Wiring,
+};
 
 /// Fails the build if `board` cannot work.
 pub(super) const fn check(board: &Wiring) {
@@ -12,6 +14,10 @@ pub(super) const fn check(board: &Wiring) {
     check_inputs(&board.inputs);
     check_dacs(&board.dacs);
     assert!(board.stages.are_banked(), "a channel's bank is 0 to 5");
+    assert!(
+        matches!(board.name.len(), 1..=BOARD_NAME) && board.name.is_ascii(),
+        "a board's name has 1 to 16 ASCII characters"
+    );
 }
 
 /// Checks the limits of crystal and PLL (DS8626, PLL characteristics; RM0090 sections 7.2.1, 7.3.2

@@ -9,6 +9,7 @@ use super::pins::{Alternate, Analogue, Inputs, Pin};
 /// Wiring of the reference board. USB on PA9 (VBUS), PA11 (D−) and PA12 (D+), and SWD and SWO on
 /// PA13, PA14 and PB3, are the same on every board. PA2 and PA3, USART2, are not used.
 pub const FLEXOR_F405: Wiring = Wiring {
+    name: "flexor-f405",
     // 8 MHz / 4 × 168 = 336 MHz; / 2 = 168 MHz for the core, / 7 = 48 MHz for USB.
     clocks: Clocks {
         crystal_hz: 8_000_000,

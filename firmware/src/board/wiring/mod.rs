@@ -36,6 +36,8 @@ pub const TAPE_PORTS: usize = 2;
 /// Complete wiring of a board.
 #[derive(Clone, Copy, Debug)]
 pub struct Wiring {
+    /// Name of the board, which `Hello` reports; at most 16 ASCII characters.
+    pub name: &'static str,
     /// Crystal and PLL.
     pub clocks: Clocks,
     /// Lines that the tape plays.
@@ -49,6 +51,9 @@ pub struct Wiring {
     /// Scales and timing of the output stages, as seen from DAC and ADC.
     pub stages: Stages,
 }
+
+/// Length of the longest name of a board, bytes.
+pub const BOARD_NAME: usize = 16;
 
 /// Output lines of [`BOARD`], for code that is generic over [`PinMap`].
 #[derive(Clone, Copy, Debug)]

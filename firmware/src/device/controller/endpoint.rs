@@ -94,11 +94,11 @@ impl Controller {
 
     /// Keeps values for the next telemetry sample.
     fn record_endpoint(&mut self, orders: &EndpointOrders) {
-        self.limiting |= orders.made_permille < 1000;
-        let least = self.wrench.map_or(1000, |told| told.made_permille);
+        self.limiting |= orders.achievable_permille < 1000;
+        let least = self.wrench.map_or(1000, |told| told.achievable_permille);
         self.wrench = Some(WrenchSample {
-            target_mn: orders.target_mn,
-            made_permille: orders.made_permille.min(least),
+            reference_mn: orders.reference_mn,
+            achievable_permille: orders.achievable_permille.min(least),
         });
     }
 
@@ -107,7 +107,7 @@ impl Controller {
     pub(super) const fn take_wrench(&mut self) -> Option<WrenchSample> {
         let told = self.wrench;
         if let Some(sample) = &mut self.wrench {
-            sample.made_permille = 1000;
+            sample.achievable_permille = 1000;
         }
         told
     }

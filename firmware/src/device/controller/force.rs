@@ -22,7 +22,7 @@ impl Controller {
                 continue;
             };
             self.limiting |= drive.limiting.is_some();
-            followed.target_mn = Some(target.to_nearest_millinewton());
+            followed.reference_mn = Some(target.to_nearest_millinewton());
             followed.gap = gap.or(followed.gap); // since the last sample, as `limiting`
             if self.state == State::Stimulating {
                 self.in_force.set_amplitude(force.channel, drive.amplitude);

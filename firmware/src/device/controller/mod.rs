@@ -17,7 +17,7 @@ use crate::control::{
 };
 use crate::haptics::{ModulationsState, WallOrders, WallState};
 use crate::link::{Code, Event, Refusal, Request, WrenchSample};
-use crate::muscle::{Model, MuscleModelState, Rung};
+use crate::muscle::{Model, MuscleLevel, MuscleModelState};
 use crate::pulse::CHANNELS;
 use crate::safety::{Fault, State};
 use crate::units::{Amplitude, Angle, Micros};
@@ -73,7 +73,7 @@ impl From<WallOrders> for TickResult {
 struct ForceChannel {
     state: ForceState,
     /// Wanted force, mN; `None` before the first setpoint.
-    target_mn: Option<u32>,
+    reference_mn: Option<u32>,
     /// Gap of the force range in which the reference has been since the last sample, if any.
     gap: Option<ForceGap>,
 }
@@ -235,14 +235,14 @@ impl Controller {
         self.in_force.silence();
         self.wrench = None;
         for followed in &mut self.forces {
-            followed.target_mn = None;
+            followed.reference_mn = None;
         }
     }
 
     fn change_model_level(
         &mut self,
         channel: u8,
-        rung: Rung,
+        level: MuscleLevel,
         now: Micros,
     ) -> Result<(), Refusal<'static>> {
         if self.phase == Phase::Off {
@@ -254,7 +254,7 @@ impl Controller {
             .ok_or(Refusal::new(Code::NoMuscle, "muscle").with_channel(channel))?;
         muscle
             .force
-            .switch(state, rung, now)
+            .switch(state, level, now)
             .map_err(|_| Refusal::new(Code::NoFatigue, "fatigue").with_channel(channel))
     }
 
@@ -310,9 +310,11 @@ impl Controller {
                 };
                 (seq, result, Some(arrived))
             }
-            ControlRequest::Rung { seq, channel, rung } => {
-                (seq, self.change_model_level(channel, rung, now), None)
-            }
+            ControlRequest::MuscleLevel {
+                seq,
+                channel,
+                level,
+            } => (seq, self.change_model_level(channel, level, now), None),
             ControlRequest::Wrench {
                 seq,
                 arrived,

@@ -71,7 +71,7 @@ impl Controller {
             }
         };
         if orders.is_just_over {
-            let _ = mail.report_event(now, Event::HoldOver); // counted
+            let _ = mail.report_event(now, Event::HoldExpired); // counted
         }
         for (channel, amplitude) in orders.amplitudes {
             self.record_order(channel, amplitude);

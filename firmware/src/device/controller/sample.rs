@@ -48,7 +48,7 @@ impl Controller {
         }
         let mut sample = Telemetry {
             at: now,
-            target_centideg: self.target(acted).map(Angle::to_centideg),
+            reference_centideg: self.target(acted).map(Angle::to_centideg),
             measured_centideg: acted.map(|acted| acted.measured.to_centideg()),
             effort_milli: acted.and_then(|acted| acted.effort_milli),
             limiting: core::mem::take(&mut self.limiting),
@@ -74,7 +74,7 @@ impl Controller {
         }
         for (force, followed) in self.setup.forces.iter().zip(&mut self.forces) {
             let force = ForceSample {
-                target_mn: followed.target_mn,
+                reference_mn: followed.reference_mn,
                 period_us: self.in_force.period_us(force.channel),
                 gap: followed.gap.take(),
             };

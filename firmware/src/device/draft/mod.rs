@@ -62,7 +62,7 @@ pub struct Draft {
 impl Default for Draft {
     /// Returns an empty draft for a device that accepts any stage.
     fn default() -> Self {
-        Self::for_stages(Stages::AsDeclared)
+        Self::for_stages(Stages::AsConfigured)
     }
 }
 

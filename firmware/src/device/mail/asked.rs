@@ -1,6 +1,6 @@
 //! Requests of the session to the controller.
 
-use crate::muscle::Rung;
+use crate::muscle::MuscleLevel;
 use crate::units::{Angle, AngularRate, ForceRate, Micros};
 
 /// A message from the session to the controller.
@@ -76,13 +76,13 @@ pub enum ControlRequest {
         angle: Angle,
     },
     /// A change of a muscle's model level.
-    Rung {
+    MuscleLevel {
         /// The request's number.
         seq: u16,
         /// Channel of the muscle, from 0.
         channel: u8,
         /// The model level from then on.
-        rung: Rung,
+        level: MuscleLevel,
     },
     /// A telemetry period in ticks of 1 ms; 0 ends the subscription.
     Subscribe(u16),

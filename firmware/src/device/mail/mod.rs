@@ -12,7 +12,8 @@ use crate::limb::{LINES, LineSpec};
 use crate::link::{Event, Refusal, Response};
 use crate::pulse::CHANNELS;
 use crate::safety::{
-    Denial, Entry, FaultRecord, Left, Notice, PulseList, Setup, State, Stimuli, Stimulus,
+    Denial, Entry, FaultRecord, Notice, PulseList, RemainingAllowance, Setup, State, Stimuli,
+    Stimulus,
 };
 use crate::units::{Amplitude, Micros};
 use heapless::spsc::{Consumer, Producer, Queue};
@@ -110,7 +111,7 @@ pub enum Report {
         /// The latched or last fault; `None` if there was none.
         fault: Option<FaultRecord>,
         /// Time and charge left of the wearer's allowance; `None` before the first arming.
-        left: Option<Left>,
+        left: Option<RemainingAllowance>,
     },
     /// A change of state, or a notice that no order asked for.
     Changed {

@@ -328,7 +328,7 @@ impl Session {
                         state,
                         fault,
                         counters,
-                        left,
+                        remaining: left,
                     },
                 });
             }

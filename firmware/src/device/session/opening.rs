@@ -25,6 +25,9 @@ pub struct Identity {
     pub stages: Stages,
     /// The chip's option bytes; `None` in simulators without a chip.
     pub option_bytes: Option<OptionBytes>,
+    /// Name of the board, empty in simulators without a chip. A name that is longer than
+    /// [`BOARD_NAME`](crate::board::wiring::BOARD_NAME) is reported as empty.
+    pub board: &'static str,
 }
 
 /// Returns the number of the first session, which another host is unlikely to guess by chance. The
@@ -112,6 +115,7 @@ impl Session {
             dead_time_us: DEAD_TIME_US,
             stages: self.identity.stages,
             option_bytes: self.identity.option_bytes,
+            board: self.identity.board.try_into().unwrap_or_default(),
         })
     }
 
@@ -120,7 +124,7 @@ impl Session {
     pub(super) fn check_owner(&mut self, sender: Sender) -> Result<(), Refusal<'static>> {
         let Sender { session, seq } = sender;
         if self.owner != Some(session) {
-            self.counters.strangers = self.counters.strangers.saturating_add(1);
+            self.counters.unknown_sessions = self.counters.unknown_sessions.saturating_add(1);
             let code = match self.owner {
                 None => Code::NoSession,
                 Some(_) => Code::SessionTaken,
@@ -130,7 +134,7 @@ impl Session {
         let gap = seq.wrapping_sub(self.expected.unwrap_or(seq));
         // A lower number is late or duplicated; no gap follows it.
         if gap < 1 << 15 {
-            self.counters.lost = self.counters.lost.saturating_add(gap.into());
+            self.counters.lost_frames = self.counters.lost_frames.saturating_add(gap.into());
             self.expected = Some(seq.wrapping_add(1));
         }
         Ok(())

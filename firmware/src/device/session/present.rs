@@ -58,8 +58,9 @@ mod tests {
             reset: ResetCause::PowerOn,
             last_fault: None,
             first_session: 1,
-            stages: Stages::AsDeclared,
+            stages: Stages::AsConfigured,
             option_bytes: None,
+            board: "",
         })
     }
 

@@ -118,7 +118,7 @@ impl Session {
                 submit(request, mail)?;
                 return Ok(Reply::Later);
             }
-            &Request::Held { held } => {
+            &Request::ObjectHeld { held } => {
                 let request = ControlRequest::Held {
                     seq,
                     arrived: now,
@@ -127,9 +127,13 @@ impl Session {
                 submit(request, mail)?;
                 return Ok(Reply::Later);
             }
-            &Request::Rung { channel, rung } => {
+            &Request::MuscleLevel { channel, level } => {
                 check_channel(channel)?;
-                let request = ControlRequest::Rung { seq, channel, rung };
+                let request = ControlRequest::MuscleLevel {
+                    seq,
+                    channel,
+                    level,
+                };
                 submit(request, mail)?;
                 return Ok(Reply::Later);
             }
@@ -177,7 +181,7 @@ impl Session {
         supply: StageSupply,
         mail: &mut SessionMail<'_>,
     ) -> Result<(), Refusal<'static>> {
-        if self.identity.stages == Stages::AsDeclared {
+        if self.identity.stages == Stages::AsConfigured {
             return Err(Refusal::new(Code::NoStageMemory, "stages"));
         }
         let table = StageTable {

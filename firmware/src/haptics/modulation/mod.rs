@@ -46,7 +46,7 @@ const STEP_MS: u8 = 1;
 ///     angle_min_mdeg: 0,
 ///     angle_max_mdeg: 100_000,
 ///     stale_after_ms: 50,
-///     longest_hold_ms: 10_000,
+///     max_hold_ms: 10_000,
 ///     flexor: biceps,
 ///     extensor: ModulatedSpec { channel: 1, lift: None, ..biceps },
 /// })
@@ -100,7 +100,7 @@ impl Modulation {
         Ok(Self {
             joint: spec.joint,
             phase_joint: spec.phase_joint,
-            longest_hold_us: spec.longest_hold_ms.saturating_mul(1000), // at most 6·10^8
+            longest_hold_us: spec.max_hold_ms.saturating_mul(1000), // at most 6·10^8
             sensor: Sensor::of_joint(SensorSource::Host, spec.stale_after_ms, range)?,
             span: Span::new(spec.angle_min_mdeg, spec.angle_max_mdeg),
             detector: PhaseDetector::new(spec.dead_band_centideg_per_s, spec.cutoff_mhz)?,

@@ -36,7 +36,7 @@ pub struct ModulationSpec {
     pub stale_after_ms: u16,
     /// Longest time for which an object may be held, ms; 100…600 000. The shortest of several
     /// joints' times counts for all.
-    pub longest_hold_ms: u32,
+    pub max_hold_ms: u32,
     /// Muscle that flexes the joint.
     pub flexor: ModulatedSpec,
     /// Muscle that extends the joint.
@@ -118,9 +118,9 @@ impl ModulationSpec {
     pub const DEAD_BAND: Range = Range::new("dead_band_centideg_per_s", 10, 20_000);
     /// Range of [`Self::cutoff_mhz`].
     pub const CUTOFF_MHZ: Range = Differentiator::CUTOFF_MHZ;
-    /// Range of [`Self::longest_hold_ms`]: up to ten minutes, within which wrapped times can be
+    /// Range of [`Self::max_hold_ms`]: up to ten minutes, within which wrapped times can be
     /// compared.
-    pub const LONGEST_HOLD_MS: Range = Range::new("longest_hold_ms", 100, 600_000);
+    pub const MAX_HOLD_MS: Range = Range::new("max_hold_ms", 100, 600_000);
 
     /// Returns both muscles, the flexor first.
     pub fn muscles(&self) -> impl Iterator<Item = &ModulatedSpec> {
@@ -153,7 +153,7 @@ impl ModulationSpec {
             Self::CUTOFF_MHZ.check(self.cutoff_mhz),
             check_angles(self.angle_min_mdeg, self.angle_max_mdeg),
             SensorSource::STALE_AFTER_MS.check(self.stale_after_ms),
-            Self::LONGEST_HOLD_MS.check(self.longest_hold_ms),
+            Self::MAX_HOLD_MS.check(self.max_hold_ms),
         ] {
             if let Err(range) = checked {
                 note(range.into());

@@ -36,7 +36,7 @@ pub enum Hold {
     Held,
     /// The object has been held longer than allowed. No joint is stimulated until the host reports
     /// that the object is released, and then held again.
-    Over,
+    Expired,
 }
 
 /// Output of the modulated joints in one tick.
@@ -57,7 +57,7 @@ pub enum HoldError {
         joint: u8,
     },
     /// The object was held for too long; the host must first report its release.
-    Over,
+    Expired,
 }
 
 impl Modulations {
@@ -111,7 +111,7 @@ impl Modulations {
         match (is_held, state.hold) {
             (false, _) => state.hold = Hold::Released,
             (true, Hold::Held) => {}
-            (true, Hold::Over) => return Err(HoldError::Over),
+            (true, Hold::Expired) => return Err(HoldError::Expired),
             (true, Hold::Released) => {
                 for modulation in &self.0 {
                     let joint = modulation.joint;
@@ -176,7 +176,7 @@ impl Modulations {
         let is_over = state.hold == Hold::Held
             && now.elapsed_since(state.since) >= shortest.unwrap_or_default();
         if is_over {
-            state.hold = Hold::Over;
+            state.hold = Hold::Expired;
         }
         is_over
     }

@@ -68,7 +68,7 @@ impl From<HoldError> for Refusal<'static> {
                 let joint = i32::from(joint);
                 Self::new(Code::NoAngle, "joint").with_range(joint, joint)
             }
-            HoldError::Over => Self::new(Code::HoldOver, "held"),
+            HoldError::Expired => Self::new(Code::HoldExpired, "held"),
         }
     }
 }

@@ -7,7 +7,7 @@
 
 use super::{Fall, Guard, Mode};
 use crate::pulse::{CHANNELS, WINDOW_US};
-use crate::safety::allowance::{Entry, Left, OPEN_US, Usage, UsageAtBoot};
+use crate::safety::allowance::{Entry, OPEN_US, RemainingAllowance, Usage, UsageAtBoot};
 use crate::safety::{Channel, Denial, Setup, StopCause, Wearer};
 use crate::seal::Checksum;
 use crate::units::{Micros, us};
@@ -276,7 +276,7 @@ impl Guard {
     /// Returns the time and charge left at `now` of the setup that is armed or was armed last;
     /// `None` before the first arming.
     #[must_use]
-    pub fn remaining_allowance(&self, now: Micros) -> Option<Left> {
+    pub fn remaining_allowance(&self, now: Micros) -> Option<RemainingAllowance> {
         let setup = self.setup.as_ref()?;
         let mut time_us = self.allowance.time_us;
         if let Mode::Stimulating | Mode::Stopping { .. } = self.mode
@@ -290,7 +290,7 @@ impl Guard {
         let armed = doses.filter(|(channel, _)| setup.channel(*channel).is_some());
         let left = armed.map(|(channel, charge)| (channel, max.saturating_sub(charge)));
         let (channel, dose) = left.min_by_key(|(_, left)| *left)?;
-        Some(Left {
+        Some(RemainingAllowance {
             time_ms: (left_us / 1_000) as u32, // a day is 8.6e7
             channel,
             dose_uc: u32::try_from(dose / PER_UC).unwrap_or(u32::MAX),

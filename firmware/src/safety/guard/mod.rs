@@ -246,7 +246,9 @@ impl Guard {
     /// not find it clears it.
     pub fn acknowledge(&mut self, now: Micros) -> Result<(), Denial> {
         match self.mode {
-            Mode::Fault(record) if record.lasts => return Err(Denial::FaultLatched(record.fault)),
+            Mode::Fault(record) if record.found_at_boot => {
+                return Err(Denial::FaultLatched(record.fault));
+            }
             Mode::Fault(_) => {}
             _ => return Err(Denial::WrongState(self.state())),
         }
@@ -274,7 +276,7 @@ impl Guard {
         self.open_core();
         if let Mode::Fault(first) = &mut self.mode {
             if fault != first.fault {
-                first.later |= fault.bit();
+                first.later_faults |= fault.bit();
             }
             return Notice::Faulted(*first);
         }
@@ -301,7 +303,7 @@ impl Guard {
     ///
     /// # Errors
     /// [`Fault::OverCurrent`], [`Fault::ElectrodeOff`], [`Fault::PhaseLost`],
-    /// [`Fault::LoadWanders`].
+    /// [`Fault::LoadUnstable`].
     pub fn tick(
         &mut self,
         now: Micros,

@@ -66,7 +66,7 @@ pub struct StageTable {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub enum Stages {
     /// A simulator without stages of its own: it accepts the stages that a setup configures.
-    AsDeclared,
+    AsConfigured,
     /// The table in the board's memory.
     Stored(StageTable),
     /// No reliable table, so that nothing can be armed.
@@ -79,7 +79,7 @@ pub enum StagesFault {
     /// The table was never written.
     Erased,
     /// The two copies differ, or one is damaged: a write was interrupted.
-    HalfWritten,
+    Incomplete,
     /// Both copies are damaged.
     Damaged,
     /// Another version of the firmware wrote the table.
@@ -123,7 +123,7 @@ impl Stages {
     #[must_use]
     pub const fn may_oppose(&self) -> bool {
         match self {
-            Self::AsDeclared | Self::Unknown(_) => true, // nothing is armed of the unknown
+            Self::AsConfigured | Self::Unknown(_) => true, // nothing is armed of the unknown
             Self::Stored(table) => matches!(table.supply, Some(StageSupply::Separate)),
         }
     }
@@ -134,7 +134,7 @@ impl Stages {
     /// Returns how the two differ.
     pub fn check(&self, channel: u8, declared: &StageSpec) -> Result<(), StageMismatch> {
         let table = match self {
-            Self::AsDeclared => return Ok(()),
+            Self::AsConfigured => return Ok(()),
             Self::Stored(table) => table,
             Self::Unknown(fault) => return Err(StageMismatch::Unknown(*fault)),
         };
@@ -277,7 +277,7 @@ impl Stages {
         match copies.map(|words| StageTable::from_words(words, unique_id)) {
             [Ok(first), Ok(second)] if first == second => Self::Stored(first),
             [Err(first), Err(second)] if first == second => Self::Unknown(first),
-            _ => Self::Unknown(StagesFault::HalfWritten),
+            _ => Self::Unknown(StagesFault::Incomplete),
         }
     }
 }

@@ -61,7 +61,7 @@ fn every_flipped_bit_makes_the_stages_unknown() {
     for bit in 0..32 * WORDS {
         let mut flipped = whole;
         flipped[bit / 32] ^= 1 << (bit % 32);
-        let half = Stages::Unknown(StagesFault::HalfWritten);
+        let half = Stages::Unknown(StagesFault::Incomplete);
         assert_eq!(
             Stages::from_copies([&flipped, &whole], UID),
             half,
@@ -82,7 +82,7 @@ fn what_is_no_table_of_this_board_is_told_apart() {
     let (whole, erased) = (table().to_words(UID), [ERASED; WORDS]);
     let unknown = |fault| Stages::Unknown(fault);
     assert_eq!(stored(&erased), unknown(StagesFault::Erased));
-    let half = unknown(StagesFault::HalfWritten);
+    let half = unknown(StagesFault::Incomplete);
     assert_eq!(Stages::from_copies([&whole, &erased], UID), half);
     assert_eq!(Stages::from_copies([&erased, &whole], UID), half);
     let mut other = table();
@@ -181,7 +181,7 @@ fn a_false_declaration_is_named() {
         Err(StageMismatch::FullScale { field, has })
     );
     assert_eq!(stages.check(9, &amps(1_000)), Err(StageMismatch::NoStage));
-    assert_eq!(Stages::AsDeclared.check(9, &amps(1_000)), Ok(()));
+    assert_eq!(Stages::AsConfigured.check(9, &amps(1_000)), Ok(()));
     let unknown = Stages::Unknown(StagesFault::Erased);
     let refused = StageMismatch::Unknown(StagesFault::Erased);
     assert_eq!(unknown.check(0, &amps(100_000)), Err(refused));

@@ -1,7 +1,7 @@
 //! Cost of a model level, from docs/charts/cycles.csv as of the build of this program.
 
 use crate::session::level_name;
-use firmware::muscle::Rung;
+use firmware::muscle::MuscleLevel;
 use std::sync::LazyLock;
 
 const CYCLES_CSV: &str = include_str!("../../../../docs/charts/cycles.csv");
@@ -34,8 +34,8 @@ impl Cycles {
 
 /// Returns the cost of a model level; `None` if it was not measured.
 #[must_use]
-pub fn cycles(rung: Rung) -> Option<Cycles> {
-    let (_, row) = ROWS.iter().find(|(name, _)| *name == level_name(rung))?;
+pub fn cycles(level: MuscleLevel) -> Option<Cycles> {
+    let (_, row) = ROWS.iter().find(|(name, _)| *name == level_name(level))?;
     let Some(row) = row else {
         return Some(Cycles {
             tick: 0,
@@ -49,9 +49,9 @@ pub fn cycles(rung: Rung) -> Option<Cycles> {
 }
 
 /// Returns the model levels to choose from, the most detailed last.
-pub fn measured_levels() -> impl Iterator<Item = Rung> {
-    let is_known = |rung: &Rung| ROWS.iter().any(|(name, _)| *name == level_name(*rung));
-    Rung::ALL.into_iter().filter(is_known)
+pub fn measured_levels() -> impl Iterator<Item = MuscleLevel> {
+    let is_known = |level: &MuscleLevel| ROWS.iter().any(|(name, _)| *name == level_name(*level));
+    MuscleLevel::ALL.into_iter().filter(is_known)
 }
 
 /// Returns the maximum cycles that an algorithm took; `None` if it was not measured.

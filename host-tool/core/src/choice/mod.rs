@@ -22,7 +22,7 @@ pub use tried::{LevelResult, ModelUses};
 
 use crate::record::Trial;
 use crate::session::{BodySpec, Model, Muscle, Session, Share, level_name};
-use firmware::muscle::Rung;
+use firmware::muscle::MuscleLevel;
 use tried::Trials;
 
 /// Seed of the simulated wearer on which sessions are tried.
@@ -36,10 +36,10 @@ pub struct Need {
     /// Outputs of the model that the session uses.
     pub uses: ModelUses,
     /// Cheapest model level within the tolerance; `None` if no level is.
-    pub enough: Option<Rung>,
+    pub enough: Option<MuscleLevel>,
     /// Model level that the muscle gets: the level in the file, or the cheapest level within the
     /// tolerance, or else the most accurate.
-    pub rung: Rung,
+    pub level: MuscleLevel,
     /// Results of each model level that the muscle allows, the most detailed last.
     pub tried: Vec<LevelResult>,
     /// Error of the outputs in use when all channels have the levels that they get.
@@ -52,10 +52,10 @@ pub struct Need {
 impl Need {
     /// Returns the smallest error of any model level, and that level.
     #[must_use]
-    pub fn smallest_error(&self) -> (f64, Rung) {
-        let all = self.tried.iter().map(|trial| (trial.error(), trial.rung));
+    pub fn smallest_error(&self) -> (f64, MuscleLevel) {
+        let all = self.tried.iter().map(|trial| (trial.error(), trial.level));
         all.min_by(|a, b| a.0.total_cmp(&b.0))
-            .unwrap_or((0.0, self.rung))
+            .unwrap_or((0.0, self.level))
     }
 }
 
@@ -141,18 +141,18 @@ pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, 
                 .iter()
                 .filter(|trial| trial.error() <= tolerance.fraction());
             let enough = within.min_by(|a, b| a.cost().total_cmp(&b.cost()));
-            let enough = enough.map(|trial| trial.rung);
+            let enough = enough.map(|trial| trial.level);
             let mut need = Need {
                 place,
                 uses: trials.used_outputs(place),
                 enough,
-                rung: muscle.initial_level(),
+                level: muscle.initial_level(),
                 together: 0.0,
                 tried,
                 raised: false,
             };
             if muscle.model == Model::Auto {
-                need.rung = enough.unwrap_or(need.smallest_error().1);
+                need.level = enough.unwrap_or(need.smallest_error().1);
             }
             Some(need)
         })
@@ -164,7 +164,7 @@ pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, 
         }
         let is_free = |need: &&mut Need| {
             let muscle = session.channels[need.place].muscle.as_ref();
-            let above = need.tried.iter().any(|trial| trial.rung > need.rung);
+            let above = need.tried.iter().any(|trial| trial.level > need.level);
             muscle.is_some_and(|muscle| muscle.model == Model::Auto && muscle.changes.is_empty())
                 && need.enough.is_some()
                 && above
@@ -174,8 +174,8 @@ pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, 
         let Some(worst) = wrong.max_by(|a, b| a.together.total_cmp(&b.together)) else {
             break;
         };
-        let next = worst.tried.iter().find(|trial| trial.rung > worst.rung);
-        worst.rung = next.map_or(worst.rung, |trial| trial.rung);
+        let next = worst.tried.iter().find(|trial| trial.level > worst.level);
+        worst.level = next.map_or(worst.level, |trial| trial.level);
         worst.raised = true;
     }
     Ok(Choice {
@@ -196,16 +196,19 @@ pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, 
 }
 
 /// Returns the model level that each channel gets, by index.
-fn chosen_levels(needs: &[Need]) -> impl Iterator<Item = (usize, Rung)> {
-    needs.iter().map(|need| (need.place, need.rung))
+fn chosen_levels(needs: &[Need]) -> impl Iterator<Item = (usize, MuscleLevel)> {
+    needs.iter().map(|need| (need.place, need.level))
 }
 
 /// Returns `session` with the model levels that its channels get, by index.
-fn with_levels(session: &Session, rungs: impl IntoIterator<Item = (usize, Rung)>) -> Session {
+fn with_levels(
+    session: &Session,
+    levels: impl IntoIterator<Item = (usize, MuscleLevel)>,
+) -> Session {
     let mut session = session.clone();
-    for (place, rung) in rungs {
+    for (place, level) in levels {
         if let Some(muscle) = &mut session.channels[place].muscle {
-            muscle.auto = rung;
+            muscle.auto = level;
         }
     }
     session
@@ -276,11 +279,11 @@ pub fn restore_choice(session: &mut Session, trial: &Trial) -> bool {
         let mut all = trial.channels.iter();
         let of = all.find(|channel_info| channel_info.number == channel.number);
         let name = of.and_then(|channel_info| channel_info.model.as_deref());
-        let rung = Rung::ALL
+        let level = MuscleLevel::ALL
             .into_iter()
             .find(|level| Some(level_name(*level)) == name);
-        muscle.auto = rung.unwrap_or(muscle.auto);
-        is_known &= rung.is_some();
+        muscle.auto = level.unwrap_or(muscle.auto);
+        is_known &= level.is_some();
     }
     if let Some(found) = trial.fidelity {
         session.telemetry_ms = found.telemetry_ms;
@@ -305,7 +308,7 @@ impl Choice {
             format!(
                 "channel {}: `{}`, as the file says, errs by {:.2} %: more than the tolerance of {}",
                 session.channels[need.place].number,
-                level_name(need.rung),
+                level_name(need.level),
                 100.0 * need.together,
                 self.tolerance,
             )

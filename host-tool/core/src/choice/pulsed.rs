@@ -3,7 +3,7 @@
 
 use super::play::{PlayError, PlayedSession};
 use crate::session::{Channel, Model, Session};
-use firmware::muscle::Rung;
+use firmware::muscle::MuscleLevel;
 
 /// Lengths of a session that are played, one after the other, until all its muscles have had a
 /// pulse, µs.
@@ -33,32 +33,35 @@ pub(super) fn choose_levels(
     session: &Session,
     length_us: u64,
     seed: u64,
-) -> Result<Vec<(usize, Rung)>, PlayError> {
-    let mut rungs = Vec::new();
+) -> Result<Vec<(usize, MuscleLevel)>, PlayError> {
+    let mut levels = Vec::new();
     for (place, channel) in session.channels.iter().enumerate() {
         let muscle = channel.muscle.as_ref();
         if let Some(muscle) = muscle.filter(|muscle| muscle.model == Model::Auto) {
-            rungs.push((place, Rung::None, muscle.report));
+            levels.push((place, MuscleLevel::None, muscle.report));
         }
     }
     let mut look = session.clone();
     for muscle in look.channels.iter_mut().filter_map(|c| c.muscle.as_mut()) {
-        muscle.model = Model::Fixed(Rung::None);
+        muscle.model = Model::Fixed(MuscleLevel::None);
     }
     for look_us in LOOKS_US {
-        if rungs.iter().all(|pair| !pair.2 || pair.1 != Rung::None) {
+        if levels
+            .iter()
+            .all(|pair| !pair.2 || pair.1 != MuscleLevel::None)
+        {
             break;
         }
         look.duration_us = length_us.min(look_us);
         let played = PlayedSession::play(&look, seed)?;
-        for (place, rung, is_read) in &mut rungs {
+        for (place, level, is_read) in &mut levels {
             if *is_read && !played.pulses[*place].is_empty() {
-                *rung = Rung::CalciumForce;
+                *level = MuscleLevel::CalciumForce;
             }
         }
         if look.duration_us == length_us {
             break;
         }
     }
-    Ok(rungs.into_iter().map(|pair| (pair.0, pair.1)).collect())
+    Ok(levels.into_iter().map(|pair| (pair.0, pair.1)).collect())
 }

@@ -3,7 +3,7 @@
 use super::cost::{Cycles, cycles, measured_levels};
 use super::play::{PlayError, PlayedSession, force_or_zero};
 use crate::session::{Muscle, Session};
-use firmware::muscle::Rung;
+use firmware::muscle::MuscleLevel;
 use rayon::prelude::*;
 
 /// Resolution of a reported force, N: forces are reported in whole mN, so that smaller differences
@@ -23,7 +23,7 @@ pub struct ModelUses {
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct LevelResult {
     /// Model level that was tried.
-    pub rung: Rung,
+    pub level: MuscleLevel,
     /// Error of the reported against the true force of the same pulses; `None` where the report is
     /// not read.
     pub report: Option<f64>,
@@ -102,7 +102,10 @@ impl<'a> Trials<'a> {
 
     /// Returns the error of each of these channels in the worst session, with all of them on these
     /// levels at once.
-    pub(super) fn combined_errors(&mut self, all: &[(usize, Rung)]) -> Result<Vec<f64>, PlayError> {
+    pub(super) fn combined_errors(
+        &mut self,
+        all: &[(usize, MuscleLevel)],
+    ) -> Result<Vec<f64>, PlayError> {
         let each = self
             .0
             .par_iter_mut()
@@ -119,7 +122,7 @@ struct Trial<'a> {
     seed: u64,
     /// Plays by model level: all muscles had this level, or the most detailed level that they allow
     /// below it.
-    played: Vec<(Rung, PlayedSession)>,
+    played: Vec<(MuscleLevel, PlayedSession)>,
     plays: usize,
     /// Results by channel; empty for a channel without a muscle.
     tried: Vec<Vec<LevelResult>>,
@@ -133,23 +136,24 @@ impl<'a> Trial<'a> {
         let muscles = || session.channels.iter().filter_map(|c| c.muscle.as_ref());
         let fullest = muscles().map(most_detailed_level).max();
         let steers = session.channels.iter().any(|c| c.force.is_some());
-        let matters = |rung: &Rung| {
+        let matters = |level: &MuscleLevel| {
             // A model that does not run reports nothing, which needs no trial.
-            Some(*rung) <= fullest && (steers || cycles(*rung).is_none_or(|cycles| cycles.tick > 0))
+            Some(*level) <= fullest
+                && (steers || cycles(*level).is_none_or(|cycles| cycles.tick > 0))
         };
-        let all: Vec<Rung> = measured_levels().filter(matters).collect();
-        let played = all.into_par_iter().map(|rung| {
+        let all: Vec<MuscleLevel> = measured_levels().filter(matters).collect();
+        let played = all.into_par_iter().map(|level| {
             let mut variant =
-                session_at_levels(session, |_, muscle| rung.min(most_detailed_level(muscle)));
+                session_at_levels(session, |_, muscle| level.min(most_detailed_level(muscle)));
             // Later changes in the file are not an effect of this model level.
             let muscles = variant
                 .channels
                 .iter_mut()
                 .filter_map(|c| c.muscle.as_mut());
             muscles.for_each(|muscle| muscle.changes.clear());
-            Ok((rung, PlayedSession::play(&variant, seed)?))
+            Ok((level, PlayedSession::play(&variant, seed)?))
         });
-        let played: Vec<(Rung, PlayedSession)> = played.collect::<Result<_, PlayError>>()?;
+        let played: Vec<(MuscleLevel, PlayedSession)> = played.collect::<Result<_, PlayError>>()?;
         let mut trials = Self {
             session,
             seed,
@@ -179,10 +183,10 @@ impl<'a> Trial<'a> {
             return Default::default();
         };
         let (uses, top) = (self.used_outputs(place), most_detailed_level(muscle));
-        let on = |rung: Rung| {
+        let on = |level: MuscleLevel| {
             self.played
                 .iter()
-                .find(|pair| pair.0 == rung)
+                .find(|pair| pair.0 == level)
                 .map(|pair| &pair.1)
         };
         let Some(best) = on(top) else {
@@ -192,26 +196,28 @@ impl<'a> Trial<'a> {
             true => best.true_force(muscle, place, &millisecond_times(best)),
             false => Vec::new(),
         };
-        let tried = measured_levels().filter(|rung| *rung <= top).map(|rung| {
-            let played = on(rung);
-            let (report, steering) = match played {
-                Some(played) => self.errors(place, muscle, played, &steered),
-                // The model never ran: where there is any force, its report of none is completely
-                // wrong.
-                None => {
-                    let is_still = best.pulses[place].is_empty();
-                    (Some(f64::from(u8::from(!is_still))), None)
+        let tried = measured_levels()
+            .filter(|level| *level <= top)
+            .map(|level| {
+                let played = on(level);
+                let (report, steering) = match played {
+                    Some(played) => self.errors(place, muscle, played, &steered),
+                    // The model never ran: where there is any force, its report of none is completely
+                    // wrong.
+                    None => {
+                        let is_still = best.pulses[place].is_empty();
+                        (Some(f64::from(u8::from(!is_still))), None)
+                    }
+                };
+                LevelResult {
+                    level,
+                    report: report.filter(|_| uses.report),
+                    steering: steering.filter(|_| uses.steering),
+                    cycles: cycles(level),
+                    pulses_per_s: played.unwrap_or(best).pulses[place].len() as f64
+                        / (best.length_us as f64 * 1e-6),
                 }
-            };
-            LevelResult {
-                rung,
-                report: report.filter(|_| uses.report),
-                steering: steering.filter(|_| uses.steering),
-                cycles: cycles(rung),
-                pulses_per_s: played.unwrap_or(best).pulses[place].len() as f64
-                    / (best.length_us as f64 * 1e-6),
-            }
-        });
+            });
         (tried.collect(), steered)
     }
 
@@ -238,17 +244,17 @@ impl<'a> Trial<'a> {
     }
 
     /// Returns the error of each of these channels, with all of them on these levels at once.
-    fn combined_errors(&mut self, all: &[(usize, Rung)]) -> Result<Vec<f64>, PlayError> {
+    fn combined_errors(&mut self, all: &[(usize, MuscleLevel)]) -> Result<Vec<f64>, PlayError> {
         let of = |place: usize, muscle: &Muscle| {
             let found = all.iter().find(|pair| pair.0 == place);
             found.map_or(muscle.initial_level(), |pair| pair.1)
         };
         let variant = session_at_levels(self.session, of);
-        let same = self.played.iter().find(|(rung, _)| {
+        let same = self.played.iter().find(|(level, _)| {
             all.iter().all(|(place, own)| {
                 let muscle = self.session.channels[*place].muscle.as_ref();
                 muscle.is_some_and(|muscle| {
-                    *own == most_detailed_level(muscle).min(*rung) && muscle.changes.is_empty()
+                    *own == most_detailed_level(muscle).min(*level) && muscle.changes.is_empty()
                 })
             })
         });
@@ -275,21 +281,21 @@ impl<'a> Trial<'a> {
 }
 
 /// Returns the most detailed model level that a muscle allows.
-fn most_detailed_level(muscle: &Muscle) -> Rung {
+fn most_detailed_level(muscle: &Muscle) -> MuscleLevel {
     match muscle.fatigue {
-        Some(_) => Rung::CalciumForceFatigue,
-        None => Rung::CalciumForce,
+        Some(_) => MuscleLevel::CalciumForceFatigue,
+        None => MuscleLevel::CalciumForce,
     }
 }
 
 /// Returns the part of `session` that is tried, with its muscles on the levels that `play` returns.
-fn session_at_levels(session: &Session, of: impl Fn(usize, &Muscle) -> Rung) -> Session {
+fn session_at_levels(session: &Session, of: impl Fn(usize, &Muscle) -> MuscleLevel) -> Session {
     let mut variant = session.clone();
     variant.duration_us = session.duration_us.min(session.try_us);
     for (place, channel) in variant.channels.iter_mut().enumerate() {
         if let Some(muscle) = &mut channel.muscle {
-            let rung = of(place, muscle);
-            muscle.model = crate::session::Model::Fixed(rung);
+            let level = of(place, muscle);
+            muscle.model = crate::session::Model::Fixed(level);
         }
     }
     variant

@@ -258,7 +258,7 @@ const fn words(code: Code) -> (&'static str, &'static str) {
         Code::OppositePhases => ("two channels can drive in opposite directions at the same time, and the board's stages share one supply or do not say so", "move their pulses apart, in one period, or give both the same direction; on stages with a supply each: flexor stages --store ... --supply separate"),
         Code::NoModulation => ("no such joint is modulated", "configure it before arming"),
         Code::NoAngle => ("a modulated joint has no fresh angle within its range, so nothing can be held", "send a measurement of each joint first"),
-        Code::HoldOver => ("the object was held for longer than it may be", "say that it is released, then that it is held"),
+        Code::HoldExpired => ("the object was held for longer than it may be", "say that it is released, then that it is held"),
         Code::TooFarAhead => ("the setpoint's time is more than 1 s ahead of the device's (to: µs ahead)", "send it later, or check the host's idea of the device's clock"),
         Code::TooManyWaiting => ("as many timed setpoints wait as may (to: how many)", "send it when the first of them is due"),
         Code::TimeGoesBack => ("the setpoint's time is less than 250 µs after the latest that waits (from: the soonest, µs ahead)", "send timed setpoints in order, those of one time in one request"),

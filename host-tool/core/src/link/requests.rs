@@ -3,7 +3,7 @@
 use super::{Connection, Error, Port};
 use firmware::control::JointSpec;
 use firmware::link::Request;
-use firmware::muscle::{MuscleSpec, Rung};
+use firmware::muscle::{MuscleLevel, MuscleSpec};
 use firmware::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
 use firmware::safety::{ChannelSpec, ListedPulse, MAX_LISTED, StageKind, StageSupply, WearerSpec};
 use firmware::units::{Amplitude, Micros};
@@ -40,8 +40,8 @@ requests! {
     "Sync" sync(channel: Option<u8>) Request::Sync { channel };
     "Gives a channel a muscle whose force is predicted."
     "Muscle" muscle(channel: u8, spec: MuscleSpec) Request::Muscle { channel, spec };
-    "Changes the rung of an armed muscle."
-    "Rung" rung(channel: u8, rung: Rung) Request::Rung { channel, rung };
+    "Changes the level of an armed muscle."
+    "MuscleLevel" muscle_level(channel: u8, level: MuscleLevel) Request::MuscleLevel { channel, level };
     "Configures the controlled joint in the draft."
     "Joint" joint(spec: JointSpec) Request::Joint(spec);
     "Starts the armed trains."

@@ -1,7 +1,7 @@
 //! Description of a channel in a record.
 
 use crate::session::level_name;
-use firmware::muscle::Rung;
+use firmware::muscle::MuscleLevel;
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// A channel of a trial.
@@ -46,7 +46,11 @@ pub struct ChannelInfo {
 /// rerun with another model would not repeat the record.
 fn known_model<'de, D: Deserializer<'de>>(from: D) -> Result<Option<String>, D::Error> {
     let name = Option::<String>::deserialize(from)?;
-    let is_known = |name: &&String| Rung::ALL.iter().any(|rung| level_name(*rung) == **name);
+    let is_known = |name: &&String| {
+        MuscleLevel::ALL
+            .iter()
+            .any(|level| level_name(*level) == **name)
+    };
     match name.as_ref().filter(|name| !is_known(name)) {
         Some(name) => Err(serde::de::Error::custom(format!(
             "`{name}` is no muscle model"

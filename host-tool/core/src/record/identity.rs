@@ -41,6 +41,8 @@ pub enum DeviceKind {
     Native,
     /// QEMU, which executes the device code.
     Qemu,
+    /// Board with a simulated output stage, to which nobody may be connected.
+    Breadboard,
 }
 
 impl DeviceKind {
@@ -52,6 +54,7 @@ impl DeviceKind {
             Self::Chip => "chip simulator",
             Self::Native => "native simulator",
             Self::Qemu => "QEMU",
+            Self::Breadboard => "breadboard without output stages",
         }
     }
 

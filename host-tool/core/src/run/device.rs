@@ -83,7 +83,7 @@ impl DeviceName {
             DeviceKind::Native => Some(Self::Native),
             DeviceKind::Chip => Some(Self::Chip),
             DeviceKind::Qemu => Some(Self::Qemu),
-            DeviceKind::Board => None,
+            DeviceKind::Board | DeviceKind::Breadboard => None,
         }
     }
 }

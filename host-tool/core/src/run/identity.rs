@@ -30,6 +30,7 @@ pub fn device_kind(info: &HelloInfo) -> DeviceKind {
         Kind::Qemu => DeviceKind::Qemu,
         Kind::Board if bytes(info).starts_with(SIMULATED_CHIP) => DeviceKind::Chip,
         Kind::Board => DeviceKind::Board,
+        Kind::Breadboard => DeviceKind::Breadboard,
     }
 }
 

@@ -14,7 +14,7 @@ use std::convert::Infallible;
 #[must_use]
 pub fn describe_stages(stages: &Stages) -> Vec<String> {
     let table = match stages {
-        Stages::AsDeclared => {
+        Stages::AsConfigured => {
             return vec!["a simulator: the stages are those that a session declares".to_owned()];
         }
         Stages::Unknown(fault) => return vec![format!("unknown: {}", describe_fault(*fault))],
@@ -150,7 +150,7 @@ fn describe_stage(kind: StageKind) -> String {
 const fn describe_fault(fault: StagesFault) -> &'static str {
     match fault {
         StagesFault::Erased => "no table has been stored",
-        StagesFault::HalfWritten => "the table is half written: storing it was cut off",
+        StagesFault::Incomplete => "the table is half written: storing it was cut off",
         StagesFault::Damaged => "the table is damaged",
         StagesFault::Version => "the table was stored by another version of the firmware",
         StagesFault::OtherBoard => "the table was stored for another board",
@@ -173,7 +173,7 @@ mod tests {
         let text = text.replace("offset_us = 6000,", "offset_us = 4250,");
         let session = Session::parse("opposed.toml", &text).unwrap();
         assert!(check_supply(&session, Some(StageSupply::Separate)).is_ok());
-        assert!(check_opposition(&session, &Stages::AsDeclared).is_ok());
+        assert!(check_opposition(&session, &Stages::AsConfigured).is_ok());
         for (supply, why) in [(None, "do not declare"), (common, "share one supply")] {
             let told = check_supply(&session, supply).unwrap_err().to_string();
             let pairs = "E507 channels 1 and 2, channels 3 and 4 can drive";
@@ -195,7 +195,7 @@ mod tests {
                 stages,
             })
         };
-        assert!(check_stages(&session, &Stages::AsDeclared).is_ok());
+        assert!(check_stages(&session, &Stages::AsConfigured).is_ok());
         assert!(check_stages(&session, &stored([Some(declared); 10])).is_ok());
         let told = check_stages(&session, &stored([Some(volts); 10])).unwrap_err();
         let told = told.to_string();

@@ -124,7 +124,7 @@ pub fn to_sample(telemetry: &Telemetry, t_s: f64, true_deg: Option<f64>) -> Samp
     let widths = telemetry.widths_us.iter();
     Sample {
         t_s,
-        target_deg: degrees(telemetry.target_centideg),
+        target_deg: degrees(telemetry.reference_centideg),
         measured_deg: degrees(telemetry.measured_centideg),
         true_deg,
         effort: telemetry.effort_milli.map(|e| f64::from(e) / 1e3),
@@ -133,25 +133,25 @@ pub fn to_sample(telemetry: &Telemetry, t_s: f64, true_deg: Option<f64>) -> Samp
         amplitudes: amplitudes.map(|a| a.map(|a| milli(a.get()))).collect(),
         widths_us: widths.map(|w| w.map(f64::from)).collect(),
         forces_n: telemetry.forces_mn.iter().map(|f| f.map(milli)).collect(),
-        wanted_n: force(|f| f.target_mn.map(|mn| f64::from(mn) / 1e3)),
+        wanted_n: force(|f| f.reference_mn.map(|mn| f64::from(mn) / 1e3)),
         rates_hz: force(|f| f.period_us.map(|us| 1e6 / f64::from(us))),
-        below_n: side(|gap| gap.below_mn),
-        above_n: side(|gap| gap.above_mn),
+        below_n: side(|gap| gap.lower_mn),
+        above_n: side(|gap| gap.upper_mn),
         hand_n: telemetry.wrench.map_or_else(Vec::new, |wrench| {
-            let newtons = wrench.target_mn.map(|mn| Some(f64::from(mn) / 1e3));
+            let newtons = wrench.reference_mn.map(|mn| Some(f64::from(mn) / 1e3));
             newtons.to_vec()
         }),
         held: telemetry.lift.as_ref().map(|lift| match lift.hold {
             Hold::Released => 0.0,
             Hold::Held => 1.0,
-            Hold::Over => 2.0,
+            Hold::Expired => 2.0,
         }),
         joint_deg: lift(|joint| degrees(joint.measured_centideg)),
         phase: lift(|joint| {
             let phase = |phase| [1.0, -1.0][usize::from(phase == MotionPhase::Drop)];
             joint.phase.map(phase)
         }),
-        hand_made: (telemetry.wrench).map(|wrench| f64::from(wrench.made_permille) / 1e3),
+        hand_made: (telemetry.wrench).map(|wrench| f64::from(wrench.achievable_permille) / 1e3),
         hand_true_n: Vec::new(),
     }
 }
@@ -186,7 +186,7 @@ pub fn describe_event(event: &Event) -> String {
         } => format!("electrode {}: {current_ua} µA", channel.saturating_add(1)),
         Event::TriggerEdge => "edge of the trigger input".to_owned(),
         Event::SyncEdge => "edge of the sync output".to_owned(),
-        Event::HoldOver => "held for too long: let go until it is released".to_owned(),
+        Event::HoldExpired => "held for too long: let go until it is released".to_owned(),
         Event::LimitCycle {
             swing_centideg,
             period_ms,
@@ -238,14 +238,14 @@ fn named_counters(counters: &Counters) -> [(&'static str, u32); 11] {
     [
         ("frames understood", counters.frames),
         ("bad frames", counters.bad_frames),
-        ("frames lost", counters.lost),
+        ("frames lost", counters.lost_frames),
         ("setpoints carried out", counters.setpoints),
         ("requests refused", counters.refused),
         ("pulses started", counters.pulses),
         ("triggers without a train", counters.idle_triggers),
         ("messages dropped", counters.dropped),
         ("internal messages lost", counters.lost_posts),
-        ("requests of strangers", counters.strangers),
+        ("requests of strangers", counters.unknown_sessions),
         ("setpoints that came late", counters.late_setpoints),
     ]
 }

@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use firmware::control::{Endpoint, SensorSource};
 use firmware::haptics::JOINTS;
 use firmware::limb::AXIS_NAMES;
-use firmware::muscle::{CalciumForceSpec, RecruitmentSpec, Rung};
+use firmware::muscle::{CalciumForceSpec, MuscleLevel, RecruitmentSpec};
 use firmware::pulse::{CHANNELS, MAX_GROUPS, Partner, Shape, TrainSpec, Trigger};
 use firmware::range::Range;
 use firmware::safety::{ChannelSpec, ListedPulse, MAX_LISTED, StageSpec};
@@ -44,10 +44,10 @@ pub(super) const TRIGGERS: [(&str, Trigger); 3] = [
     ("gated", Trigger::Gated),
 ];
 /// Model levels of the muscle and their names in session files.
-pub(super) const RUNGS: [(&str, Rung); 3] = [
-    ("none", Rung::None),
-    ("calcium-force", Rung::CalciumForce),
-    ("calcium-force-fatigue", Rung::CalciumForceFatigue),
+pub(super) const RUNGS: [(&str, MuscleLevel); 3] = [
+    ("none", MuscleLevel::None),
+    ("calcium-force", MuscleLevel::CalciumForce),
+    ("calcium-force-fatigue", MuscleLevel::CalciumForceFatigue),
 ];
 /// States of a silent member of a group and their names in session files.
 pub(super) const PARTNERS: [(&str, Partner); 2] = [
@@ -195,7 +195,7 @@ fn muscle() -> Section {
         field("motor_threshold", bounded_number(UNIT, 3, R::MOTOR_THRESHOLD, "below `limit`"), OrFile, "smallest amplitude that moves"),
         field("reference", bounded_number(UNIT, 3, R::REFERENCE, "from `limit`"), OrFile, "amplitude at which A was measured"),
         field("slope_per_unit", bounded_number("per unit", 6, R::SLOPE_MICRO, "at most 16 octaves from threshold to reference"), OrFile, "b"),
-        field("model", Kind::Choice(models.collect()), OrWord("auto"), "which model of the muscle the device computes ([what each is](protocol.md#rung)); `\"auto\"` is the cheapest that will do in this session: `flexor explain-model` tells which and why ([muscle.md](muscle.md))"),
+        field("model", Kind::Choice(models.collect()), OrWord("auto"), "which model of the muscle the device computes ([what each is](protocol.md#musclelevel)); `\"auto\"` is the cheapest that will do in this session: `flexor explain-model` tells which and why ([muscle.md](muscle.md))"),
         field("report", Kind::Flag, OrWord("true"), "whether anybody reads the predicted force; without that, `\"auto\"` heeds only what the force steers"),
         field("fatigue", Kind::Table(fatigue()), Optional, "how it tires; `\"calcium-force-fatigue\"` needs it"),
         field("changes", list(changes, 0, None, "changes"), Optional, "`{ at_s, model }`: other models, each from its time on, with the next setpoint; times rise"),

@@ -88,7 +88,7 @@ pub(super) fn read_limb(
         _ => return None,
     };
     let spec = EndpointSpec {
-        ways_um: limb.ways_um,
+        offsets_um: limb.offsets_um,
         ranges_mdeg: *ranges,
         recruit_ms,
         posture,

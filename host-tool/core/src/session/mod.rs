@@ -350,7 +350,7 @@ impl Session {
             let channel = c.index();
             changes
                 .filter(move |(at, _)| due(*at))
-                .map(move |&(_, rung)| Request::Rung { channel, rung })
+                .map(move |&(_, level)| Request::MuscleLevel { channel, level })
         })
     }
 

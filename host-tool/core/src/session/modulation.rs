@@ -155,7 +155,7 @@ fn read_joint(t: &Table<'_>, channels: &Channels) -> Option<SessionJoint> {
         angle_min_mdeg: t.integer("angle_min_deg"),
         angle_max_mdeg: t.integer("angle_max_deg"),
         stale_after_ms: t.integer("stale_after_ms"),
-        longest_hold_ms: t.integer("longest_hold_s"),
+        max_hold_ms: t.integer("longest_hold_s"),
         flexor,
         extensor,
     };
@@ -418,7 +418,7 @@ mod tests {
             angle_min_mdeg: 0,
             angle_max_mdeg: 1,
             stale_after_ms: 50,
-            longest_hold_ms: 1_000,
+            max_hold_ms: 1_000,
             flexor: muscle,
             extensor: muscle,
         });

@@ -74,7 +74,7 @@ pub(super) fn modulation(at_s: Kind) -> Section {
         field("dead_band_deg_per_s", number_in("°/s", 2, ModulationSpec::DEAD_BAND), Or(DEAD_BAND), "angular velocity of the elbow up to which the last phase stays"),
         field("cutoff_hz", number_in("Hz", 3, ModulationSpec::CUTOFF_MHZ), Or(CUTOFF_MHZ), "cutoff of the differentiator that finds it"),
         field("stale_after_ms", number_in("ms", 0, SensorSource::STALE_AFTER_MS), Or(STALE_AFTER_MS), "age at which a measured angle is stale: a fault while an object is held"),
-        field("longest_hold_s", number_in("s", 3, ModulationSpec::LONGEST_HOLD_MS), Or(LONGEST_HOLD_MS), "how long an object may be held; of several joints the shortest counts"),
+        field("longest_hold_s", number_in("s", 3, ModulationSpec::MAX_HOLD_MS), Or(LONGEST_HOLD_MS), "how long an object may be held; of several joints the shortest counts"),
         field("flexor", Kind::Table(muscle()), Required, "`{ channel, base, form, threshold }`: the muscle that flexes it"),
         field("extensor", Kind::Table(muscle()), Required, "the same of the one that extends it"),
         field("angles", list(angles, 1, None, "angles"), Required, "`{ at_s, deg }`: its course, straight between its times, sent as measured with every setpoint; the last angle stays. Simulated devices only (E755): a wearer's angles come from a client that measures them"),

@@ -1,7 +1,7 @@
 //! `[channel.muscle]`: the force model of a muscle, its recruitment, its fatigue, and the model
 //! level that predicts its force.
 
-use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
+use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleLevel, MuscleSpec, RecruitmentSpec};
 use firmware::units::Amplitude;
 
 use super::fields::RUNGS;
@@ -24,9 +24,9 @@ pub struct Muscle {
     pub model: Model,
     /// Model level that `"auto"` selects in this session. Until the session has been tried, it is
     /// the most detailed one that the muscle allows.
-    pub auto: Rung,
+    pub auto: MuscleLevel,
     /// Later model levels, each from its time after the start on, in µs, in rising order.
-    pub changes: Vec<(u64, Rung)>,
+    pub changes: Vec<(u64, MuscleLevel)>,
 }
 
 /// Model level of a muscle as the file gives it.
@@ -35,7 +35,7 @@ pub enum Model {
     /// Cheapest model level that is accurate enough in this session.
     Auto,
     /// Model level that the file fixes.
-    Fixed(Rung),
+    Fixed(MuscleLevel),
 }
 
 /// Parameters of a muscle that the wearer file may give in place of the session file.
@@ -52,18 +52,18 @@ const PARAMETERS: [&str; 8] = [
 
 /// Returns the name of a model level in session files.
 #[must_use]
-pub fn level_name(rung: Rung) -> &'static str {
-    let named = RUNGS.iter().find(|(_, known)| *known == rung);
+pub fn level_name(level: MuscleLevel) -> &'static str {
+    let named = RUNGS.iter().find(|(_, known)| *known == level);
     named.map_or("", |(name, _)| name) // all are there
 }
 
 impl Muscle {
     /// Returns the model level with which the muscle starts.
     #[must_use]
-    pub const fn initial_level(&self) -> Rung {
+    pub const fn initial_level(&self) -> MuscleLevel {
         match self.model {
             Model::Auto => self.auto,
-            Model::Fixed(rung) => rung,
+            Model::Fixed(level) => level,
         }
     }
 
@@ -74,7 +74,7 @@ impl Muscle {
             force: self.force,
             recruitment: self.recruitment,
             fatigue: self.fatigue,
-            rung: self.initial_level(),
+            level: self.initial_level(),
         }
     }
 
@@ -85,10 +85,10 @@ impl Muscle {
         t: &'t Table<'t>,
     ) -> impl Iterator<Item = (&'t Table<'t>, MuscleSpec)> {
         let spec = self.spec();
-        let changes = self.changes.iter().map(|&(_, rung)| rung);
+        let changes = self.changes.iter().map(|&(_, level)| level);
         let changes = t.tables("changes").iter().zip(changes);
-        let all = std::iter::once((t, spec.rung)).chain(changes);
-        all.map(move |(t, rung)| (t, MuscleSpec { rung, ..spec }))
+        let all = std::iter::once((t, spec.level)).chain(changes);
+        all.map(move |(t, level)| (t, MuscleSpec { level, ..spec }))
     }
 }
 
@@ -152,8 +152,8 @@ pub(super) fn read_muscle(
     let changes = read_changes(t, duration_us);
     let model = t.choice("model", &RUNGS).map_or(Model::Auto, Model::Fixed);
     let auto = match fatigue {
-        Some(_) => Rung::CalciumForceFatigue,
-        None => Rung::CalciumForce,
+        Some(_) => MuscleLevel::CalciumForceFatigue,
+        None => MuscleLevel::CalciumForce,
     };
     Some(Muscle {
         force,
@@ -167,10 +167,10 @@ pub(super) fn read_muscle(
 }
 
 /// Reads `changes`, whose times must rise and be within the session.
-fn read_changes(t: &Table<'_>, duration_us: u64) -> Option<Vec<(u64, Rung)>> {
-    let mut changes: Vec<(u64, Rung)> = Vec::new();
+fn read_changes(t: &Table<'_>, duration_us: u64) -> Option<Vec<(u64, MuscleLevel)>> {
+    let mut changes: Vec<(u64, MuscleLevel)> = Vec::new();
     for item in t.tables("changes") {
-        let rung = item.choice("model", &RUNGS).filter(|_| item.is_valid())?;
+        let level = item.choice("model", &RUNGS).filter(|_| item.is_valid())?;
         let at_us = item.time("at_s", 1, duration_us)?;
         if let Some(&(before, _)) = changes.last()
             && at_us <= before
@@ -178,7 +178,7 @@ fn read_changes(t: &Table<'_>, duration_us: u64) -> Option<Vec<(u64, Rung)>> {
             item.report_not_after("at_s", format!("the change at {} s", before as f64 / 1e6));
             return None;
         }
-        changes.push((at_us, rung));
+        changes.push((at_us, level));
     }
     Some(changes)
 }

@@ -1,7 +1,7 @@
 //! Checks whether an electrode contradicts itself or the wearer's limits.
 
 use firmware::device::{Draft, Rule};
-use firmware::muscle::{MuscleSpec, RecruitmentSpec, Rung};
+use firmware::muscle::{MuscleLevel, MuscleSpec, RecruitmentSpec};
 use firmware::pulse::TrainSpec;
 use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
 
@@ -145,9 +145,9 @@ impl Electrode {
                 slope_micro: muscle.slope_micro,
             },
             fatigue: muscle.fatigue,
-            rung: match muscle.fatigue {
-                Some(_) => Rung::CalciumForceFatigue,
-                None => Rung::CalciumForce,
+            level: match muscle.fatigue {
+                Some(_) => MuscleLevel::CalciumForceFatigue,
+                None => MuscleLevel::CalciumForce,
             },
         })
     }

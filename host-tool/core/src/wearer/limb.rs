@@ -13,8 +13,8 @@ use crate::fields::table::Table;
 /// A right arm: its bones, the ranges of its joints, and its muscles.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Limb {
-    /// Vectors along the bones from joint to joint, as [`LimbSpec::ways_um`].
-    pub ways_um: [[i32; 3]; JOINTS + 1],
+    /// Vectors along the bones from joint to joint, as [`LimbSpec::offsets_um`].
+    pub offsets_um: [[i32; 3]; JOINTS + 1],
     /// Ranges of the joint angles, as [`LimbSpec::ranges_mdeg`].
     pub ranges_mdeg: [(i32, i32); AXES],
     /// Lines of the muscles, sorted by channel.
@@ -49,7 +49,7 @@ impl Line {
     }
 }
 
-/// Fields of [`Limb::ways_um`].
+/// Fields of [`Limb::offsets_um`].
 pub(super) const WAYS: [&str; JOINTS + 1] = ["to_sc_mm", "to_gh_mm", "to_el_mm", "to_hand_mm"];
 /// Fields of [`Limb::ranges_mdeg`].
 pub(super) const RANGES: [&str; AXES] = [
@@ -98,7 +98,7 @@ pub(super) fn fields() -> Section {
     let ways = ["its origin to the sternoclavicular joint", "that to the glenohumeral joint", "that to the elbow", "that to the hand"];
     let axes = ["protraction", "elevation", "roll", "flexion", "abduction", "internal rotation", "flexion", "bend sideways", "pronation"];
     let ways = WAYS.into_iter().zip(ways);
-    let mut all: Section = ways.map(|(name, meaning)| field(name, place(LimbSpec::WAY_UM), Required, meaning)).collect();
+    let mut all: Section = ways.map(|(name, meaning)| field(name, place(LimbSpec::OFFSET_UM), Required, meaning)).collect();
     all.extend(RANGES.into_iter().zip(axes).enumerate().map(|(axis, (name, meaning))| {
         let range = [LimbSpec::RANGE_MDEG, LimbSpec::MIDDLE_MDEG][usize::from(axis % 3 == 1)];
         field(name, turns(range), Required, meaning)
@@ -113,15 +113,15 @@ pub(super) fn read(t: &Table<'_>, electrodes: &[Electrode], are_whole: bool) -> 
     let ranges = RANGES.map(|name| read_pair(t, name));
     let items = t.tables("line");
     let lines: Vec<Option<Line>> = items.iter().map(read_line).collect();
-    let mut ways_um = [[0, 0, -100_000]; JOINTS + 1];
-    for (to, from) in ways_um.iter_mut().zip(ways) {
+    let mut offsets_um = [[0, 0, -100_000]; JOINTS + 1];
+    for (to, from) in offsets_um.iter_mut().zip(ways) {
         *to = from.unwrap_or(*to);
     }
     let mut ranges_mdeg = [(0, 0); AXES];
     for (to, from) in ranges_mdeg.iter_mut().zip(ranges) {
         *to = from.unwrap_or(*to);
     }
-    LimbSpec::report_bone_mistakes(&ways_um, &ranges_mdeg, &mut |mistake| match mistake {
+    LimbSpec::report_bone_mistakes(&offsets_um, &ranges_mdeg, &mut |mistake| match mistake {
         LimbError::Way { way, .. } if ways[usize::from(way)].is_some() => {
             let allowed = "a bone of 10 mm at least, each number within ±1000".into();
             t.report_out_of_range(WAYS[usize::from(way)], allowed);
@@ -158,7 +158,7 @@ pub(super) fn read(t: &Table<'_>, electrodes: &[Electrode], are_whole: bool) -> 
     }
     known.sort_by_key(|line| line.channel);
     Some(Limb {
-        ways_um,
+        offsets_um,
         ranges_mdeg,
         lines: known,
     })

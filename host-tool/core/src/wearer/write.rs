@@ -360,7 +360,7 @@ fn write_elbow(out: &mut Lines, elbow: &Elbow) {
 
 fn write_limb(out: &mut Lines, limb: &Limb) {
     out.head("[limb]");
-    for (name, um) in WAYS.into_iter().zip(limb.ways_um) {
+    for (name, um) in WAYS.into_iter().zip(limb.offsets_um) {
         out.field(name, numbers(&um));
     }
     for (name, (low, high)) in RANGES.into_iter().zip(limb.ranges_mdeg) {

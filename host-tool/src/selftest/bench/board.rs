@@ -157,7 +157,7 @@ impl Bench {
     pub fn stage(&self, channel: u8) -> Option<StageKind> {
         match &self.info.stages {
             Stages::Stored(table) => table.stages.get(usize::from(channel) - 1).copied()?,
-            Stages::AsDeclared => Some(StageKind::Current {
+            Stages::AsConfigured => Some(StageKind::Current {
                 full_scale_ua: 100_000,
             }),
             Stages::Unknown(_) => None,

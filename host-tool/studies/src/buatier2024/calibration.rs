@@ -270,7 +270,7 @@ pub fn specs(
             angle_min_mdeg: low,
             angle_max_mdeg: high,
             stale_after_ms: 50,
-            longest_hold_ms: (1e3 * model.longest_hold_s).round() as u32,
+            max_hold_ms: (1e3 * model.longest_hold_s).round() as u32,
             flexor: muscle(flexor, of_flexor.0, of_flexor.1),
             extensor: muscle(flexor + 1, of_extensor.0, of_extensor.1),
         }

@@ -122,7 +122,7 @@ fn play_on_device(
         for word in measurement_requests(degrees, client.port().now_us()) {
             client.request(word)?;
         }
-        client.request(Request::Held { held: true })?;
+        client.request(Request::ObjectHeld { held: true })?;
     }
     let begin_us = client.start()?; // device time is world time
     let mut due_us = begin_us;
@@ -132,7 +132,7 @@ fn play_on_device(
             client.post(word)?;
         }
         if nth.is_multiple_of(HELD_EVERY) {
-            client.post(Request::Held { held: true })?;
+            client.post(Request::ObjectHeld { held: true })?;
         }
         due_us += WORD_US;
     }

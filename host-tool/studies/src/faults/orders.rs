@@ -155,7 +155,7 @@ const fn counts_as_keep_alive(request: &Request) -> bool {
             | Request::Angle { .. }
             | Request::Force { .. }
             | Request::Wrench { .. }
-            | Request::Held { .. }
+            | Request::ObjectHeld { .. }
             | Request::KeepAlive
     )
 }

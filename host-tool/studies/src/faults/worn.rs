@@ -271,7 +271,7 @@ fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 /// in a lift while the object is held.
 fn heeded_us<B: ForkableBoards>(script: &Script<B>) -> u64 {
     let is_held = |write: &Write| match decode_request(&write.bytes)?.request {
-        Request::Held { held } => held.then_some(write.t_us),
+        Request::ObjectHeld { held } => held.then_some(write.t_us),
         _ => None,
     };
     let held_us = script.said.writes().iter().filter_map(is_held).next_back();

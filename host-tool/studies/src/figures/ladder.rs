@@ -12,8 +12,8 @@ const LEAST: f64 = 1e-3;
 
 /// Draws these rows as an SVG file.
 pub fn picture(rows: &[Row], seed: u64) -> String {
-    let legend = measured_levels().enumerate().map(|(n, rung)| {
-        let name = format!("{} chosen", level_name(rung));
+    let legend = measured_levels().enumerate().map(|(n, level)| {
+        let name = format!("{} chosen", level_name(level));
         (Key::Dot(Shape::SERIES[n], Paint::Full(PALETTE[n])), name)
     });
     let panels: Vec<Panel> = (0..TOLERANCES.len()).map(|n| panel(rows, n)).collect();
@@ -41,7 +41,9 @@ fn panel(rows: &[Row], n: usize) -> Panel {
     let all: Vec<_> = measured_levels().collect();
     let dots = rows.iter().filter_map(|row| {
         let verdict = row.verdicts[n];
-        let place = all.iter().position(|rung| Some(*rung) == verdict.chosen)?;
+        let place = all
+            .iter()
+            .position(|level| Some(*level) == verdict.chosen)?;
         let at = (
             verdict.error_pct.max(LEAST),
             verdict.cheaper_pct?.max(LEAST),

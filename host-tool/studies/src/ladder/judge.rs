@@ -2,7 +2,7 @@
 
 use super::draw::{Kind, session};
 use super::{JudgeError, draw};
-use firmware::muscle::Rung;
+use firmware::muscle::MuscleLevel;
 use hal_sim::random::Random;
 use host_core::choice::{SEED, choose, with_courses};
 use host_core::session::{Bounds, Model, Session, Share, level_name};
@@ -20,7 +20,7 @@ const CLIENTS: u64 = 3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verdict {
     /// The chosen model level; `None` if the tolerance was refused.
-    pub chosen: Option<Rung>,
+    pub chosen: Option<MuscleLevel>,
     /// Error of the chosen model, while all muscles use their chosen models.
     pub error_pct: f64,
     /// Error of the next cheaper model; `None` if there is none.
@@ -100,7 +100,7 @@ fn verdicts(session: &Session, tolerance: Share, seed: u64) -> Result<Vec<Verdic
     let mut settled = session.clone();
     for need in &choice.needs {
         if let Some(muscle) = &mut settled.channels[need.place].muscle {
-            muscle.model = Model::Fixed(need.rung);
+            muscle.model = Model::Fixed(need.level);
         }
     }
     let judged = choose(&settled, tolerance, NOISE)?;
@@ -126,9 +126,9 @@ fn verdicts(session: &Session, tolerance: Share, seed: u64) -> Result<Vec<Verdic
             .tried
             .iter()
             .rev()
-            .find(|trial| trial.rung < chosen.rung);
+            .find(|trial| trial.level < chosen.level);
         Verdict {
-            chosen: chosen.enough.map(|_| chosen.rung),
+            chosen: chosen.enough.map(|_| chosen.level),
             error_pct: error * 100.0,
             cheaper_pct: cheaper.map(|trial| trial.error() * 100.0),
         }

@@ -44,7 +44,7 @@ pub(super) fn random_arm(declared: &LimbDeclaration, n: u64) -> (LimbSpec, Postu
     } = declared.arms;
     let mut deviates = UniformDeviates::for_arm(declared.seed, n);
     let mut spec = nominal_limb();
-    for way in &mut spec.ways_um {
+    for way in &mut spec.offsets_um {
         let factor = 1.0 + deviates.next() * bones_percent / 100.0;
         *way = way.map(|um| (f64::from(um) * factor).round() as i32);
     }

@@ -196,7 +196,7 @@ impl Model {
             }
         };
         LimbSpec {
-            ways_um: ways.each_ref().map(um),
+            offsets_um: ways.each_ref().map(um),
             ranges_mdeg: [
                 first, middle, last, first, middle, last, first, middle, last,
             ],

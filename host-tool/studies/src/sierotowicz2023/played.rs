@@ -101,7 +101,7 @@ fn wearer(study: &Study, model: &Model) -> String {
                     rise_ms = 1\nfall_ms = 50\nhost_timeout_ms = 200\n[limb]\n"
         .to_owned();
     let ways = ["to_sc_mm", "to_gh_mm", "to_el_mm", "to_hand_mm"];
-    for (name, um) in ways.iter().zip(&spec.ways_um) {
+    for (name, um) in ways.iter().zip(&spec.offsets_um) {
         let _ = writeln!(text, "{name} = [{}]", triple(um));
     }
     let axes = firmware::limb::AXIS_NAMES.iter().zip(&spec.ranges_mdeg);

@@ -490,7 +490,7 @@ fn the_first_fault_is_kept_and_one_that_lasts_is_not_acknowledged() {
         other => panic!("{other:?}"),
     };
     let first = told(guard.fault(Fault::OverCurrent, NOW, [3; CHANNELS]));
-    assert_eq!((first.fault, first.later), (Fault::OverCurrent, 0));
+    assert_eq!((first.fault, first.later_faults), (Fault::OverCurrent, 0));
     let later = NOW + us(500);
     for fault in [Fault::TapeSlip, Fault::OverCurrent, Fault::Memory] {
         let kept = told(guard.fault(fault, later, [9; CHANNELS]));
@@ -501,16 +501,16 @@ fn the_first_fault_is_kept_and_one_that_lasts_is_not_acknowledged() {
     }
     let both = Fault::TapeSlip.bit() | Fault::Memory.bit();
     assert_eq!(
-        told(guard.fault(Fault::TapeSlip, later, [0; CHANNELS])).later,
+        told(guard.fault(Fault::TapeSlip, later, [0; CHANNELS])).later_faults,
         both
     );
     // After an acknowledgement, the next fault can latch.
     guard.acknowledge(later).unwrap();
     let next = told(guard.fault(Fault::TimeBase, later, [0; CHANNELS]));
-    assert_eq!((next.fault, next.later), (Fault::TimeBase, 0));
+    assert_eq!((next.fault, next.later_faults), (Fault::TimeBase, 0));
 
     let lasting = FaultRecord {
-        lasts: true,
+        found_at_boot: true,
         ..FaultRecord::new(Fault::Flash, NOW)
     };
     let mut guard = Guard::new(Some(lasting), UsageAtBoot::default());

@@ -187,7 +187,7 @@ fn in_words(heard: &EventResult) -> String {
         EventResult::Refused(denied) => format!("refused: {denied:?}"),
         EventResult::Told(Notice::Faulted(record)) => {
             let (number, fault) = (record.fault.number(), record.fault);
-            match record.later {
+            match record.later_faults {
                 0 => format!("fault {number}, {fault:?}"),
                 later => format!("fault {number}, {fault:?}, and later {}", later.ilog2() + 1),
             }

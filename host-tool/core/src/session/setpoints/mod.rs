@@ -163,7 +163,7 @@ impl Setpoint {
                 millinewton_per_s: Some(millinewton_per_s),
             },
             &Self::Wrench(force_mn) => Request::Wrench { at, force_mn },
-            &Self::Held(held) => Request::Held { held },
+            &Self::Held(held) => Request::ObjectHeld { held },
             Self::Amplitudes(values) => {
                 let channels = values.iter().map(|(channel, _)| channel);
                 let stimuli = || values.iter().map(|(_, stimulus)| stimulus);

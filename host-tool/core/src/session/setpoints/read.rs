@@ -138,7 +138,7 @@ fn read_held(t: &Table<'_>, setup: &SetupSpec, duration_us: u64) -> Option<Cours
         points.push((at_us, item.flag("held")));
     }
     let joints = setup.modulations.iter();
-    let longest_ms = joints.map(|joint| joint.spec.longest_hold_ms).min();
+    let longest_ms = joints.map(|joint| joint.spec.max_hold_ms).min();
     let mut grabbed: Option<(u64, &Table<'_>)> = None;
     let end = (duration_us, false);
     let ends = points
