@@ -58,7 +58,7 @@ fn wrong_arguments_exit_with_2() {
         ("a word for a seed", "run session.toml --seed x", 2, &["--seed", "invalid digit"]),
         ("unknown law", "run session.toml --law pidd", 2, &["pid"]),
         ("serve on nothing", "serve", 2, &["--pty", "--tcp"]),
-        ("seconds out of range", "edges session.toml --seconds 0 --csv x.csv", 2, &["E518 --seconds is 0: allowed is 0.001 to 3600"]),
+        ("seconds out of range", "edges session.toml --seconds 0 --csv x.csv", 2, &["E518 --seconds is 0; allowed: 0.001 to 3600"]),
         ("no number", "edges session.toml --seconds nan --csv x.csv", 2, &["E518", "NaN"]),
         ("tries of no search", "chart control --evaluations 20", 2, &["--search"]),
         ("a course of no search", "chart control --search --course smooth", 2, &["--course"]),
@@ -69,7 +69,7 @@ fn wrong_arguments_exit_with_2() {
         ("a widened course", "chart control --wearers widened --course sine --out .", 2, &["E518 --course and --optimum need --wearers earlier"]),
         ("a hand's course", "chart control --wearers hands --course sine --out .", 2, &["E518 --course and --optimum need --wearers earlier"]),
         ("a wearer of others", "chart control --wearers widened --wearer P --out .", 2, &["--wearer"]),
-        ("all wearers", "chart control --wearer all --quick", 2, &["E518 --wearer: one wearer"]),
+        ("all wearers", "chart control --participant all --quick", 2, &["E518 --participant is all"]),
         ("a wearer's course", "chart control --wearer P --course sine --out .", 2, &["E518 --course and --optimum need --wearers earlier"]),
         ("trained on", &trained, 2, &["E518 --seed", &seed]),
         ("a place for no file", "chart ladder --no-files --workspace x", 2, &["--workspace"]),
@@ -94,7 +94,7 @@ fn a_chart_of_a_wearer_needs_a_forearm() {
         (
             "no forearm",
             "chart control --quick --wearer none.toml",
-            "E625 none.toml: it has no `[forearm]`",
+            "E625 none.toml: the file has no `[forearm]`",
         ),
         (
             "nobody",
@@ -135,7 +135,7 @@ fn a_law_that_was_never_tried_on_this_wearer_records_nothing() {
     std::fs::write(folder.join("weak.toml"), weak).unwrap();
     for law in ["pid", "recommended"] {
         let line = format!("run weak.toml --law {law} --out out");
-        let says = &["E466", "may be 0.030003 to", "law = \"paper\""];
+        let says = &["E466", "a stiffness of 0.030003 to", "law = \"paper\""];
         check(&folder, ("never tried", &line, 1, says));
         assert!(!folder.join("out").exists());
     }
@@ -218,7 +218,7 @@ fn a_board_is_served_beyond_this_computer_on_purpose_only() {
     let on_purpose = format!("{serve} --open-to-network");
     let (exit, _, error) = run_flexor(&folder, &on_purpose.split(' ').collect::<Vec<_>>());
     assert_eq!(exit, Some(0), "{error}");
-    let warning = "warning: whoever reaches 0.0.0.0:0 gives this board orders";
+    let warning = "warning: anyone who can connect to 0.0.0.0:0 controls this board";
     assert!(error.contains(warning), "{error}");
 }
 
@@ -228,7 +228,7 @@ fn a_busy_serial_port_is_refused() {
     let _board = PtyWire::open(folder.join("port")).unwrap();
     let path = folder.join("port").display().to_string();
     let _monitor = serialport::new(path, 115_200).open().unwrap();
-    let says = &["E504 cannot open port", "another program uses it"];
+    let says = &["E504 cannot open port", "another program uses this port"];
     let run = "run session.toml --device port";
     check(&folder, ("busy", run, 1, says));
 }
@@ -237,7 +237,7 @@ fn a_busy_serial_port_is_refused() {
 fn a_port_where_nobody_answers_is_refused() {
     let folder = test_folder("silent");
     let _board = PtyWire::open(folder.join("port")).unwrap();
-    let says = &["E501 no answer to Hello", "is this its port?"];
+    let says = &["E501 the device did not answer Hello", "is this its port?"];
     let run = "run session.toml --device port";
     check(&folder, ("silent", run, 1, says));
     // The kind of device is unknown, so no message states one.
@@ -267,7 +267,7 @@ fn a_second_client_is_refused_and_the_first_goes_on() {
     let line = format!("run session.toml --device {}", board.at);
     let says = [
         "E112",
-        "another host holds the session",
+        "another host has the session open",
         "close the other program",
     ];
     check(&folder, ("second", &line, 1, &says));
@@ -358,6 +358,6 @@ fn a_protocol_that_asks_somebody_is_not_begun_on_a_board_where_nobody_answers() 
     let mut program = flexor_command(&folder, &arguments);
     let (exit, _, error) = command_result(program.stdin(Stdio::null()).output().unwrap());
     assert_eq!(exit, Some(1), "{error}");
-    assert!(error.contains("E615 nobody is at the terminal"), "{error}");
+    assert!(error.contains("E615 the protocol's prompts on"), "{error}");
     assert!(!folder.join("x").exists());
 }

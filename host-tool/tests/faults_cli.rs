@@ -12,7 +12,7 @@ use std::process::{Command, Stdio};
 fn declarations_on_the_native_simulator_are_told_and_written() {
     let folder = test_folder("faults_native");
     let asked = ["faults", "--class", "declarations", "--device", "native"];
-    let few = [&asked[..], &["--count", "12", "--seed", "1000"]].concat();
+    let few = [&asked[..], &["--draws", "12", "--seed", "1000"]].concat();
     let (exit, people, _) = run_flexor(&folder, &few);
     assert_eq!(exit, Some(0), "{people}");
     for line in people.lines() {
@@ -48,7 +48,7 @@ fn declarations_on_the_native_simulator_are_told_and_written() {
     std::fs::write(folder.join("other/file"), "mine").unwrap();
     let (exit, _, error) = run_flexor(&folder, &[&few[..], &["--out", "other"]].concat());
     assert_eq!(exit, Some(1));
-    assert!(error.contains("E603 other holds something"), "{error}");
+    assert!(error.contains("E603 other holds files"), "{error}");
 }
 
 /// Checks that the page states how many cases of each kind were generated.
@@ -84,7 +84,7 @@ fn a_campaign_goes_on_where_it_stopped_and_another_does_not() {
     let folder = test_folder("faults_resumed");
     let asked = ["faults", "--class", "declarations", "--device", "native"];
     let few = |count: &'static str, out: &'static str| {
-        let rest = ["--count", count, "--seed", "1000", "--out", out];
+        let rest = ["--draws", count, "--seed", "1000", "--out", out];
         [&asked[..], &rest].concat()
     };
     assert_eq!(run_flexor(&folder, &few("12", "whole")).0, Some(0));
@@ -96,7 +96,7 @@ fn a_campaign_goes_on_where_it_stopped_and_another_does_not() {
     std::fs::write(&units, text).unwrap();
     let (exit, told, error) = run_flexor(&folder, &few("12", "parts"));
     assert_eq!(exit, Some(0), "{error}");
-    assert!(told.contains("Played 8 cases"), "{told}");
+    assert!(told.contains("Ran 8 cases"), "{told}");
     for file in ["result.json", "result.html", "faults.csv", "units.jsonl"] {
         let read = |out: &str| std::fs::read(folder.join(out).join(file)).unwrap();
         assert!(read("whole") == read("parts"), "{file}");
@@ -119,7 +119,7 @@ fn a_campaign_goes_on_where_it_stopped_and_another_does_not() {
     std::fs::write(&about, text.replace("\"version\": \"", "\"version\": \"9")).unwrap();
     let (exit, _, error) = run_flexor(&folder, &few("12", "parts"));
     assert_eq!(exit, Some(1));
-    assert!(error.contains("the same, but version 0"), "{error}");
+    assert!(error.contains("the same with version 0"), "{error}");
     std::fs::create_dir(folder.join("earlier")).unwrap();
     std::fs::write(folder.join("earlier/faults.jsonl"), "{}\n").unwrap();
     let (exit, _, error) = run_flexor(&folder, &few("12", "earlier"));
@@ -139,7 +139,7 @@ fn shards_of_a_campaign_merge_to_the_bytes_of_one() {
         assert_eq!(exit, Some(0), "{line}: {error}");
         told
     };
-    let few = "--device native --count 5 --seed 1000";
+    let few = "--device native --draws 5 --seed 1000";
     for class in ["declarations", "all"] {
         told(&format!("faults --class {class} {few} --out {class}"));
         for n in 1..=2 {
@@ -171,7 +171,7 @@ fn shards_of_a_campaign_merge_to_the_bytes_of_one() {
 #[test]
 fn all_classes_of_a_simulator_are_one_table_and_a_folder_each() {
     let folder = test_folder("faults_all");
-    let asked = "faults --class all --device native --count 3 --seed 1000 --out all";
+    let asked = "faults --class all --device native --draws 3 --seed 1000 --out all";
     let asked: Vec<&str> = asked.split(' ').collect();
     let (exit, told, error) = run_flexor(&folder, &asked);
     assert_eq!(exit, Some(0), "{error}");
@@ -196,18 +196,18 @@ fn what_cannot_be_played_is_refused_by_name() {
         (
             &["--class", "bits"],
             2,
-            "there are flips, declarations, registers, electrode, link, sensor, streams, cpu, \
+            "available: flips, declarations, registers, electrode, link, sensor, streams, cpu, \
              supply, pairs, allowance; or all",
         ),
         (
-            &["--class", "flips", "--count", "0"],
+            &["--class", "flips", "--draws", "0"],
             2,
-            "E518 --count is 0",
+            "E518 --draws is 0",
         ),
         (
             &["--class", "flips", "--only", "1000000"],
             2,
-            "E518 --only is 1000000, allowed is 0 to 999999",
+            "E518 --only is 1000000; allowed: 0 to 999999",
         ),
         (
             &["--class", "flips", "--device", "qemu"],
@@ -226,7 +226,7 @@ fn what_cannot_be_played_is_refused_by_name() {
 #[test]
 fn a_folder_that_vanishes_takes_only_what_would_be_in_it() {
     let folder = test_folder("faults_vanished");
-    let asked = "--json faults --class declarations --device native --count 100000 --out gone";
+    let asked = "--json faults --class declarations --device native --draws 100000 --out gone";
     let asked: Vec<&str> = asked.split(' ').collect();
     let gone = folder.join("gone");
     let told = loop {

@@ -55,7 +55,7 @@ fn both_models_meet_the_forty_digit_solution() {
             "--a-n-per-s {a:.6} --k {:.6} --tau-c-ms {c:.6} --tau1-ms {t1:.6} --tau2-ms {t2:.6}",
             p.k
         );
-        let train = format!("--frequency-hz {hz} --train-s 1 --duration-s 1.5");
+        let train = format!("--frequency-hz {hz} --train-s 1 --seconds 1.5");
         let force: Vec<f64> = case["F_N"].as_array().unwrap().iter().map(number).collect();
         let peak = number(&case["peak_N"]);
         for (i, model) in ["reference", "fixed"].into_iter().enumerate() {
@@ -80,7 +80,7 @@ fn a_file_of_pulses_is_the_train_it_lists() {
     std::fs::write(&pulses, times.join("\n")).unwrap();
     for model in ["fixed", "reference"] {
         let with = |test: &str, extra: &str| {
-            let words = format!("{K01} {extra} --duration-s 1.2 --model {model}");
+            let words = format!("{K01} {extra} --seconds 1.2 --model {model}");
             rows(&format!("pulses_{model}_{test}"), &words)
         };
         let train = with("train", "--frequency-hz 40 --train-s 1");
@@ -100,7 +100,7 @@ fn pulses_that_do_not_rise_are_refused_with_their_line() {
     std::fs::write(&file, "0\n25000\n25000\n").unwrap();
     let refused = flexor(
         &csv_of("same"),
-        &format!("{K01} --pulses-us same.txt --duration-s 1"),
+        &format!("{K01} --pulses-us same.txt --seconds 1"),
     );
     let said = String::from_utf8_lossy(&refused.stderr);
     assert_eq!(refused.status.code(), Some(1), "{said}");
@@ -115,7 +115,7 @@ fn pulses_that_do_not_rise_are_refused_with_their_line() {
 fn a_prediction_never_replaces_what_it_reads() {
     let file = csv_of("own").with_extension("txt");
     std::fs::write(&file, "0\n25000\n").unwrap();
-    let refused = flexor(&file, &format!("{K01} --pulses-us own.txt --duration-s 1"));
+    let refused = flexor(&file, &format!("{K01} --pulses-us own.txt --seconds 1"));
     let said = String::from_utf8_lossy(&refused.stderr);
     assert_eq!(refused.status.code(), Some(1), "{said}");
     assert!(said.contains("E586"), "{said}");
@@ -126,7 +126,7 @@ fn a_prediction_never_replaces_what_it_reads() {
 fn a_prediction_replaces_a_file_only_where_it_is_meant() {
     let file = csv_of("years");
     std::fs::write(&file, "years").unwrap();
-    let words = format!("{K01} --frequency-hz 40 --train-s 1 --duration-s 1");
+    let words = format!("{K01} --frequency-hz 40 --train-s 1 --seconds 1");
     let refused = flexor(&file, &words);
     let said = String::from_utf8_lossy(&refused.stderr);
     assert_eq!(refused.status.code(), Some(1), "{said}");
@@ -139,23 +139,23 @@ fn a_prediction_replaces_a_file_only_where_it_is_meant() {
 #[test]
 #[rustfmt::skip]
 fn bad_input_is_named_with_what_is_allowed() {
-    let good = format!("{K01} --frequency-hz 40 --train-s 1 --duration-s 1");
+    let good = format!("{K01} --frequency-hz 40 --train-s 1 --seconds 1");
     let cases = [
-        ("fixed", "--k", "0", "--k is 0: allowed is 0.002 to 5"),
-        ("fixed", "--k", "nan", "--k is NaN: allowed is 0.002 to 5"),
-        ("fixed", "--k", "-1", "--k is -1: allowed is 0.002 to 5"),
-        ("fixed", "--tau1-ms", "0", "--tau1-ms is 0: allowed is 2 to 200"),
-        ("fixed", "--tau2-ms", "1001", "--tau2-ms is 1001: allowed is 1 to 1000"),
-        ("fixed", "--tau-c-ms", "inf", "--tau-c-ms is inf: allowed is 5 to 100"),
-        ("fixed", "--a-n-per-s", "0", "--a-n-per-s is 0: allowed is 0.1 to 10000"),
-        ("reference", "--k", "0", "--k is 0: allowed is 0.002 to 5"),
-        ("reference", "--tau1-ms", "-5", "--tau1-ms is -5: allowed is 2 to 200"),
-        ("reference", "--tau-c-ms", "nan", "--tau-c-ms is NaN: allowed is 5 to 100"),
-        ("fixed", "--frequency-hz", "201", "--frequency-hz is 201: allowed is 0.5 to 200"),
-        ("fixed", "--duration-s", "nan", "--duration-s is NaN: allowed is 0.01 to 3600"),
-        ("fixed", "--duration-s", "0", "--duration-s is 0: allowed is 0.01 to 3600"),
-        ("fixed", "--k", "0.0025555", "--k is 0.0025555: the device knows steps of 0.000001"),
-        ("reference", "--tau1-ms", "20.00049", "--tau1-ms is 20.00049: the device knows steps of 0.001"),
+        ("fixed", "--k", "0", "--k is 0; allowed: 0.002 to 5"),
+        ("fixed", "--k", "nan", "--k is NaN; allowed: 0.002 to 5"),
+        ("fixed", "--k", "-1", "--k is -1; allowed: 0.002 to 5"),
+        ("fixed", "--tau1-ms", "0", "--tau1-ms is 0; allowed: 2 to 200"),
+        ("fixed", "--tau2-ms", "1001", "--tau2-ms is 1001; allowed: 1 to 1000"),
+        ("fixed", "--tau-c-ms", "inf", "--tau-c-ms is inf; allowed: 5 to 100"),
+        ("fixed", "--a-n-per-s", "0", "--a-n-per-s is 0; allowed: 0.1 to 10000"),
+        ("reference", "--k", "0", "--k is 0; allowed: 0.002 to 5"),
+        ("reference", "--tau1-ms", "-5", "--tau1-ms is -5; allowed: 2 to 200"),
+        ("reference", "--tau-c-ms", "nan", "--tau-c-ms is NaN; allowed: 5 to 100"),
+        ("fixed", "--frequency-hz", "201", "--frequency-hz is 201; allowed: 0.5 to 200"),
+        ("fixed", "--seconds", "nan", "--seconds is NaN; allowed: 0.01 to 3600"),
+        ("fixed", "--seconds", "0", "--seconds is 0; allowed: 0.01 to 3600"),
+        ("fixed", "--k", "0.0025555", "--k is 0.0025555; the device works in steps of 0.000001"),
+        ("reference", "--tau1-ms", "20.00049", "--tau1-ms is 20.00049; the device works in steps of 0.001"),
         ("exact", "--k", "0.3", "fixed"),
         ("exact", "--k", "0.3", "reference"),
     ];
@@ -184,7 +184,7 @@ fn pulses_too_fast_for_the_fixed_point_are_refused_by_name() {
     let file = csv_of("bursts").with_extension("txt");
     std::fs::write(&file, times).unwrap();
     let run = |model| {
-        let words = format!("{K01} --pulses-us bursts.txt --duration-s 2 --model {model}");
+        let words = format!("{K01} --pulses-us bursts.txt --seconds 2 --model {model}");
         flexor(&csv_of("bursts"), &words)
     };
     let refused = run("fixed");

@@ -69,7 +69,7 @@ fn assert_refused(folder: &Path, file: &str, lines: &[(&str, &str)]) {
             let (exit, _, error) = run_or_kill(folder, line);
             assert_eq!(exit, Some(1), "{file} is {kind}: {line}: {error}");
             let told = error.split_whitespace().collect::<Vec<_>>().join(" ");
-            let what = format!("{kind}, and no regular file");
+            let what = format!("{kind}, not a regular file");
             // A terminal may wrap a long path.
             let plain = told.replace("│ ", "");
             assert!(
@@ -155,10 +155,10 @@ fn an_experiment_or_a_sweep_of_odd_files_is_refused() {
 fn a_journal_that_is_no_file_is_refused() {
     let folder = test_folder("odd_journal");
     let faults = "faults --class declarations --device native --seed 1000";
-    run_json(&folder, &format!("{faults} --count 2 --out kept"));
-    let line = format!("{faults} --count 4 --out kept");
+    run_json(&folder, &format!("{faults} --draws 2 --out kept"));
+    let line = format!("{faults} --draws 4 --out kept");
     assert_refused(&folder, "kept/units.jsonl", &[(&line, "E607")]);
-    let calibrate = "calibrate --wearer somebody --channels 1 --auto --out w.toml";
+    let calibrate = "calibrate --pseudonym somebody --channels 1 --auto --out w.toml";
     let resume = format!("{calibrate} --resume");
     let lines = [(calibrate, "E6"), (resume.as_str(), "E6")];
     assert_refused(&folder, "w.toml.journal", &lines);
@@ -170,7 +170,7 @@ fn what_a_command_is_given_is_a_file() {
     let text = shortened_session(&folder, "hamana_exp4_two_point_wearer.toml", 0.1);
     let session = fs::read_to_string(folder.join(text)).unwrap();
     let muscle = "muscle --a-n-per-s 121.9 --k 0.3 --tau-c-ms 20.8 --tau1-ms 33.1 --tau2-ms 194.4 \
-                  --duration-s 1 --pulses-us odd --csv x.csv";
+                  --seconds 1 --pulses-us odd --csv x.csv";
     let lines = [
         ("run odd", "E400"),
         ("check odd", "E400"),

@@ -8,7 +8,7 @@ type Entry = (&'static str, &'static str, &'static str);
 
 /// Example with five constants of the muscle model, a train and a duration.
 const MUSCLE: &str = "flexor muscle --a-n-per-s 1000 --k 0.1 --tau-c-ms 20 --tau1-ms 50 \
-                      --tau2-ms 60 --frequency-hz 30 --train-s 1 --duration-s 2 --csv force.csv";
+                      --tau2-ms 60 --frequency-hz 30 --train-s 1 --seconds 2 --csv force.csv";
 
 /// Headings with their commands, the most often needed first.
 #[rustfmt::skip]
@@ -36,7 +36,7 @@ const GROUPS: [(&str, &[Entry]); 7] = [
         ("experiment", "flexor experiment hamana-4", "docs/laboratory.md"),
         ("sweep", "flexor sweep harris-wall --draws 20 --out out/walls", "docs/laboratory.md"),
         ("two-points", "flexor two-points --draws 10", "docs/two_points.md"),
-        ("faults", "flexor faults --class flips --count 100", "docs/faults.md"),
+        ("faults", "flexor faults --class flips --draws 100", "docs/faults.md"),
         ("chart", "flexor chart accuracy", "docs/methods.md"),
     ]),
     ("Models", &[
@@ -68,7 +68,7 @@ pub(super) fn command_line() -> Command {
     let list = list(&command);
     command.help_template(format!(
         "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{list}\n\
-         flexor help COMMAND says more of each.\n\nOptions:\n{{options}}"
+         flexor help COMMAND describes a command.\n\nOptions:\n{{options}}"
     ))
 }
 

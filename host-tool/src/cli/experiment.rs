@@ -3,6 +3,7 @@
 use super::operator::TerminalOperator;
 use super::out::OutArgs;
 use super::outcome::claims_text;
+use super::wearer_args::WearerArgs;
 use super::{CommandOutput, Output, WrongUse, drawn, interrupt, moment, usage_error};
 use anyhow::Context;
 use clap::Args;
@@ -30,17 +31,16 @@ use studies::laboratory::{
 pub struct ExperimentArgs {
     #[arg(help = study_names())]
     name: String,
-    /// Wearer file (docs/wearers.md), or P, Q, R, S or all for hamana-1 to -4 (docs/two_points.md)
-    #[arg(long)]
-    wearer: Option<String>,
+    #[command(flatten)]
+    wearer: WearerArgs,
     /// Name of an ablation of hamana-1 to hamana-4 (docs/two_points.md)
     #[arg(long)]
-    departure: Option<String>,
+    ablation: Option<String>,
     /// Device: native, chip, qemu, a serial port, or tcp:HOST:PORT
     #[arg(long, default_value = "native")]
     device: DeviceName,
-    /// Number of random wearers; default: the declaration's number in this program's simulators,
-    /// none for a board
+    /// Number of random wearers; default: the declaration's number on a simulator of this program,
+    /// none on a board
     #[arg(long)]
     draws: Option<u64>,
     /// Seed of order, noise and wearers; default: the declaration's
@@ -55,7 +55,7 @@ pub struct ExperimentArgs {
 /// Lists the names of all studies for the help text.
 fn study_names() -> String {
     format!(
-        "{}, or the file of a declaration",
+        "Study: {}, or a declaration file",
         experiments::all_study_names().join(", ")
     )
 }
@@ -88,8 +88,8 @@ impl ExperimentArgs {
     fn study_request(&self) -> StudyRequest<'_> {
         StudyRequest {
             name: &self.name,
-            wearer: self.wearer.as_deref(),
-            departure: self.departure.as_deref(),
+            wearer: self.wearer.name(),
+            ablation: self.ablation.as_deref(),
             device: &self.device,
             decided: (self.seed, self.draws),
         }
@@ -101,8 +101,8 @@ impl ExperimentArgs {
         let plan = record.plan.as_ref()?;
         let identity = record.trials.first()?.identity.as_ref()?;
         Some(Self {
-            wearer: None,
-            departure: None,
+            wearer: WearerArgs::default(),
+            ablation: None,
             name: plan.command.strip_prefix(COMMAND)?.to_owned(),
             device: DeviceName::from_kind(identity.kind)?,
             draws: Some(plan.draws?),
@@ -176,7 +176,7 @@ pub fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> {
 /// Returns the errors of [`main`].
 pub(super) fn carry_out(args: &ExperimentArgs, output: Output) -> anyhow::Result<CommandOutput> {
     let experiment = load_or_repeat(&args.name, args.again.as_ref())?;
-    let experiment = match &args.wearer {
+    let experiment = match args.wearer.name() {
         Some(file) => {
             let text = read_wearer_file(file)?;
             experiment.with_wearer(file, &text)?
@@ -190,7 +190,7 @@ pub(super) fn carry_out(args: &ExperimentArgs, output: Output) -> anyhow::Result
     };
     let draws = args.draws.unwrap_or(declared);
     if draws > MOST_DRAWS {
-        return usage_error(format!("--draws is {draws}, allowed is 0 to {MOST_DRAWS}"));
+        return usage_error(format!("--draws is {draws}; allowed: 0 to {MOST_DRAWS}"));
     }
     let order = Order {
         experiment,
@@ -298,8 +298,8 @@ impl Order<'_> {
         let asks = self.device.is_port() && protocol.prompt.is_some();
         anyhow::ensure!(
             !asks || std::io::stdin().is_terminal(),
-            "E615 nobody is at the terminal to answer the protocol's prompts on {}; run it from a \
-             terminal, or declare no prompt",
+            "E615 the protocol's prompts on {} need an operator at a terminal; run the command in \
+             a terminal, or remove `prompt` from the declaration",
             self.device
         );
         Ok(())
@@ -380,10 +380,10 @@ fn write_outcome(
     let (done, of) = (course.trials.len(), course.of);
     if course.ended.is_some() {
         let how_far =
-            format!("Cut short: of {of} trials {done} were begun, the last perhaps in part.");
+            format!("Cut short: {done} of {of} trials began; the last may be incomplete.");
         outcome.cut_short = Some(how_far);
     } else if draws > 0 {
-        let how_far = "Cut short: the wearers to be drawn are not in it.";
+        let how_far = "Cut short: the random wearers are missing.";
         outcome.cut_short = Some(how_far.to_owned());
     }
     // Published now, so that it exists even if the program ends early.
@@ -429,7 +429,7 @@ fn require_complete(
         Some(ProtocolEnd::Criterion(what)) => return Err(stopped(what).into()),
         Some(ProtocolEnd::Operator) if interruption.received_signal().is_some() => None,
         Some(ProtocolEnd::Operator) => {
-            return Err(stopped("whoever operates it said no".into()).into());
+            return Err(stopped("the operator answered no".into()).into());
         }
     };
     let cut_short_in = cut_short.is_some();
@@ -443,7 +443,7 @@ fn require_complete(
         return Err(interrupt::EndedBySignal(signal, when)).with_context(how_far);
     }
     interrupt::check_interrupted(cut_short, interruption).with_context(how_far)?;
-    let lost = || stopped("the wearers drawn came to no end".into());
+    let lost = || stopped("the random wearers were not completed".into());
     let outcome = outcome.ok_or_else(lost)?;
     let ended = None;
     Ok((Course { ended, ..course }, outcome))

@@ -28,17 +28,17 @@ pub struct FaultsArgs {
     /// Device: chip or native
     #[arg(long, default_value = "chip")]
     device: DeviceName,
-    /// Class of faults, or `all` that this device can run, each in a folder of its own
+    /// Class of faults, or `all`: every class that the device can run, each in its own folder
     #[arg(long)]
     class: ClassSelection,
     /// Number of cases of each class; default: the declaration's
     #[arg(long, conflicts_with = "merge")]
-    count: Option<u64>,
+    draws: Option<u64>,
     /// Seed of the faults and their times; default: the declaration's
     #[arg(long, conflicts_with = "merge")]
     seed: Option<u64>,
     /// Run this case alone, counted from 0, and write no folder
-    #[arg(long, conflicts_with_all = ["count", "out"])]
+    #[arg(long, conflicts_with_all = ["draws", "out"])]
     only: Option<u64>,
     /// Part I of N, such as 3/8
     #[arg(long, requires = "out", conflicts_with = "merge")]
@@ -70,7 +70,7 @@ impl FromStr for ClassSelection {
             name => name
                 .parse()
                 .map(Self::One)
-                .map_err(|e| format!("{e}; or all")),
+                .map_err(|e| format!("{e}, or all")),
         }
     }
 }
@@ -123,23 +123,21 @@ pub fn main(args: &FaultsArgs, output: Output) -> anyhow::Result<()> {
 impl FaultsArgs {
     /// Checks that the options fit together and are in range.
     fn check(&self) -> anyhow::Result<()> {
-        if let Some(count) = self.count.filter(|count| !(1..=MOST).contains(count)) {
-            return usage_error(format!("--count is {count}, allowed is 1 to {MOST}"));
+        if let Some(count) = self.draws.filter(|count| !(1..=MOST).contains(count)) {
+            return usage_error(format!("--draws is {count}; allowed: 1 to {MOST}"));
         }
         if let Some(only) = self.only.filter(|only| *only >= MOST) {
-            return usage_error(format!("--only is {only}, allowed is 0 to {}", MOST - 1));
+            return usage_error(format!("--only is {only}; allowed: 0 to {}", MOST - 1));
         }
         if self.only.is_some() && self.class == ClassSelection::All {
-            return usage_error(
-                "--only needs a class: allowed with --class all is --count".to_owned(),
-            );
+            return usage_error("--only needs a class; with --class all, use --draws");
         }
         match self.device {
             DeviceName::Chip => Ok(()),
             DeviceName::Native if self.image.is_none() => Ok(()),
             DeviceName::Native => usage_error("--image needs --device chip"),
             _ => usage_error(format!(
-                "--device is {}: allowed are chip and native",
+                "--device is {}; allowed: chip and native",
                 self.device.to_argument()
             )),
         }
@@ -192,7 +190,7 @@ impl FaultsArgs {
                 let (seed, count) = seed_and_draws(first)?;
                 (Some(seed), Some(count))
             }
-            None => (self.seed, self.count),
+            None => (self.seed, self.draws),
         };
         let study = Run::new(Declaration::for_class(class)?, image, decided)?;
         let mut played = PlayedClass {
@@ -295,7 +293,7 @@ impl PlayedClass {
 fn speed_text(played: u64, begun: Instant) -> String {
     let cores = rayon::current_num_threads() as f64;
     let rate = played as f64 / begun.elapsed().as_secs_f64().max(1e-3) / cores;
-    format!("Played {played} cases, {rate:.2} a second and core.")
+    format!("Ran {played} cases, {rate:.2} per second and core.")
 }
 
 fn text_report(all: &[PlayedClass]) -> String {
@@ -316,5 +314,5 @@ fn text_report(all: &[PlayedClass]) -> String {
             text += &format!("\n{}", wrap_columns(&note, 80));
         }
     }
-    text + "\nSimulated: a model of chip and stages; no board and no person."
+    text + "\nSimulated with a model of chip and output stages: no board, no person."
 }

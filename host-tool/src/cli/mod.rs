@@ -30,6 +30,7 @@ mod out;
 mod outcome;
 mod perform;
 mod profile;
+mod renamed;
 mod report;
 mod rerun;
 mod run;
@@ -42,6 +43,7 @@ mod sweep;
 mod two_points;
 mod typed;
 mod watch;
+mod wearer_args;
 
 pub use demo::overview_svg;
 
@@ -61,7 +63,7 @@ use std::time::Duration;
 #[derive(Parser, Debug)]
 #[command(name = "flexor", version)]
 struct Cli {
-    /// Print results as JSON, for machines
+    /// Print results as JSON
     #[arg(long, global = true)]
     json: bool,
     #[command(subcommand)]
@@ -191,7 +193,7 @@ fn printable(text: &str) -> String {
 fn print_line(line: &str) -> anyhow::Result<()> {
     match writeln!(std::io::stdout().lock(), "{line}") {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(error).context("E523 standard output")
+            Err(error).context("E523 cannot write to the standard output")
         }
         _ => Ok(()),
     }
@@ -200,7 +202,11 @@ fn print_line(line: &str) -> anyhow::Result<()> {
 /// Parses the command line and runs it. Exit code 0: success, 1: failure, 2: wrong use, 130, 143
 /// and 129: ended by SIGINT, SIGTERM and SIGHUP.
 pub fn main() -> ExitCode {
-    let matches = commands::command_line().try_get_matches();
+    let (arguments, notes) = renamed::translate(std::env::args_os());
+    for note in notes {
+        eprintln!("{note}");
+    }
+    let matches = commands::command_line().try_get_matches_from(arguments);
     let cli = match matches.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
         Err(error) => return report_parse_error(&error),
@@ -295,9 +301,9 @@ fn print_record_place(dir: &Path) {
     if Ending::load(dir).is_incomplete() {
         eprintln!("the record, marked incomplete, is in {place}");
     } else if dir.join("report.html").is_file() {
-        eprintln!("the record is whole and in {place}");
+        eprintln!("the record is complete and in {place}");
     } else {
-        eprintln!("the record is whole and in {place}; `flexor report {place}` makes its page");
+        eprintln!("the record is complete and in {place}; `flexor report {place}` writes its page");
     }
 }
 
@@ -336,7 +342,7 @@ fn usage_error<T>(what: impl Into<String>) -> anyhow::Result<T> {
 fn check_range(name: &str, value: f64, min: f64, max: f64) -> anyhow::Result<()> {
     match (min..=max).contains(&value) {
         true => Ok(()),
-        false => usage_error(format!("{name} is {value}: allowed is {min} to {max}")),
+        false => usage_error(format!("{name} is {value}; allowed: {min} to {max}")),
     }
 }
 

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 /// Time between two rows, µs.
 const ROW_US: u64 = 10_000;
 
-/// Predict the force of a pulse train by the calcium-force model
+/// Predict the force of a pulse train with the calcium-force model
 ///
 /// Lee 2020, equations 2 and 3.
 #[derive(Args, Debug)]
@@ -41,12 +41,12 @@ pub struct Muscle {
     /// Length of the regular train, s
     #[arg(long, requires = "frequency_hz")]
     train_s: Option<f64>,
-    /// File with pulse times in µs, one per line, rising
+    /// File with pulse times in µs, one per line, in ascending order
     #[arg(long, conflicts_with = "frequency_hz")]
     pulses_us: Option<PathBuf>,
     /// Length of the prediction, s
     #[arg(long)]
-    duration_s: f64,
+    seconds: f64,
     /// The device's fixed-point model, or the f64 reference
     #[arg(long, value_enum, default_value_t = Model::Fixed)]
     model: Model,
@@ -73,7 +73,7 @@ struct Row {
 /// # Errors
 /// Fails if a parameter is out of range (named in the message) or a file cannot be read or written.
 pub fn main(args: &Muscle, output: Output) -> anyhow::Result<()> {
-    check_range("--duration-s", args.duration_s, 0.01, 3600.0)?;
+    check_range("--seconds", args.seconds, 0.01, 3600.0)?;
     let reads: Vec<&Path> = args.pulses_us.iter().map(PathBuf::as_path).collect();
     check_writable(&args.csv, args.overwrite, &reads, None)?;
     let pulses = args.pulses()?;
@@ -142,7 +142,7 @@ impl Muscle {
             if finer > 1e-6 * (value * factor).abs().max(1.0) {
                 let step = 1.0 / factor;
                 return usage_error(format!(
-                    "{name} is {value}: the device knows steps of {step}"
+                    "{name} is {value}; the device works in steps of {step}"
                 ));
             }
         }
@@ -169,9 +169,9 @@ impl Muscle {
             if c >= f64::from(end) {
                 let at_s = at as f64 * 1e-6;
                 return usage_error(format!(
-                    "the pulse at {at_s} s brings C to {c:.1}, and the device's fixed point ends \
-                     at {end}: give fewer at a time, a shorter --tau-c-ms, or --model \
-                     reference"
+                    "the pulse at {at_s} s raises C to {c:.1}, but the device's fixed-point range \
+                     ends at {end}; give fewer pulses per second, a shorter --tau-c-ms, or \
+                     --model reference"
                 ));
             }
         }
@@ -214,7 +214,7 @@ impl Muscle {
             true => " with this --k and --tau2-ms",
             false => "",
         };
-        WrongUse(format!("{name} is {given}: allowed is {min} to {max}{why}")).into()
+        WrongUse(format!("{name} is {given}; allowed: {min} to {max}{why}")).into()
     }
 
     fn reference_rows(&self, pulses: &[u64]) -> anyhow::Result<Vec<Row>> {
@@ -244,7 +244,7 @@ impl Muscle {
     }
 
     fn duration_us(&self) -> u64 {
-        (self.duration_s * 1e6).round() as u64
+        (self.seconds * 1e6).round() as u64
     }
 }
 
@@ -264,7 +264,7 @@ fn read_pulses(path: &Path) -> anyhow::Result<Vec<u64>> {
         };
         if at > 3_600_000_000 || pulses.last().is_some_and(|&last| at <= last) {
             bail!(
-                "E519 {}, line {number}: {at} µs; times must rise and stay below 1 h",
+                "E519 {}, line {number}: {at} µs; times must increase and be at most 1 h",
                 path.display()
             );
         }

@@ -1,4 +1,4 @@
-//! `flexor selftest --bench`: guides a person through the bench test of a board on dummy loads.
+//! `flexor selftest --bench-test`: guides a person through the bench test of a board on dummy loads.
 
 use super::typed::{Closed, TypedLines};
 use super::{Output, interrupt, usage_error};
@@ -20,33 +20,33 @@ const SENTENCE: &str = "nobody is connected";
 /// Options of a bench test.
 #[derive(Args, Debug)]
 pub struct BenchOptions {
-    /// Measure a board on dummy loads (--device is its port; native to rehearse): the program plays
-    /// a pattern, asks for your measurements, and writes --out
+    /// Measure a board on dummy loads (--device is its port; native to rehearse): the program
+    /// outputs a pattern, asks for your measurements, and writes --out
     #[arg(long, requires_all = ["out", "operator", "date", "instruments"])]
-    pub bench: bool,
-    /// With --bench: file for the measurements (JSON)
-    #[arg(long, requires = "bench")]
+    pub bench_test: bool,
+    /// With --bench-test: file for the measurements (JSON)
+    #[arg(long, requires = "bench_test")]
     out: Option<PathBuf>,
-    /// With --bench: continue the measurements in --out
-    #[arg(long, requires = "bench")]
+    /// With --bench-test: continue the measurements in --out
+    #[arg(long, requires = "bench_test")]
     resume: bool,
-    /// With --bench: name of the operator
-    #[arg(long, requires = "bench")]
+    /// With --bench-test: name of the operator
+    #[arg(long, requires = "bench_test")]
     operator: Option<String>,
-    /// With --bench: date for the file
-    #[arg(long, requires = "bench")]
+    /// With --bench-test: date for the file
+    #[arg(long, requires = "bench_test")]
     date: Option<String>,
-    /// With --bench: oscilloscope, probe and meter
-    #[arg(long, requires = "bench")]
+    /// With --bench-test: oscilloscope, probe and meter
+    #[arg(long, requires = "bench_test")]
     instruments: Option<String>,
-    /// With --bench: channel, 1 to 10
+    /// With --bench-test: channel, 1 to 10
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=10))]
     channel: u8,
-    /// With --bench: confirm that nobody is connected to any output
-    #[arg(long, requires = "bench")]
+    /// With --bench-test: confirm that nobody is connected to any output
+    #[arg(long, requires = "bench_test")]
     nobody_connected: bool,
-    /// With --bench: read the values from a file with lines `STEP VALUE UNIT` instead of asking
-    #[arg(long, requires = "bench")]
+    /// With --bench-test: read the values from a file with lines `STEP VALUE UNIT` instead of asking
+    #[arg(long, requires = "bench_test")]
     answers: Option<PathBuf>,
 }
 
@@ -56,15 +56,15 @@ pub struct BenchOptions {
 pub fn main(options: &BenchOptions, device: &DeviceName, output: Output) -> anyhow::Result<()> {
     if matches!(device, DeviceName::Chip | DeviceName::Qemu) {
         return usage_error(format!(
-            "--bench --device is {device}: it takes a port, or native to rehearse"
+            "--device is {device}; allowed with --bench-test: a port, or native to rehearse"
         ));
     }
     let (Some(out), who) = (options.out.as_deref(), operator_details(options)?) else {
-        return usage_error("--bench needs --out"); // clap has checked
+        return usage_error("--bench-test needs --out"); // clap has checked
     };
     if out.exists() && !options.resume {
         return usage_error(format!(
-            "--out {} is there: give another name, or --resume to go on with it",
+            "--out {} already exists; give another name, or --resume to continue it",
             out.display()
         ));
     }
@@ -78,7 +78,7 @@ pub fn main(options: &BenchOptions, device: &DeviceName, output: Output) -> anyh
     let mut bench = Bench::open(device, interruption)?;
     let Some(stage) = bench.stage(options.channel) else {
         return usage_error(format!(
-            "--channel is {}, and the board knows no stage there: flexor stages",
+            "--channel is {}, where the board has no output stage; `flexor stages` lists them",
             options.channel
         ));
     };
@@ -111,7 +111,7 @@ fn operator_details(options: &BenchOptions) -> anyhow::Result<[&str; 3]> {
     for (name, text) in all {
         if !text.as_deref().is_some_and(Sheet::is_valid_text) {
             return usage_error(format!(
-                "{name} is 1 to 200 characters without control characters"
+                "{name} must have 1 to 200 characters and no control characters"
             ));
         }
     }
@@ -148,8 +148,11 @@ fn measure_steps(
         };
         let answer = Answer::new(&step, measured);
         let (holds, low, high) = (answer.holds, answer.low, answer.high);
-        let verdict = if holds { "holds" } else { "DOES NOT HOLD" };
-        eprintln!("  {measured} {}: {verdict}, {low} to {high}", step.unit);
+        let verdict = if holds { "passes" } else { "FAILS" };
+        eprintln!(
+            "  {measured} {}: {verdict}; allowed: {low} to {high}",
+            step.unit
+        );
         sheet.add_answer(answer, pattern);
         sheet.write(out)?;
     }
@@ -179,24 +182,28 @@ impl AnswerSource {
             return Ok(());
         }
         if self.answers.is_none() {
-            eprintln!("Dummy loads only. Type: {SENTENCE}");
+            eprintln!("Connect dummy loads only. To confirm, type: {SENTENCE}");
             if self.read_line(|| Ok(()))?.as_deref().map(str::trim) == Some(SENTENCE) {
                 return Ok(());
             }
         }
         anyhow::bail!(
-            "E784 nobody said that nobody is connected: nothing was put out; take every \
-             electrode off, and give --nobody-connected or type `{SENTENCE}`"
+            "E784 it is not confirmed that nobody is connected, so nothing was output; remove \
+             every electrode, then give --nobody-connected or type `{SENTENCE}`"
         )
     }
 
     /// Waits until the operator has changed the load, while the outputs are silent.
     fn wait_for_load(&mut self, pattern: &Pattern, load_ohm: u32) -> anyhow::Result<()> {
         let channel = pattern.channel;
-        eprintln!("\nThe outputs are silent. Put {load_ohm} ohm in channel {channel}'s output.");
-        eprintln!("Enter: it will put out {}", pattern.description());
+        eprintln!(
+            "\nThe outputs are silent. Connect {load_ohm} ohm to the output of channel {channel}."
+        );
+        eprintln!("Press Enter to output {}", pattern.description());
         if self.answers.is_none() && self.read_line(|| Ok(()))?.is_none() {
-            anyhow::bail!("E783 the input ended: what was measured is kept; go on with --resume");
+            anyhow::bail!(
+                "E783 the input ended; the measured values are kept: continue with --resume"
+            );
         }
         Ok(())
     }
@@ -214,7 +221,7 @@ impl AnswerSource {
             eprintln!("  value and unit, or `skip`:");
             let Some(line) = self.read_line(|| Ok(bench.keep_playing()?))? else {
                 anyhow::bail!(
-                    "E783 the input ended: what was measured is kept; go on with --resume"
+                    "E783 the input ended; the measured values are kept: continue with --resume"
                 );
             };
             if line.trim() == "skip" {
@@ -236,7 +243,7 @@ impl AnswerSource {
         let typed = self.typed.get_or_insert_with(TypedLines::start);
         loop {
             if let Some(signal) = self.interruption.received_signal() {
-                let when = "at the bench: what was measured is kept; go on with --resume";
+                let when = "during the bench test: the values are kept; continue with --resume";
                 return Err(interrupt::EndedBySignal(signal, when.to_owned()).into());
             }
             match typed.next_line() {
@@ -262,7 +269,7 @@ fn read_answers(path: &Path) -> anyhow::Result<BTreeMap<String, String>> {
         let before = answers.insert(id.to_owned(), value.to_owned());
         anyhow::ensure!(
             before.is_none(),
-            "E789 {} answers {id} twice",
+            "E789 {} has two values for {id}",
             path.display()
         );
     }
@@ -276,7 +283,7 @@ fn check_answers(pattern: &Pattern, answers: &BTreeMap<String, String>) -> anyho
     let mistakes: Vec<String> = answers
         .iter()
         .filter_map(|(id, typed)| match known(id) {
-            None => Some(format!("{id} is no step")),
+            None => Some(format!("there is no step {id}")),
             Some(step) => {
                 let read = read_value(step, typed);
                 read.err().map(|error| format!("{id}: {error}"))
@@ -285,7 +292,7 @@ fn check_answers(pattern: &Pattern, answers: &BTreeMap<String, String>) -> anyho
         .collect();
     anyhow::ensure!(
         mistakes.is_empty(),
-        "E789 the answers are refused, and nothing was put out:\n  {}",
+        "E789 the answers are refused, and nothing was output:\n  {}",
         mistakes.join("\n  ")
     );
     Ok(())
@@ -309,7 +316,7 @@ fn conclude(sheet: &Sheet, pattern: &Pattern, out: &Path, output: Output) -> any
                 Verdict::Simulated => {
                     format!("{counts} on a simulator: no evidence about a board; {place}")
                 }
-                Verdict::Passed => format!("{counts}, each holds; {place}"),
+                Verdict::Passed => format!("{counts}, all within their bounds; {place}"),
                 Verdict::Failed | Verdict::Incomplete => format!("{counts}; {place}"),
             }
         },
@@ -322,7 +329,7 @@ fn conclude(sheet: &Sheet, pattern: &Pattern, out: &Path, output: Output) -> any
     )?;
     anyhow::ensure!(
         failed.is_empty() && missing.is_empty(),
-        "E788 the bench self-test is not passed: outside of their bounds: {}; not measured: {}",
+        "E788 the bench test is not passed; outside their bounds: {}; not measured: {}",
         list_or_none(&failed),
         list_or_none(&missing)
     );

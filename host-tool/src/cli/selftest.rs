@@ -14,23 +14,23 @@ use std::path::PathBuf;
 
 /// Measure latency and full load of a simulator, or test a board
 ///
-/// Host silence, the noisy soak and full load need the native simulator. With --bench a person
-/// carries out the bench test of a board.
+/// Host silence, the soak on a noisy link and full load need the native simulator. With --bench-test an
+/// operator carries out the bench test of a board.
 #[derive(Args, Debug)]
 pub struct Selftest {
-    /// Device: native, or chip for the flashed image over USB; with --bench a board's port
+    /// Device: native, or chip for the flashed image over USB; with --bench-test a board's port
     #[arg(long, default_value = "native")]
     device: DeviceName,
     /// ELF to run instead of the board's own image (chip)
     #[arg(long)]
     image: Option<PathBuf>,
-    /// Random arrivals per latency measurement; default: 10000, chip 2000
+    /// Setpoints at random times for each latency measurement; default: 10000, on chip 2000
     #[arg(long)]
     arrivals: Option<u32>,
-    /// Length of the simulated soak, minutes (native) [20]
+    /// Length of the simulated soak, s (native); default: 1200
     #[arg(long)]
-    minutes: Option<u64>,
-    /// Measure only the simulated full load, for this many minutes (native) [2]
+    seconds: Option<u64>,
+    /// Measure only the simulated full load, for this many minutes (native)
     #[arg(long)]
     full_load: Option<u64>,
     /// Seed of all random values
@@ -52,7 +52,7 @@ const CHIP_BOUNDS_US: (u64, u64) = (700, 2_000);
 /// # Errors
 /// Fails if a measurement is impossible or a bound does not hold.
 pub fn main(args: &Selftest, output: Output) -> anyhow::Result<()> {
-    if args.bench.bench {
+    if args.bench.bench_test {
         return on_bench::main(&args.bench, &args.device, output);
     }
     interrupt::end_at_once()?;
@@ -63,8 +63,8 @@ pub fn main(args: &Selftest, output: Output) -> anyhow::Result<()> {
         DeviceName::Native if args.prefetched.is_some() || args.image.is_some() => {
             usage_error("--image and --prefetched need --device chip")
         }
-        DeviceName::Chip if args.minutes.is_some() => {
-            usage_error("--minutes needs --device native")
+        DeviceName::Chip if args.seconds.is_some() => {
+            usage_error("--seconds needs --device native")
         }
         DeviceName::Chip if args.full_load.is_some() => {
             usage_error("--full-load needs --device native")
@@ -72,7 +72,7 @@ pub fn main(args: &Selftest, output: Output) -> anyhow::Result<()> {
         DeviceName::Native => on_native(args, output),
         DeviceName::Chip => on_chip(args, output),
         _ => usage_error(format!(
-            "--device is {}: a selftest knows native and chip",
+            "--device is {}; allowed: native and chip",
             args.device
         )),
     }
@@ -89,7 +89,7 @@ fn on_chip(args: &Selftest, output: Output) -> anyhow::Result<()> {
         || {
             let mut text = String::new();
             histogram(&mut text, "direct amplitude", &direct);
-            histogram(&mut text, "through control law", &control);
+            histogram(&mut text, "through controller", &control);
             text.trim_end().to_owned()
         },
         || json!({ "device": "chip", "direct": latency_json(&direct), "control": latency_json(&control) }),
@@ -98,7 +98,10 @@ fn on_chip(args: &Selftest, output: Output) -> anyhow::Result<()> {
     let holds = direct.unseen + control.unseen == 0
         && direct.worst_phase_us <= device_us
         && direct.whole.worst_us <= whole_us;
-    anyhow::ensure!(holds, "E520 a bound does not hold; see the numbers above");
+    anyhow::ensure!(
+        holds,
+        "E520 a measured value is outside its bound; see the numbers above"
+    );
     Ok(())
 }
 
@@ -108,20 +111,20 @@ fn histogram(out: &mut String, name: &str, found: &Latency) {
     const BAR: u32 = 22;
     let (device, whole) = (&found.device, &found.whole);
     out.push_str(&format!(
-        "{name}, {} arrivals over USB -> earliest slot, us:\n",
+        "{name}, {} setpoints over USB: time to the earliest pulse slot, us\n",
         found.arrivals
     ));
     out.push_str(&format!(
-        "  from the last packet's ACK {} to {}; {} at any phase, blur {}\n",
+        "  from the packet's ACK: {} to {}; at any phase at most {}; uncertainty {}\n",
         device.best_us, device.worst_us, found.worst_phase_us, found.blur_us
     ));
     out.push_str(&format!(
-        "  from the host's write {} to {}\n",
+        "  from the host's write: {} to {}\n",
         whole.best_us, whole.worst_us
     ));
     out.push_str(&format!(
         "{:>12} {:>8} {:22} {:>8}\n",
-        "", "from ACK", "", "whole"
+        "us", "from ACK", "", "write"
     ));
     for step in 0..device.counts.len().max(whole.counts.len()) {
         let bar = |of: &Distribution| {
@@ -159,7 +162,7 @@ fn latency_json(found: &Latency) -> Value {
 fn run_full_load(minutes: u64, seed: u64, output: Output) -> anyhow::Result<FullLoad> {
     if !(1..=24 * 60).contains(&minutes) {
         return usage_error(format!(
-            "--full-load is {minutes}: allowed is 1 to 1440 minutes"
+            "--full-load is {minutes}; allowed: 1 to 1440 minutes"
         ));
     }
     let bar = output.bar("full load");
@@ -171,13 +174,13 @@ fn run_full_load(minutes: u64, seed: u64, output: Output) -> anyhow::Result<Full
 /// Formats the results in at most 80 columns.
 fn load_text(load: &FullLoad) -> String {
     format!(
-        "full load of {} s from 60 s before the clock wraps, 10 channels at 200 Hz:\n\
+        "full load for {} s, from 60 s before the clock wraps, 10 channels at 200 Hz:\n\
          \u{20} {} setpoints at 1 kHz, {} not acknowledged\n\
          \u{20} {} samples of telemetry at 1 kHz, {} gaps\n\
-         \u{20} {} pulses, {} not 5 ms after the one before, {} unasked for\n\
-         \u{20} {} over-currents put in; {} other faults, {} stops, {} counted as lost\n\
+         \u{20} {} pulses, {} not 5 ms after the previous one, {} not requested\n\
+         \u{20} {} over-currents injected; {} other faults, {} stops, {} frames lost or refused\n\
          \u{20} net charge, code*us:  {:?}\n\
-         \u{20} told by the faults:   {:?}",
+         \u{20} in the fault records: {:?}",
         load.seconds,
         load.setpoints,
         load.unacknowledged,
@@ -215,7 +218,7 @@ fn on_native(args: &Selftest, output: Output) -> anyhow::Result<()> {
         )?;
         anyhow::ensure!(
             load.holds(),
-            "E520 a bound does not hold; see the numbers above"
+            "E520 a measured value is outside its bound; see the numbers above"
         );
         return Ok(());
     }
@@ -238,7 +241,7 @@ fn on_native(args: &Selftest, output: Output) -> anyhow::Result<()> {
     }
     bar.finish();
     let bar = output.bar("soak");
-    let soak = soak(args.minutes.unwrap_or(20) * 60, args.seed, |part| {
+    let soak = soak(args.seconds.unwrap_or(1200), args.seed, |part| {
         bar.set(part)
     })?;
     bar.finish();
@@ -246,14 +249,14 @@ fn on_native(args: &Selftest, output: Output) -> anyhow::Result<()> {
     output.print(
         || {
             format!(
-                "last byte -> earliest slot, worst (best), us:\n\
-                 \u{20} direct amplitude     {:>6} ({}), {} arrivals\n\
-                 \u{20} through control law  {:>6} ({}), {} arrivals\n\
-                 host silence, every timeout 20-1000 ms: {late} late, least slack {slack_us} us\n\
-                 soak of {} s from 60 s before the clock wraps, 1 % lost, 1 % corrupted:\n\
-                 \u{20} {} pulses, {} that no accepted setpoint asked for\n\
+                "us from the last byte to the earliest pulse slot, worst (best):\n\
+                 \u{20} direct amplitude     {:>6} ({}), {} setpoints\n\
+                 \u{20} through controller   {:>6} ({}), {} setpoints\n\
+                 host silence, timeouts of 20-1000 ms: {late} late, smallest margin {slack_us} us\n\
+                 soak for {} s, from 60 s before the clock wraps, 1 % lost, 1 % corrupted:\n\
+                 \u{20} {} pulses, {} not requested by an accepted setpoint\n\
                  \u{20} {} frames sent = {} understood + {} counted lost: {}\n\
-                 \u{20} wire lost {} and corrupted {}; {} stops for silence\n{}",
+                 \u{20} the wire lost {} and corrupted {}; {} stops because of host silence\n{}",
                 direct.worst_phase_us, direct.device.best_us, direct.arrivals, control.worst_phase_us, control.device.best_us, control.arrivals,
                 soak.seconds, soak.pulses, soak.unasked,
                 soak.sent, soak.understood, soak.counted_lost, soak.is_accounted(),
@@ -276,6 +279,9 @@ fn on_native(args: &Selftest, output: Output) -> anyhow::Result<()> {
     )?;
     let holds = contradictions == 0 && late == 0 && soak.unasked == 0 && soak.is_accounted();
     let holds = holds && load.holds();
-    anyhow::ensure!(holds, "E520 a bound does not hold; see the numbers above");
+    anyhow::ensure!(
+        holds,
+        "E520 a measured value is outside its bound; see the numbers above"
+    );
     Ok(())
 }

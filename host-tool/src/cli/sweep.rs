@@ -2,6 +2,7 @@
 
 use super::drawn::{GOES_ON, print_shard_complete};
 use super::outcome::claims_text;
+use super::wearer_args::WearerArgs;
 use super::{Output, WrongUse, drawn, interrupt, usage_error};
 use clap::Args;
 use host_core::run::DeviceName;
@@ -16,14 +17,13 @@ use studies::laboratory::{DeviceCheck, MOST_DRAWS, Outcome, Shard, Sweep, merge}
 /// The same command resumes an interrupted sweep.
 #[derive(Args, Debug)]
 pub struct SweepArgs {
-    /// Any study of `flexor experiment`, by its name, or the file of a declaration
+    /// Name of a study, as in `flexor experiment`, or a declaration file
     name: String,
-    /// Wearer of a Hamana experiment, as in `flexor experiment`
-    #[arg(long)]
-    wearer: Option<String>,
+    #[command(flatten)]
+    wearer: WearerArgs,
     /// Name of an ablation, as in `flexor experiment`
     #[arg(long)]
-    departure: Option<String>,
+    ablation: Option<String>,
     /// Device on which studies with random wearers run a sample: native, chip or qemu
     #[arg(long, default_value = "native")]
     device: DeviceName,
@@ -51,17 +51,17 @@ pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
     let shard = args.shard.unwrap_or(Shard::WHOLE);
     let asked = StudyRequest {
         name: &args.name,
-        wearer: args.wearer.as_deref(),
-        departure: args.departure.as_deref(),
+        wearer: args.wearer.name(),
+        ablation: args.ablation.as_deref(),
         device: &args.device,
         decided: (args.seed, args.draws),
     };
     if let Some(entry) = Entry::find(&asked).map_err(WrongUse)? {
         return drawn::run_sweep(entry, &asked, (shard, &args.merge), &args.out, output);
     }
-    if args.wearer.is_some() || args.device != DeviceName::Native {
+    if args.wearer.name().is_some() || args.device != DeviceName::Native {
         return usage_error(format!(
-            "--wearer and --device do not belong to a sweep of {}",
+            "a sweep of {} accepts none of --wearer, --participant and --device",
             args.name
         ));
     }
@@ -73,7 +73,7 @@ pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
     let draws = args.draws.unwrap_or(experiment.declaration.draws);
     if draws == 0 || experiment.units(draws) > MOST_DRAWS {
         return usage_error(format!(
-            "--draws is {draws}, allowed are 1 to {MOST_DRAWS} over all points"
+            "--draws is {draws}; allowed: 1 to {MOST_DRAWS} over all points"
         ));
     }
     let seed = args.seed.unwrap_or(experiment.declaration.seed);
@@ -111,10 +111,10 @@ fn device_check_text(checked: DeviceCheck) -> String {
     } = checked;
     let ratio = whole.as_secs_f64() / alone.as_secs_f64();
     match units {
-        0 => "open loop: body and schedule alone; no unit was due on the whole device".to_owned(),
+        0 => "open loop: simulated without the device; no unit was repeated on it".to_owned(),
         _ => format!(
-            "open loop: body and schedule alone, {ratio:.1} times as fast as the whole device; \
-             {units} on the whole device as well, equal"
+            "open loop: simulated without the device, {ratio:.1} times as fast; {units} units were \
+             repeated on the device, with equal results"
         ),
     }
 }

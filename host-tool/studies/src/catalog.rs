@@ -20,7 +20,7 @@ pub struct StudyRequest<'a> {
     /// A participant, or a wearer file.
     pub wearer: Option<&'a str>,
     /// Name of an ablation; `None` for the study as preregistered.
-    pub departure: Option<&'a str>,
+    pub ablation: Option<&'a str>,
     /// Device on which the study, or a sample of it, runs.
     pub device: &'a DeviceName,
     /// Seed and number of draws; `None` for the declaration's.
@@ -53,16 +53,22 @@ pub const ENTRIES: [Entry; 8] = [
         names: &[
             (
                 "hamana-1",
-                "individuation of fingers by one point and by two",
+                "individuation of fingers with one point and with two",
             ),
             (
                 "hamana-2",
-                "torque of the index finger by one point and by two",
+                "torque of the index finger with one point and with two",
             ),
-            ("hamana-3", "fingers at nine intensities"),
-            ("hamana-4", "control of a finger by one point and by two"),
-            ("hamana-posture", "the index finger as the forearm pronates"),
-            ("hamana-hold", "how far a held finger sinks in 10 s"),
+            ("hamana-3", "finger angles at nine intensities"),
+            (
+                "hamana-4",
+                "control of a finger with one point and with two",
+            ),
+            (
+                "hamana-posture",
+                "angle of the index finger as the forearm pronates",
+            ),
+            ("hamana-hold", "drop of a held finger within 10 s"),
         ],
         declarations: &[
             ("hamana.toml", EXPERIMENTS),
@@ -71,23 +77,27 @@ pub const ENTRIES: [Entry; 8] = [
         ],
         command: "flexor experiment hamana-1",
         draws: 1..=1_000,
-        devices: ("a drawn forearm is simulated", SIMULATORS),
+        devices: ("the forearm is simulated", SIMULATORS),
         has_participants: true,
         begin: hamana,
     },
     Entry {
         names: &[(
             hamana2022::TWO_POINTS,
-            "drawn forearms: in whom a second point helps",
+            "random forearms: which ones a second point helps",
         )],
         declarations: &[("hamana-population.toml", hamana2022::DECLARED)],
         command: "flexor experiment two-points",
         draws: 1..=100_000,
-        devices: ("two-points is of bodies alone, without a device", NATIVE),
+        devices: (
+            "two-points computes simulated bodies without a device",
+            NATIVE,
+        ),
         has_participants: false,
         begin: |request| {
             let cells = Cells::load(None)?;
-            let cells = cells.ok_or_else(|| anyhow::anyhow!("no cells"))?;
+            let cells = cells
+                .ok_or_else(|| anyhow::anyhow!("the embedded cells of two-points are missing"))?;
             Ok(Box::new(CellsRun::new(cells, request.decided)))
         },
     },
@@ -99,7 +109,7 @@ pub const ENTRIES: [Entry; 8] = [
         declarations: &[("lee.toml", lee2020::DECLARED)],
         command: "flexor experiment lee",
         draws: 1..=1_000,
-        devices: ("a bench is simulated", SIMULATORS),
+        devices: ("the test rig is simulated", SIMULATORS),
         has_participants: false,
         begin: |request| {
             Ok(Box::new(lee2020::Run::new(
@@ -117,7 +127,7 @@ pub const ENTRIES: [Entry; 8] = [
         command: "flexor experiment harris-ramps",
         // The paper has two subjects.
         draws: 2..=100_000,
-        devices: ("a drawn elbow is simulated", SIMULATORS),
+        devices: ("the elbow is simulated", SIMULATORS),
         has_participants: false,
         begin: |request| {
             Ok(Box::new(harris2017::Run::new(
@@ -129,13 +139,13 @@ pub const ENTRIES: [Entry; 8] = [
     Entry {
         names: &[(
             sierotowicz2023::NAME,
-            "a wanted force at the hand by nine muscles",
+            "reference force at the hand, produced by nine muscles",
         )],
         declarations: &[("sierotowicz.toml", sierotowicz2023::DECLARED)],
         command: "flexor experiment sierotowicz",
         draws: 1..=10_000,
         devices: (
-            "sierotowicz is of simulated bodies",
+            "the arm is simulated",
             &[DeviceName::Native, DeviceName::Chip],
         ),
         has_participants: false,
@@ -149,14 +159,14 @@ pub const ENTRIES: [Entry; 8] = [
     Entry {
         names: &[(
             electrodes::NAME,
-            "which of ten electrodes serve a wanted force",
+            "which of ten electrodes a wanted force needs",
         )],
         declarations: &[("electrode-choice.toml", electrodes::DECLARED)],
         command: "flexor experiment electrode-choice",
         // Each draw takes 400 kB.
         draws: 2..=2_000,
         devices: (
-            "electrode-choice is of bodies alone, without a device",
+            "electrode-choice computes simulated bodies without a device",
             NATIVE,
         ),
         has_participants: false,
@@ -170,7 +180,7 @@ pub const ENTRIES: [Entry; 8] = [
         declarations: &[("distributed.toml", distributed::DECLARED)],
         command: "flexor experiment distributed",
         draws: 1..=10_000,
-        devices: ("a drawn muscle is simulated for hours of its time", NATIVE),
+        devices: ("a muscle is simulated for hours of its time", NATIVE),
         has_participants: false,
         begin: |request| {
             let (seed, draws) = request.decided;
@@ -186,7 +196,7 @@ pub const ENTRIES: [Entry; 8] = [
         command: "flexor experiment buatier",
         draws: 1..=10_000,
         devices: (
-            "buatier takes the device's own modulation without the rest of it",
+            "buatier uses only the device's modulation, without the rest of the firmware",
             NATIVE,
         ),
         has_participants: false,
@@ -196,8 +206,8 @@ pub const ENTRIES: [Entry; 8] = [
 
 fn hamana(request: &StudyRequest<'_>) -> anyhow::Result<Box<dyn Runnable>> {
     let kind = Kind::from_name(request.name)
-        .ok_or_else(|| anyhow::anyhow!("no study {}", request.name))?;
-    let whom = (request.wearer, request.departure);
+        .ok_or_else(|| anyhow::anyhow!("there is no study {}", request.name))?;
+    let whom = (request.wearer, request.ablation);
     let study = paper::Study::new(kind, whom, request.decided, request.device.clone());
     let study = study.map_err(TwoPointsError::with_lines)?;
     // A problem with the device is reported before any draw.
@@ -221,14 +231,15 @@ impl Entry {
         match found {
             Some(_) if asked.name == CONTROL && !asked.has_participant() => Ok(None),
             Some(entry) => Ok(Some(entry)),
-            None if asked.departure.is_some() => Err(format!(
-                "--departure belongs to {}, not to {}",
+            None if asked.ablation.is_some() => Err(format!(
+                "--ablation applies to {}, not to {}",
                 Self::with_participants(),
                 asked.name
             )),
             // A wearer file is used with a declaration.
             None if has_word => Err(format!(
-                "--wearer of {} is a wearer file, NAME.toml, or one that is shipped, not `{}`",
+                "--wearer of {} must be a wearer file (NAME.toml) or the name of a shipped one, \
+                 not `{}`",
                 asked.name,
                 asked.wearer.unwrap_or_default()
             )),
@@ -254,20 +265,20 @@ impl Entry {
         if asked.has_participant() && !self.has_participants {
             let name = asked.name;
             mistakes.push(format!(
-                "{name} draws its persons; --wearer and --departure do not belong to {name}"
+                "{name} generates its own wearers; --participant, --wearer and --ablation do not apply to {name}"
             ));
         }
         if !devices.contains(asked.device) {
             let names: Vec<String> = devices.iter().map(DeviceName::to_argument).collect();
             mistakes.push(format!(
-                "{why}, --device is {}; allowed: {}",
+                "--device is {}; allowed: {} ({why})",
                 asked.device,
                 names.join(", ")
             ));
         }
         if let Some(draws) = asked.decided.1.filter(|value| !self.draws.contains(value)) {
             let (least, most) = (self.draws.start(), self.draws.end());
-            mistakes.push(format!("--draws is {draws}, allowed is {least} to {most}"));
+            mistakes.push(format!("--draws is {draws}; allowed: {least} to {most}"));
         }
         mistakes
     }
@@ -283,7 +294,7 @@ impl Entry {
 
 impl StudyRequest<'_> {
     const fn has_participant(&self) -> bool {
-        self.wearer.is_some() || self.departure.is_some()
+        self.wearer.is_some() || self.ablation.is_some()
     }
 }
 

@@ -29,7 +29,7 @@ fn begun(name: &str, draws: u64) -> Box<dyn Runnable> {
     let asked = StudyRequest {
         name,
         wearer: (name == "hamana-4").then_some("P"),
-        departure: None,
+        ablation: None,
         device: &DeviceName::Native,
         decided: (Some(44), Some(draws)),
     };

@@ -53,7 +53,7 @@ fn check_owner(out: &Path, name: &str) -> Result<(), CalibrationError> {
     match old.name == name {
         true => Ok(()),
         false => Err(unusable(format!(
-            "it is the file of {}, the plan is for {name}; give that person's --out",
+            "it is the file of wearer {}, but the plan is for {name}; give --out of {name}",
             old.name
         ))),
     }

@@ -29,12 +29,12 @@ pub struct CalibrateArgs {
     /// Wearer file to write (TOML); its journal is written beside it
     #[arg(long, required_unless_present = "check")]
     out: Option<PathBuf>,
-    /// Plan (TOML): wearer, limits and electrodes; or use --wearer and --channels
+    /// Plan (TOML): wearer, limits and electrodes; or use --pseudonym and --channels
     #[arg(long)]
     electrodes: Option<PathBuf>,
     /// Pseudonym of the wearer, instead of the plan's
     #[arg(long)]
-    wearer: Option<String>,
+    pseudonym: Option<String>,
     /// Without a plan: channels, such as 1,2,3 or 1-10, stimulated as in Lee 2020
     #[arg(long, conflicts_with = "electrodes")]
     channels: Option<String>,
@@ -45,7 +45,7 @@ pub struct CalibrateArgs {
     #[arg(long)]
     resume: bool,
     /// Check the thresholds of this wearer file, and add the results to it
-    #[arg(long, conflicts_with_all = ["out", "electrodes", "wearer", "channels", "resume"])]
+    #[arg(long, conflicts_with_all = ["out", "electrodes", "pseudonym", "channels", "resume"])]
     check: Option<PathBuf>,
     /// With --check: largest accepted change of a threshold, mA or V; default: 1
     #[arg(long, requires = "check")]
@@ -80,12 +80,13 @@ pub fn main(args: &CalibrateArgs, output: Output) -> anyhow::Result<()> {
     let is_port = args.device.is_port();
     if is_port && (args.seed.is_some() || args.body.is_some()) {
         return usage_error(
-            "--seed and --body need --device native or chip: a board's wearer has none",
+            "--seed and --body describe a simulated wearer: they need --device native or chip",
         );
     }
     anyhow::ensure!(
         !(is_port && args.auto),
-        "E679 --auto answers for simulated bodies only: on {} a person is asked before every raise",
+        "E679 --auto works only with simulated wearers; on {} an operator must order each raise: \
+         leave out --auto",
         args.device
     );
     let task = Task::from_args(args)?;

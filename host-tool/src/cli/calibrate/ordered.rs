@@ -41,7 +41,7 @@ impl Task {
             let tolerance = args.tolerance.unwrap_or(1.0);
             let Some(tolerance) = Level::from_units(tolerance).filter(|level| level.0 > 0) else {
                 return usage_error(format!(
-                    "--tolerance is {tolerance}: whole thousandths above 0, to 100"
+                    "--tolerance is {tolerance}; allowed: 0.001 to 100 in steps of 0.001"
                 ));
             };
             let wearer = Box::new(Wearer::read(file)?);
@@ -61,7 +61,7 @@ impl Task {
                 );
             }
         };
-        let text = match &args.wearer {
+        let text = match &args.pseudonym {
             Some(wearer) => with_wearer(&text, wearer),
             None => text,
         };
@@ -94,12 +94,12 @@ fn with_wearer(text: &str, wearer: &str) -> String {
 
 /// Returns the text of a plan for these channels.
 fn default_plan(args: &CalibrateArgs, channels: &str) -> anyhow::Result<String> {
-    let Some(wearer) = &args.wearer else {
-        return usage_error("--channels needs --wearer: the wearer's pseudonym");
+    let Some(wearer) = &args.pseudonym else {
+        return usage_error("--channels needs --wearer NAME, the wearer's pseudonym");
     };
     let Some(channels) = parse_channels(channels) else {
         return usage_error(format!(
-            "--channels is \"{}\": channels from 1 to 10, such as 1,2,3 or 1-10",
+            "--channels is \"{}\"; allowed: channels 1 to 10, such as 1,2,3 or 1-10",
             host_core::session::escape_control_chars(channels)
         ));
     };

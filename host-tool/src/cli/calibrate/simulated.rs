@@ -12,7 +12,7 @@ pub enum BodyName {
     Array,
     /// Wrist of Lee's subject K05, on channel 1
     Wrist,
-    /// Dummy loads: nothing moves
+    /// Dummy loads; nothing moves
     Still,
 }
 

@@ -75,7 +75,7 @@ fn run_calibration(
     let (result, spent, _) = calibrate(port, &course, &mut journal, desk);
     let found = result.map_err(|error| map_signal_error(error, AGAIN))?;
     if !found.iter().any(ElectrodeResult::is_complete) {
-        let what = "move the electrodes, or raise `ceiling` if the wearer bears it";
+        let what = "move the electrodes, or raise `ceiling` if the wearer tolerates it";
         return Err(CalibrationError::Nothing(incomplete_electrodes(plan, &found), what).into());
     }
     Ok(CalibrationOutcome {
@@ -145,7 +145,7 @@ fn incomplete_electrodes(plan: &Plan, found: &[ElectrodeResult]) -> String {
 }
 
 /// Advice after a signal.
-const AGAIN: &str = "go on with --resume";
+const AGAIN: &str = "continue with --resume";
 
 /// Turns the error of an interrupted link into [`interrupt::EndedBySignal`].
 fn map_signal_error(error: CalibrationError, then: &str) -> anyhow::Error {
@@ -184,18 +184,20 @@ impl CalibrationOutcome {
                 let notes = drifts.iter().filter(|(_, [at, own])| at != own);
                 let note = |(drift, [at_hz, own_hz]): &(Drift, [f64; 2])| {
                     let channel = drift.channel;
-                    format!("channel {channel} was checked at {at_hz} Hz, its file has {own_hz}\n")
+                    format!("channel {channel} was checked at {at_hz} Hz; its file has {own_hz}\n")
                 };
                 let notes: String = notes.map(note).collect();
-                format!("{notes}{count} thresholds hold; the check was added to {file}")
+                format!(
+                    "{notes}{count} thresholds are within tolerance; {file} now contains the check"
+                )
             }
         };
         let given = self.spent.given;
         let simulated = match self.simulated {
-            true => "\nSimulated: an assumed body, no evidence about people.",
+            true => "\nSimulated with an assumed wearer model: no evidence about people.",
             false => "",
         };
-        format!("{what}; {minutes:.1} min of the device's time, {given} presentations{simulated}")
+        format!("{what}; {minutes:.1} min of device time, {given} presentations{simulated}")
     }
 
     fn to_json(&self) -> Value {

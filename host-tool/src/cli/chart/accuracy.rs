@@ -45,7 +45,8 @@ pub fn main(args: &Accuracy, output: Output) -> anyhow::Result<()> {
         ("accuracy.svg", accuracy_picture(&chart)),
     ] {
         let path = args.out.join(name);
-        std::fs::write(&path, contents).with_context(|| format!("E556 {}", path.display()))?;
+        std::fs::write(&path, contents)
+            .with_context(|| format!("E556 cannot write {}", path.display()))?;
     }
     let again = study::rerun_study();
     let range = range::study(RANGE_SEED, args.draws);
@@ -68,7 +69,7 @@ fn write_change_costs(out: &mut String, chart: &Chart) {
     out.push_str(&format!(
         "Cycles per second if parameters change once a second\n  {:<26}{:>10}{:>11}{:>11}\n",
         "",
-        "making",
+        "change",
         format!("read {}", every[0]),
         format!("read {}", every[1])
     ));
@@ -133,14 +134,18 @@ fn study_text(again: &[study::MethodError]) -> String {
 /// Formats the errors of the shipped model over the whole range that the device accepts.
 fn range_text(found: &RangeErrors) -> String {
     let mut out = format!(
-        "The shipped model over all that the device takes ({} refused by name, judged at the edge)\n",
+        "The shipped model over the whole range that the device accepts ({} muscles\n\
+         that it refuses are tested with the shortest τ1 that it accepts)\n",
         found.refused
     );
-    for (name, places) in [("corners", &found.corners), ("drawn", &found.drawn)] {
+    for (name, places) in [
+        ("corners of the range", &found.corners),
+        ("random muscles", &found.drawn),
+    ] {
         let above = range::above_pct(places);
         let count = places.len();
         out.push_str(&format!(
-            "  {count} {name}: {above:.2} % of them above {WANTED_PCT} %\n"
+            "  {count} {name}: the error of {above:.2} % of them is above {WANTED_PCT} %\n"
         ));
         for Place {
             spec,
@@ -169,13 +174,14 @@ fn text(chart: &Chart) -> String {
     let each = OUTPUTS_US.into_iter().zip(&chart.corners);
     for (output_us, [cycles, worst_tick]) in each {
         out.push_str(&format!(
-            "Shipped, at the corner of its ranges, read {} ms: {cycles} per s, worst tick {worst_tick}\n",
+            "Shipped setting at the corner of its ranges, force read every {} ms:\n  \
+             {cycles} cycles per s, worst tick {worst_tick} cycles\n",
             output_us / 1000
         ));
     }
     write_change_costs(&mut out, chart);
     out.push_str(&format!(
-        "\n{} settings; the same bits on host and chip in {} of them",
+        "\n{} settings; host and chip agree bit for bit in {} of them",
         chart.points.len(),
         chart.points.len() - chart.differing.len()
     ));
@@ -205,28 +211,29 @@ fn write_interval(out: &mut String, chart: &Chart, output_us: u32) {
     let Some(verdict) = Verdict::at_output_period(chart, output_us) else {
         return out.push('\n');
     };
-    out.push_str("  shipped, and the paper's own:\n");
+    out.push_str("  shipped setting, then the paper's setting:\n");
     out.push_str(&format!("{}\n", line(verdict.shipped)));
     out.push_str(&format!("{}\n", line(verdict.paper)));
     if verdict.cheapest.setting == Setting::SHIPPED {
         out.push_str(&format!(
-            "  On the front at {WANTED_PCT} %: the shipped choice is the cheapest.\n"
+            "  The shipped setting is the cheapest with an error of at most {WANTED_PCT} %.\n"
         ));
     } else {
         out.push_str(&format!(
-            "  {} the front. Cheapest at {WANTED_PCT} %: {} takes 1/{:.2} of the shipped cycles.\n",
+            "  The shipped setting is {} the front. With an error of at most {WANTED_PCT} %,\n  {} \
+             is cheapest: 1/{:.2} of the shipped cycles.\n",
             if verdict.shipped.on_front {
-                "On"
+                "on"
             } else {
-                "Not on"
+                "not on"
             },
             verdict.cheapest.setting,
             verdict.ratio_to_cheapest()
         ));
     }
     out.push_str(&format!(
-        "  The paper's takes {:.1} times the shipped cycles (its step is finer than needed:\n  \
-         no merit of the shipped choice).\n\n",
+        "  The paper's setting takes {:.1} times the shipped cycles, because its step is\n  \
+         finer than this error needs.\n\n",
         verdict.paper_to_shipped_ratio()
     ));
 }

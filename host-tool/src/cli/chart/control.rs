@@ -1,6 +1,7 @@
 //! `flexor chart control`: charts the errors of controllers on random plants against their cycles.
 
 use super::{hands, write};
+use crate::cli::wearer_args::WearerArgs;
 use crate::cli::{Output, usage_error};
 use anyhow::ensure;
 use clap::{Args, ValueEnum};
@@ -25,39 +26,39 @@ const MOST_PLANTS: u64 = 100_000;
 /// Default number of plants, without and with `--quick`.
 const PLANTS: (u64, u64) = (200, 60);
 
-/// Chart control laws on random wearers: errors, cycles, failures
+/// Chart controllers on random wearers: errors, cycles, failures
 #[derive(Args, Debug)]
 pub struct Control {
     #[arg(long, default_value_t = 1, help = format!(
-        "Decides the plants; any but {TRAINING_SEED}, on whose plants the gains were searched"
+        "Seed of the plants; not {TRAINING_SEED}, whose plants were used to search the gains"
     ))]
     seed: u64,
-    /// Number of plants; each runs with one and with two points [200; 60 with --quick; 60 hands; 8]
+    /// Number of plants, each with one and with two points; default: 200, or 60 with --quick; for
+    /// hands 60, or 8 with --quick
     #[arg(long)]
     plants: Option<u64>,
-    /// Reference of the earlier wearers [sine]
+    /// Reference for --wearers earlier; default: sine
     #[arg(long, value_enum)]
     course: Option<CourseName>,
     /// Population of random wearers
-    #[arg(long, value_enum, default_value_t = WearersName::Earlier)]
+    #[arg(long, value_enum, default_value_t = WearersName::Earlier, conflicts_with_all = ["wearer", "participant"])]
     wearers: WearersName,
-    /// Wearer file with a [forearm] (docs/wearers.md), or P, Q, R, S: random hands of this wearer
-    /// alone, except for the values in the file
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["wearers", "ablate", "search"])]
-    wearer: Option<String>,
-    /// Only the default, the two best other laws and the PIDs; writes no file
+    #[command(flatten)]
+    wearer: WearerArgs,
+    /// Run only the default controller, the two best others and the PID controllers; write no file
     #[arg(long, conflicts_with_all = ["optimum", "out"])]
     quick: bool,
-    /// The default law without each of its terms, on both populations, into control_ablation.csv
-    #[arg(long, conflicts_with_all = ["quick", "course", "wearers", "optimum"])]
+    /// Run the default controller without each of its terms on both populations; write
+    /// control_ablation.csv
+    #[arg(long, conflicts_with_all = ["quick", "course", "wearers", "optimum", "wearer", "participant"])]
     ablate: bool,
-    /// Number of the earlier plants on which the offline optimum is searched [40]
+    /// Number of the earlier plants on which the offline optimum is searched; default: 40
     #[arg(long)]
     optimum: Option<u64>,
-    /// Search the gains of every law again, and write control_gains.csv
-    #[arg(long, conflicts_with_all = ["seed", "plants", "course", "wearers", "quick", "ablate", "optimum"])]
+    /// Search the gains of every controller again, and write control_gains.csv
+    #[arg(long, conflicts_with_all = ["seed", "plants", "course", "wearers", "quick", "ablate", "optimum", "wearer", "participant"])]
     search: bool,
-    /// Number of candidates that the search tries for each law
+    /// Number of candidates that the search tries for each controller
     #[arg(long, default_value_t = 100, requires = "search")]
     evaluations: usize,
     /// Folder for control*.csv and control*.svg
@@ -77,9 +78,9 @@ enum CourseName {
 enum WearersName {
     /// Gain ±50 %, delay up to 60 ms; all follow the same reference
     Earlier,
-    /// Strength × 0.5…2.8, delay up to 100 ms, loads, knocks; sines, steps, holds
+    /// Strength × 0.5…2.8, delay up to 100 ms, loads, knocks; references: sines, steps, holds
     Widened,
-    /// Multibody forearm models, as in `two-points`; a sine that each can hold
+    /// Multibody forearm models, as in `two-points`; reference: a sine that each can hold
     Hands,
 }
 
@@ -94,10 +95,10 @@ pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
     if args.search {
         return search(args, output);
     }
-    if args.wearer.is_some() || matches!(args.wearers, WearersName::Hands) {
+    if args.wearer.name().is_some() || matches!(args.wearers, WearersName::Hands) {
         let out = (!args.quick).then_some(&*args.out);
         return match hands_plan(args) {
-            Ok(plan) => hands::main(plan, args.wearer.as_deref(), out, output),
+            Ok(plan) => hands::main(plan, args.wearer.name(), out, output),
             Err(refused) => usage_error(refused),
         };
     }
@@ -118,7 +119,7 @@ pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
 /// Returns the plan for hands, or the reason why the options do not fit it.
 fn hands_plan(args: &Control) -> Result<hands::Plan, String> {
     if args.course.is_some() || args.optimum.is_some() {
-        let why = "a hand's target is what it holds, and no optimum is looked for";
+        let why = "a hand has its own reference, and no optimum is searched for it";
         return Err(format!(
             "--course and --optimum need --wearers earlier: {why}"
         ));
@@ -134,11 +135,13 @@ fn plant_count(args: &Control, (chart, quick): (u64, u64)) -> Result<u64, String
     let usual = if args.quick { quick } else { chart };
     let plants = args.plants.unwrap_or(usual);
     if plants > MOST_PLANTS {
-        return Err(format!("--plants: 100000 at most; {chart} for a chart"));
+        return Err(format!(
+            "--plants is {plants}; allowed: 2 to 100000 (a chart uses {chart})"
+        ));
     }
     if plants < 2 {
         return Err(format!(
-            "--plants: 2 or more, since intervals are printed; {chart} for a chart"
+            "--plants is {plants}; allowed: 2 to 100000 (a chart uses {chart})"
         ));
     }
     Ok(plants)
@@ -150,13 +153,13 @@ fn plan(args: &Control) -> Result<Plan, String> {
     if args.seed == TRAINING_SEED {
         let seed = args.seed;
         return Err(format!(
-            "--seed: the gains were searched on the plants of {seed}; take any other"
+            "--seed is {seed}, on whose plants the gains were searched; give another seed"
         ));
     }
     let wearers = match args.wearers {
         WearersName::Earlier => Wearers::Earlier,
         WearersName::Widened if args.course.is_some() || args.optimum.is_some() => {
-            let why = "a widened wearer brings its own course, and no optimum is looked for";
+            let why = "a widened wearer has its own reference, and no optimum is searched for it";
             return Err(format!(
                 "--course and --optimum need --wearers earlier: {why}"
             ));
@@ -182,8 +185,9 @@ fn plan(args: &Control) -> Result<Plan, String> {
     })
 }
 
-/// Returns all laws with the gains that the search found, and the default law. With `--quick`,
-/// returns only the default, the PIDs and the two other laws that were best in training.
+/// Returns all controllers with the gains that the search found, and the default controller. With
+/// `--quick`, returns only the default controller, the PID controllers and the two others that were
+/// best in training.
 fn contenders(is_quick: bool) -> anyhow::Result<Vec<Contender>> {
     let mut searched = gains::read(gains::COMMITTED)?;
     if is_quick {
@@ -252,7 +256,7 @@ fn chart_widened_wearers(
     )
 }
 
-/// Runs the default law, whole and without each of its terms, on the earlier and the widened
+/// Runs the default controller, whole and without each of its terms, on the earlier and the widened
 /// wearers.
 fn ablate(args: &Control, plan: Plan, output: Output) -> anyhow::Result<()> {
     let whole = std::iter::once(Contender::Shipped);
@@ -271,7 +275,10 @@ fn ablate(args: &Control, plan: Plan, output: Output) -> anyhow::Result<()> {
 
 fn search(args: &Control, output: Output) -> anyhow::Result<()> {
     if args.evaluations < 12 {
-        return usage_error("--evaluations: 12 or more");
+        return usage_error(format!(
+            "--evaluations is {}; allowed: 12 or more",
+            args.evaluations
+        ));
     }
     let bar = output.bar("search");
     let training = Training::new()?;

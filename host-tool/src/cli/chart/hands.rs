@@ -25,7 +25,9 @@ pub(super) fn main(
     output: Output,
 ) -> anyhow::Result<()> {
     if wearer == Some("all") {
-        return usage_error("--wearer: one wearer; every one of the paper has a chart of its own");
+        return usage_error(
+            "--participant is all; give P, Q, R or S: each wearer has its own chart",
+        );
     }
     let whom = wearer.map(|wearer| Participants::load(Some(wearer)));
     let whom = whom.transpose().map_err(TwoPointsError::with_lines)?;

@@ -1,4 +1,4 @@
-//! `flexor chart ladder`: judges the selection of muscle models on random sessions.
+//! `flexor chart model-selection`: judges the selection of muscle models on random sessions.
 
 use super::write;
 use crate::cli::{Output, check_range};
@@ -9,10 +9,10 @@ use studies::figures::ladder_picture;
 use studies::ladder::draw::{JUDGED, SESSIONS};
 use studies::ladder::judge::{Row, Summary, TOLERANCES, campaign, csv};
 
-/// Judge the selection of muscle models on random sessions
+/// Test the selection of muscle models on random sessions
 #[derive(Args, Debug)]
 pub struct LevelChart {
-    /// Root of the checkout whose docs/charts/ladder* are written again
+    /// Root of the checkout in which docs/charts/ladder* are written again
     #[arg(long, default_value = ".")]
     workspace: PathBuf,
     /// Number of sessions
@@ -30,7 +30,7 @@ pub struct LevelChart {
 /// Fails if a session cannot be simulated or a file cannot be written.
 pub fn main(args: &LevelChart, output: Output) -> anyhow::Result<()> {
     check_range("--sessions", args.sessions as f64, 1.0, 10_000.0)?;
-    let bar = output.bar("drawn sessions");
+    let bar = output.bar("random sessions");
     let rows = campaign(args.seed, args.sessions, |part| bar.set(part));
     bar.finish();
     let rows = rows?;
@@ -58,7 +58,7 @@ fn text_report(args: &LevelChart, rows: &[Row]) -> String {
         _ => format!("{:.1} % of {whole}", 100.0 * part as f64 / whole as f64),
     };
     let mut out = format!(
-        "{} drawn sessions of seed {}, {} muscles (simulated)\n{:<11}{:>9}{:>17}{:>17}{:>20}",
+        "{} random sessions of seed {}, {} muscles (simulated)\n{:<11}{:>9}{:>17}{:>17}{:>20}",
         args.sessions,
         args.seed,
         rows.len(),

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use std::path::PathBuf;
 use studies::limb::{DECLARED, Pace, Row, Study, Verdict, pace, study};
 
-/// Compare recruitments for a force at the hand on random arms
+/// Compare ways to recruit muscles for a hand force, on random arms
 #[derive(Args, Debug)]
 pub struct Limb {
     /// Folder for limb.csv
@@ -25,7 +25,7 @@ pub fn main(args: &Limb, output: Output) -> anyhow::Result<()> {
     if let Some(draws) = args.draws {
         check_range("--draws", draws as f64, 1.0, 100_000.0)?;
     }
-    let bar = output.bar("drawn arms");
+    let bar = output.bar("random arms");
     let found = study(args.draws);
     bar.finish();
     let found = found?;
@@ -47,7 +47,7 @@ fn json_report(found: &Study, pace: &Pace) -> Value {
 
 /// Formats the report in at most 80 columns.
 fn text_report(found: &Study, pace: &Pace) -> String {
-    let mut out = format!("{:<52}{:>9}{:>9}{:>9}\n", "", "median", "95 %", "most");
+    let mut out = format!("{:<52}{:>9}{:>9}{:>9}\n", "", "median", "95 %", "max");
     for row in found.rows() {
         let Row {
             quantity,
@@ -65,9 +65,10 @@ fn text_report(found: &Study, pace: &Pace) -> String {
     }
     let numbers = &found.numbers;
     out.push_str(&format!(
-        "{} drawn arms, 12 targets and 3 walks each; {} postures for the device's numbers,\n\
-         at {} of which they recruit other muscles (at {} by rounding alone).\n\
-         By the arm's own model: simulated, no evidence about bodies or people.\n\n",
+        "{} random arms with 12 targets and 3 walks each. The device's arithmetic was\n\
+         compared with double precision at {} postures: it recruits other muscles at {}\n\
+         of them, rounding alone at {}. Computed with the arm's own model: simulated, no\n\
+         evidence about people.\n\n",
         found.arms.len(),
         numbers.n,
         numbers.device.other_choices,
@@ -87,12 +88,13 @@ fn text_report(found: &Study, pace: &Pace) -> String {
         ));
     }
     let build = match cfg!(debug_assertions) {
-        true => "a build for tests",
+        true => "a debug build",
         false => "a release build",
     };
     out.push_str(&format!(
-        "\nOne wanted force to ten amplitudes by least squares, on this computer, in\n\
-         {build}: {:.1} µs; with a new posture's Jacobians {:.1} µs (medians of {}).",
+        "\nTime from one reference force to ten amplitudes by least squares, on this\n\
+         computer in {build}: {:.1} µs, or {:.1} µs with the Jacobians of a new posture\n\
+         (medians of {}).",
         pace.least_squares_us, pace.with_posture_us, pace.n
     ));
     out

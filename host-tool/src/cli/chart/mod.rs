@@ -12,11 +12,12 @@ use anyhow::Context;
 use clap::Subcommand;
 use std::path::Path;
 
-/// Make the charts of docs/charts again
+/// Rewrite the charts in docs/charts
 #[derive(Subcommand, Debug)]
 pub enum Chart {
     Accuracy(accuracy::Accuracy),
     Control(control::Control),
+    #[command(name = "model-selection")]
     Ladder(ladder::LevelChart),
     Limb(limb::Limb),
     Stability(stability::Stability),

@@ -34,7 +34,8 @@ pub fn main(args: &Stability, output: Output) -> anyhow::Result<()> {
     let has_chance = |name: &String| matches!(&**name, "loss" | "pulse_rate");
     if args.seed.is_some() && !args.names.is_empty() && !args.names.iter().any(has_chance) {
         return usage_error(
-            "--seed decides chance in `loss` and `pulse_rate`; none of these maps has any",
+            "--seed has an effect only on the maps `loss` and `pulse_rate`; name one of them, or \
+             leave it out",
         );
     }
     let bar = output.bar("stability");
@@ -63,7 +64,7 @@ fn selected_draws(names: &[String]) -> anyhow::Result<Vec<Draw>> {
         Some((_, draw)) => Ok(*draw),
         None => {
             let known = MAPS.map(|(known, _)| known).join(", ");
-            usage_error(format!("no map `{name}`; there are {known}"))
+            usage_error(format!("there is no map `{name}`; the maps are {known}"))
         }
     };
     names.iter().map(find).collect()
@@ -82,7 +83,8 @@ fn text_report(maps: &[Map], out: &Path) -> String {
         ));
     }
     lines.push(format!(
-        "worse, better: than theory predicts. Texts and pictures: {}",
+        "worse, better: number of cells that are worse or better than theory predicts\ntexts and \
+         pictures: {}",
         out.display()
     ));
     lines.join("\n")

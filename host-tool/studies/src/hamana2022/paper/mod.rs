@@ -158,19 +158,25 @@ impl Study {
     /// wearer or ablation of this name.
     pub fn new(
         kind: Kind,
-        (wearer, departure): (Option<&str>, Option<&str>),
+        (wearer, ablation): (Option<&str>, Option<&str>),
         (seed, draws): (Option<u64>, Option<u64>),
         device: DeviceName,
     ) -> Result<Self, TwoPointsError> {
         // The paper's experiment 3 has only participant P.
         let is_of_p = kind == Kind::Patterns(Experiment::Intensities);
         let participants = Participants::load(wearer.or(is_of_p.then_some("P")))?;
-        let participants = participants.with_departure(departure)?;
+        let participants = participants.with_departure(ablation)?;
         let is_all = wearer.is_none_or(|wearer| wearer == if is_of_p { "P" } else { "all" });
-        let is_own = is_all && departure.is_none();
+        let is_own = is_all && ablation.is_none();
         let seed = seed.unwrap_or(participants.seed);
         let draws = draws.unwrap_or(participants.draws);
-        let options = [("--wearer", wearer), ("--departure", departure)];
+        let letter = wearer.filter(|wearer| !wearer.ends_with(".toml"));
+        let file = wearer.filter(|_| letter.is_none());
+        let options = [
+            ("--participant", letter),
+            ("--wearer", file),
+            ("--ablation", ablation),
+        ];
         let options = options
             .into_iter()
             .filter_map(|(name, said)| Some((name, said?)));
