@@ -99,7 +99,7 @@ impl fmt::Display for OutOfRange {
             min,
             max,
         } = self;
-        write!(f, "{field} = {value} is outside {min}..={max}")
+        write!(f, "{field} is {value}; allowed: {min} to {max}")
     }
 }
 

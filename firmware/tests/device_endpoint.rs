@@ -327,10 +327,10 @@ fn every_mistake_of_an_arm_is_named() {
     assert_eq!(
         found,
         [
-            "offsets_um = 0 is outside 10000..=1000000",
-            "ranges_mdeg = 90000 is outside 0..=80000",
-            "recruit_ms = 4 is outside 5..=50",
-            "el_flexion = 130010 is outside 0..=130000",
+            "offsets_um is 0; allowed: 10000 to 1000000",
+            "ranges_mdeg is 90000; allowed: 0 to 80000",
+            "recruit_ms is 4; allowed: 5 to 50",
+            "el_flexion is 130010; allowed: 0 to 130000",
         ]
     );
     let mut desk = TestHost::open(BOOT);

@@ -36,28 +36,28 @@ fn of_line(line: usize, change: impl FnOnce(&mut LineSpec)) -> String {
 fn a_field_outside_its_range_is_named() {
     assert_eq!(
         of_line(4, |line| line.gain_mn_per_ma = 0),
-        "line 4: gain_mn_per_ma = 0 is outside 1..=100000000"
+        "line 4: gain_mn_per_ma is 0; allowed: 1 to 100000000"
     );
     assert_eq!(
         of_line(2, |line| line.channel = 10),
-        "line 2: channel = 10 is outside 0..=9"
+        "line 2: channel is 10; allowed: 0 to 9"
     );
     assert_eq!(
         of_line(2, |line| line.channel = 8),
-        "line 8: channel 8 has a line already"
+        "line 8: channel 8 already has a line"
     );
     assert_eq!(
         of_line(1, |line| line.limit = Amplitude::new(8_000)),
-        "line 1: limit = 8000 is outside 8001..=200000"
+        "line 1: limit is 8000; allowed: 8001 to 200000"
     );
     assert_eq!(
         of_line(0, |line| line.vias[1].at_um[2] = 1_000_001),
-        "line 0: at_um = 1000001 is outside -1000000..=1000000"
+        "line 0: at_um is 1000001; allowed: -1000000 to 1000000"
     );
     // A biceps on the forearm alone moves no elbow.
     assert_eq!(
         of_line(0, |line| line.vias[0].segment = 3),
-        "line 0: segment = 3 is outside 0..=2"
+        "line 0: segment is 3; allowed: 0 to 2"
     );
     let bones = mistakes(|spec| {
         spec.offsets_um[2] = [0, 0, -9_000];
@@ -69,10 +69,10 @@ fn a_field_outside_its_range_is_named() {
     assert_eq!(
         words,
         [
-            "way 2: offsets_um = 9000 is outside 10000..=1000000",
-            "axis 4: ranges_mdeg = -81000 is outside -80000..=80000",
-            "axis 6: ranges_mdeg = 10000 is outside 20000..=180000",
-            "lines = 0 is outside 1..=10",
+            "way 2: offsets_um is 9000; allowed: 10000 to 1000000",
+            "axis 4: ranges_mdeg is -81000; allowed: -80000 to 80000",
+            "axis 6: ranges_mdeg is 10000; allowed: 20000 to 180000",
+            "lines is 0; allowed: 1 to 10",
         ]
     );
 }
@@ -83,7 +83,10 @@ fn a_posture_outside_the_joint_s_range_is_refused() {
     let mut posture = before_the_trunk();
     posture[6] = Angle::from_millideg(130_500);
     let refused = limb.jacobians_at_posture(&posture).unwrap_err();
-    assert_eq!(refused.to_string(), "axis 6 = 130500 is outside 0..=130000");
+    assert_eq!(
+        refused.to_string(),
+        "axis 6 is at 130500 m°; allowed: 0 to 130000 m°"
+    );
 }
 
 /// With all angles at zero the arm hangs; the expected hand position is computed by hand from the

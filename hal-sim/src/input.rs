@@ -66,16 +66,16 @@ pub fn read_text(path: &Path, longest: u64) -> io::Result<String> {
         .iter()
         .any(|mark| bytes.starts_with(*mark))
     {
-        let why = "it is UTF-16 text: save it as UTF-8";
+        let why = "it is UTF-16 text; save it as UTF-8";
         return Err(io::Error::new(io::ErrorKind::InvalidData, why));
     }
     if bytes.contains(&0) {
-        let why = "it has a zero byte, and so is no text";
+        let why = "it contains a zero byte, so it is not text";
         return Err(io::Error::new(io::ErrorKind::InvalidData, why));
     }
     read_rest(&file, longest, &mut bytes)?;
     String::from_utf8(bytes).map_err(|_| {
-        let why = "it is no text (UTF-8)";
+        let why = "it is not UTF-8 text";
         io::Error::new(io::ErrorKind::InvalidData, why)
     })
 }
@@ -86,8 +86,11 @@ fn read_rest(mut file: &File, longest: u64, bytes: &mut Vec<u8>) -> io::Result<(
     file.by_ref().take(room + 1).read_to_end(bytes)?;
     if bytes.len() as u64 > longest {
         let why = match longest {
-            ..0x10_0000 => format!("longer than {longest} bytes"),
-            _ => format!("more than {} MiB; no such file is that long", longest >> 20),
+            ..0x10_0000 => format!("it is longer than {longest} bytes, the most that is accepted"),
+            _ => format!(
+                "it is longer than {} MiB, the most that is accepted",
+                longest >> 20
+            ),
         };
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, why));
     }
@@ -103,7 +106,7 @@ fn is_regular(kind: FileType) -> io::Result<()> {
     } else {
         special(kind)
     };
-    let why = format!("it is {is}, and no regular file");
+    let why = format!("it is {is}, not a regular file");
     Err(io::Error::new(io::ErrorKind::InvalidInput, why))
 }
 
@@ -152,7 +155,7 @@ mod tests {
         ] {
             let why = read(path, 9).unwrap_err();
             assert_eq!(why.kind(), ErrorKind::InvalidInput, "{is}");
-            assert_eq!(why.to_string(), format!("it is {is}, and no regular file"));
+            assert_eq!(why.to_string(), format!("it is {is}, not a regular file"));
         }
         std::fs::remove_dir_all(&dir).unwrap();
     }

@@ -33,7 +33,7 @@ pub enum StartError {
     )]
     NotInstalled,
     /// The file of the image does not exist; holds its path.
-    #[error("there is no image at {0}: build it with `{build}`", build = Image::Qemu.command())]
+    #[error("there is no image at {0}; build it with `{build}`", build = Image::Qemu.command())]
     NoImage(PathBuf),
     /// The build of the image failed.
     #[error(transparent)]

@@ -338,13 +338,13 @@ fn what_no_network_can_have_is_refused_by_name() {
     );
     assert!(refused(&[vec![1.0, 9.0], vec![9.0, 1.0]], both.clone(), 0.02).contains("positive"));
     assert!(refused(&two[..1], both.clone(), 0.02).contains("rows"));
-    assert!(refused(&two, vec![skin], 0.02).contains("skins"));
+    assert!(refused(&two, vec![skin], 0.02).contains("1 electrodes"));
     assert!(refused(&two, both.clone(), 0.0).contains("limit_a"));
     let wrong = Skin {
         series_ohm: 0.0,
         ..skin
     };
-    assert!(refused(&two, vec![skin, wrong], 0.02).contains("skin 1, `series_ohm`"));
+    assert!(refused(&two, vec![skin, wrong], 0.02).contains("electrode 1: `series_ohm`"));
     let network = Network::new(&two, both, 0.02).unwrap();
     let mut charge = Charge::default();
     let mut told = |terminals: &[Terminal], lasts_s| {

@@ -118,10 +118,10 @@ fn a_stale_link_is_replaced_and_nothing_else() {
     drop(wire);
 
     std::fs::write(&path, b"notes").expect("new");
-    assert_kept(&path, "exists and is no link");
+    assert_kept(&path, "exists and is not a link");
     std::fs::remove_file(&path).expect("ours");
     std::fs::create_dir(&path).expect("new");
-    assert_kept(&path, "exists and is no link");
+    assert_kept(&path, "exists and is not a link");
     std::fs::remove_dir(&path).expect("ours");
     // Links of other programs, some of which lead nowhere, such as to a board that is not plugged
     // in.
@@ -134,7 +134,7 @@ fn a_stale_link_is_replaced_and_nothing_else() {
         "nowhere",
     ] {
         symlink(target, &path).expect("new");
-        assert_kept(&path, "no pseudo-terminal");
+        assert_kept(&path, "not a pseudo-terminal");
         std::fs::remove_file(&path).expect("ours");
     }
 }
@@ -143,7 +143,7 @@ fn a_stale_link_is_replaced_and_nothing_else() {
 fn the_link_of_a_terminal_in_use_is_kept() {
     let path = path("used");
     let mut first = PtyWire::open(&path).expect("a terminal");
-    assert_kept(&path, "a terminal in use");
+    assert_kept(&path, "a terminal that is in use");
     let mut host = host(&path);
     host.write_all(b"still mine").expect("open");
     let got = read_until(&mut first, |_, all| all.len() == 10);

@@ -64,7 +64,7 @@ impl fmt::Display for LimbError {
             Self::Lines(range) => range.fmt(f),
             Self::Line { line, range } => write!(f, "line {line}: {range}"),
             Self::ChannelTwice { line, channel } => {
-                write!(f, "line {line}: channel {channel} has a line already")
+                write!(f, "line {line}: channel {channel} already has a line")
             }
         }
     }
@@ -112,7 +112,7 @@ impl fmt::Display for PostureError {
         } = self;
         write!(
             f,
-            "axis {axis} = {mdeg} is outside {low_mdeg}..={high_mdeg}"
+            "axis {axis} is at {mdeg} m°; allowed: {low_mdeg} to {high_mdeg} m°"
         )
     }
 }

@@ -279,7 +279,7 @@ fn every_parameter_is_refused_just_outside_its_range() {
     let refusal = CalciumForce::new(spec_of([0; 5])).unwrap_err();
     assert_eq!(
         refusal.to_string(),
-        "a_mn_per_s = 0 is outside 100..=10000000"
+        "a_mn_per_s is 0; allowed: 100 to 10000000"
     );
 }
 

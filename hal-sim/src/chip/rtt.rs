@@ -98,9 +98,9 @@ impl Log {
             why,
         };
         let table = Table::parse(&elf).map_err(|why| unusable(format!("{why:#}")))?;
-        let table = table.ok_or_else(|| unusable("it is empty".into()))?;
+        let table = table.ok_or_else(|| unusable("the table is empty".into()))?;
         let block = image.symbols.find(SYMBOL);
-        let block = block.ok_or_else(|| unusable(format!("there is no {SYMBOL}")))?;
+        let block = block.ok_or_else(|| unusable(format!("the image has no symbol {SYMBOL}")))?;
         // The decoder borrows the table, and both live as long as the log.
         let table: &'static Table = Box::leak(Box::new(table));
         Ok(Self {

@@ -20,7 +20,7 @@ pub const BESIDE: &str = "flexor-images";
 #[derive(Debug, Error)]
 pub enum BuildError {
     /// The compiler reported an error.
-    #[error("the image `{image}` was not built:\n{words}")]
+    #[error("building the image `{image}` failed:\n{words}")]
     NotBuilt {
         /// Name of the image that failed.
         image: &'static str,
@@ -29,8 +29,8 @@ pub enum BuildError {
     },
     /// The build program could not be run.
     #[error(
-        "the image `{image}` is built by {program}, which could not be run: {why}; get cargo from \
-         https://rustup.rs"
+        "the image `{image}` cannot be built, because {program} could not be run: {why}; install \
+         cargo from https://rustup.rs"
     )]
     NoBuilder {
         /// Name of the image to build.
@@ -42,9 +42,9 @@ pub enum BuildError {
     },
     /// The program is installed without its checkout, and the image is not beside it.
     #[error(
-        "there is no image `{image}`: it is neither beside this program nor can it be built, for \
-         there is no checkout; copy target/thumbv7em-none-eabihf/release/{image} of one to \
-         {wanted}, or set FLEXOR_CHECKOUT to its folder"
+        "there is no image `{image}` beside this program, and it cannot be built without a \
+         checkout of Flexor; copy target/thumbv7em-none-eabihf/release/{image} of a checkout to \
+         {wanted}, or set FLEXOR_CHECKOUT to the folder of the checkout"
     )]
     Nowhere {
         /// Name of the missing image.

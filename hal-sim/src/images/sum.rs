@@ -25,13 +25,13 @@ const SECTION: &str = ".image_sum";
 #[derive(Debug, Error)]
 pub enum SumError {
     /// The file cannot be read or written; holds the system's error.
-    #[error("its sum cannot be written")]
+    #[error("its checksum cannot be written")]
     Unwritable(#[from] io::Error),
     /// The file is not an ELF file, or is damaged.
-    #[error("it is not an ELF file that can be read")]
+    #[error("it is not a readable ELF file")]
     NotElf(#[from] object::Error),
     /// Data is loaded behind the checksum, or its section is not one word.
-    #[error("its section {SECTION} is not the last word that is loaded into flash: see memory.x")]
+    #[error("its section {SECTION} must be the last word that is loaded into flash; see memory.x")]
     NotLast,
 }
 

@@ -90,6 +90,6 @@ impl<D: Device> Device for Arc<Mutex<D>> {
 }
 
 fn lock_device<D>(device: &Mutex<D>) -> io::Result<MutexGuard<'_, D>> {
-    let lost = "the simulated device was left in the middle of a step";
+    let lost = "the simulated device was interrupted during a step";
     device.lock().map_err(|_| io::Error::other(lost))
 }

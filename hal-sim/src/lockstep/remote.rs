@@ -89,9 +89,12 @@ impl<R: Read, W: Write> Remote<R, W> {
                 continue;
             };
             let message = message
-                .map_err(|e| corrupt_data(&format!("a frame of the device is bad: {e:?}")))?;
-            let output = postcard::from_bytes(message)
-                .map_err(|e| corrupt_data(&format!("a frame of the device is no output: {e}")))?;
+                .map_err(|e| corrupt_data(&format!("the device sent an invalid frame: {e:?}")))?;
+            let output = postcard::from_bytes(message).map_err(|e| {
+                corrupt_data(&format!(
+                    "the device sent a frame that is not an output: {e}"
+                ))
+            })?;
             let is_done = emit(&output, sink)?;
             self.decoder.clear();
             if is_done {

@@ -108,7 +108,7 @@ pub enum InvalidArm {
     NotPositive(&'static str),
     /// The posture is outside the range in which the moment arms are known.
     #[error(
-        "E711 arm: this posture is outside what moment arms are known for: elevation 1 to 120 \
+        "E711 arm: the moment arms are not known for this posture; allowed: elevation 1 to 120 \
          degrees, elbow 0 to 100 degrees"
     )]
     Posture,
@@ -119,7 +119,7 @@ pub enum InvalidArm {
     #[error("E713 arm: {0} must lie between 0 and 1")]
     NotAPart(&'static str),
     /// The matrix of mass and stiffness has no inverse: nothing resists some turn.
-    #[error("E714 arm: masses and stiffnesses leave a joint without resistance")]
+    #[error("E714 arm: with these masses and stiffnesses nothing resists the motion of a joint")]
     Loose,
 }
 

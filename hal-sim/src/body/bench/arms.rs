@@ -60,7 +60,7 @@ pub const SOURCES: [Source; 2] = [Source::RankinNeptune, Source::MuscleArms];
 
 /// An angle, degrees, outside the range of both sources.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("flexion of {0}° is beyond 0 to 110°, where the sources of moment arms part")]
+#[error("flexion is {0}°; allowed: 0 to 110°, where moment arms are known")]
 pub struct BeyondFit(pub f64);
 
 /// Polynomial of Rankin & Neptune's form RRN1, Σ aᵢqⁱ with q in rad; the value is in metres.

@@ -23,5 +23,5 @@ pub use wrist::{Wrist, WristSpec};
 
 /// An invalid value of a test rig; names the field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("bench: `{0}` is out of range")]
+#[error("test rig: `{0}` is out of range")]
 pub struct InvalidBench(pub &'static str);

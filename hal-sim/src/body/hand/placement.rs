@@ -33,8 +33,8 @@ impl fmt::Display for PlacementError {
                 around_m,
             } => write!(
                 f,
-                "the electrode of {} lies off the forearm: along 0 to {:.0} mm from the elbow, \
-                 around -{2:.0} to {2:.0} mm from the palmar midline",
+                "the electrode of {} lies outside the forearm; allowed: 0 to {:.0} mm from the \
+                 elbow along it, -{2:.0} to {2:.0} mm from the palmar midline around it",
                 name(point),
                 1e3 * forearm_m,
                 500.0 * around_m

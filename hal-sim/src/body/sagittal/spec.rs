@@ -64,7 +64,7 @@ pub struct SagittalSpec {
 
 /// A value that no sagittal arm can have; names the field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("E766 an arm that lifts: `{0}` is out of range")]
+#[error("E766 simulated lifting arm: `{0}` is out of range")]
 pub struct InvalidSagittal(pub &'static str);
 
 impl SagittalSpec {

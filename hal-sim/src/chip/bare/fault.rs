@@ -21,31 +21,34 @@ const BFARVALID: u32 = 1 << 15;
 
 /// Meanings of the bits of CFSR (Arm ARM B3.2.15).
 const CAUSES: [(u32, &str); 17] = [
-    (1, "the MPU denies the instruction"),
-    (1 << 1, "the MPU denies the data"),
-    (1 << 3, "the MPU denies what is unstacked"),
-    (1 << 4, "the MPU denies the stack"),
-    (1 << 5, "the MPU denies the floating-point stack"),
-    (1 << 8, "a bus error of an instruction"),
-    (1 << 9, "a bus error of data"),
+    (1, "the MPU denied an instruction fetch"),
+    (1 << 1, "the MPU denied a data access"),
+    (1 << 3, "the MPU denied unstacking"),
+    (1 << 4, "the MPU denied stacking"),
+    (1 << 5, "the MPU denied lazy floating-point stacking"),
+    (1 << 8, "a bus error at an instruction fetch"),
+    (1 << 9, "a bus error at a data access"),
     (
         1 << 10,
-        "a bus error of data stored some instructions before",
+        "a bus error at a store some instructions earlier (imprecise)",
     ),
-    (1 << 11, "a bus error of what is unstacked"),
-    (1 << 12, "a bus error of the stack"),
-    (1 << 13, "a bus error of the floating-point stack"),
+    (1 << 11, "a bus error at unstacking"),
+    (1 << 12, "a bus error at stacking"),
+    (1 << 13, "a bus error at lazy floating-point stacking"),
     (1 << 16, "an undefined instruction"),
     (1 << 17, "a jump to an even address"),
-    (1 << 18, "an exception return that is none"),
-    (1 << 19, "floating point that CPACR denies"),
-    (1 << 24, "an address that is not aligned"),
+    (1 << 18, "an invalid exception return"),
+    (
+        1 << 19,
+        "a floating-point instruction while CPACR denies access",
+    ),
+    (1 << 24, "an unaligned address"),
     (1 << 25, "a division by zero"),
 ];
 
 /// Meanings of the bits of HFSR (Arm ARM B3.2.16), without FORCED.
 const HARD_CAUSES: [(u32, &str); 2] = [
-    (1 << 1, "a bus error of a vector"),
+    (1 << 1, "a bus error at a vector fetch"),
     (1 << 31, "a breakpoint without a debugger"),
 ];
 
@@ -142,7 +145,7 @@ impl Fault {
                 let function = symbols.describe(pc);
                 text.push_str(&format!(", pc {pc:#010x} (in {function})"));
             }
-            None => text.push_str(", and its place could not be stacked"),
+            None => text.push_str("; the pc is unknown, because stacking failed"),
         }
         text
     }

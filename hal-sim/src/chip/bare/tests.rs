@@ -125,7 +125,7 @@ fn a_fault_is_named_with_its_place_and_ends_the_run_in_its_handler() {
     let words = fault.describe(&bare.image().symbols);
     assert_eq!(
         words,
-        "HardFault: a bus error of data at 0x40025000, pc 0x08000050 (in main + 0x10)"
+        "HardFault: a bus error at a data access at 0x40025000, pc 0x08000050 (in main + 0x10)"
     );
     assert!(fault.registers().contains(&("r3", 7)));
     assert_eq!(bare.location().1, "HardFault_Handler + 0x0");

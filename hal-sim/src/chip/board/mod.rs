@@ -60,7 +60,10 @@ pub enum BoardError {
     #[error("E549 gdb ended the run")]
     Killed,
     /// The image does not run a microsecond counter.
-    #[error("E542 the image opened its port without starting TIM1 and TIM2 as its time base")]
+    #[error(
+        "E542 the image opened its port without starting TIM1 and TIM2, the time base that the \
+         simulator reads; start both first"
+    )]
     NoTime,
 }
 

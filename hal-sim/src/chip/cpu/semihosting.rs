@@ -163,7 +163,7 @@ impl Cpu {
                 return Err(Stop::Instruction {
                     instruction: 0xBEAB,
                     pc: self.registers.r[15],
-                    what: "a semihosting operation that is not modelled",
+                    what: "this semihosting operation is not modelled",
                 });
             }
         }))
@@ -211,7 +211,7 @@ impl Cpu {
             },
             pc: self.registers.r[15],
             what: match denied {
-                AccessError::Error => "memory of a semihosting argument that is not there",
+                AccessError::Error => "a semihosting argument points to memory that does not exist",
                 AccessError::Unmodelled(what) => what.0,
             },
         })

@@ -338,12 +338,12 @@ fn flash_crc(board: &Board<Points>, place: &[u8]) -> ParsedCommand {
     const MOST: u32 = 1 << 20;
     let (address, count) = pair(place)?;
     if count > MOST {
-        return Err(GdbRefusal::Address("more than 1 MiB"));
+        return Err(GdbRefusal::Address("the range is longer than 1 MiB"));
     }
     let bytes = board.peek(address, count as usize)?;
     if bytes.len() < count as usize {
         return Err(GdbRefusal::Address(
-            "nothing answers at some of these addresses",
+            "there is no memory or register at some of these addresses",
         ));
     }
     let sum = Crc::<u32>::new(&CRC_32_MPEG_2).checksum(&bytes);

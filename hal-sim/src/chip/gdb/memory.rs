@@ -13,10 +13,10 @@ pub const MAP: &str = include_str!("memory-map.xml");
 /// Base address of RCC, which enables the clocks.
 const RCC: u32 = 0x4002_3800;
 
-const NOWHERE: GdbRefusal = GdbRefusal::Address("nothing answers at this address");
+const NOWHERE: GdbRefusal = GdbRefusal::Address("there is no memory or register at this address");
 const FLASH_WRITE: GdbRefusal =
-    GdbRefusal::Address("flash is written by load, not by storing to it");
-const NO_FLASH: GdbRefusal = GdbRefusal::Address("this is not in the flash");
+    GdbRefusal::Address("flash is written with `load`, not by storing to it");
+const NO_FLASH: GdbRefusal = GdbRefusal::Address("this address is not in the flash");
 
 impl Board<Points> {
     /// Reads `count` bytes from `from` on, or fewer if an address after the first does not answer.
@@ -101,7 +101,7 @@ impl Board<Points> {
             self.around.soc.rcc.settle();
         }
         written.ok_or(GdbRefusal::Address(
-            "nothing takes a write of this size at this address",
+            "no memory or register accepts a write of this size at this address",
         ))
     }
 
@@ -137,7 +137,9 @@ impl Board<Points> {
             return Err(NO_FLASH);
         }
         if !(from..).zip(bytes).all(kept) {
-            return Err(GdbRefusal::Address("the flash is not erased there"));
+            return Err(GdbRefusal::Address(
+                "the flash at this address is not erased",
+            ));
         }
         flash.replace(from, bytes).map_err(|_| NO_FLASH)
     }

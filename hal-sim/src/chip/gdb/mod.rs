@@ -243,7 +243,8 @@ impl Debugger {
                 Ok(None) => self.others.push(other),
                 Ok(Some(_)) if self.is_attached() => {
                     let name = self.client.as_ref().map(Client::name).unwrap_or_default();
-                    let words = format!("E.{name} debugs this chip: one debugger at a time");
+                    let words =
+                        format!("E.{name} already debugs this chip; only one debugger can attach");
                     other.send(words.as_bytes());
                     self.others.push(other);
                 }

@@ -27,12 +27,12 @@ const HELP: &str = "\
 reset [halt|init|run]  reset the chip; the core halts at its first instruction, or (run) runs
 halt, resume           stop the core, let it run
 clear                  remove all breakpoints and watchpoints
-arm semihosting enable|disable  print what the program writes by BKPT 0xAB here
-version                which server this is
-help                   this text
+arm semihosting enable|disable  print semihosting output (BKPT 0xAB) here
+version                print name and version of this server
+help                   print this text
 ";
 
-const NO_PROBE: &str = "nothing to do: the chip is simulated, there is no probe in between\n";
+const NO_PROBE: &str = "nothing to do: the chip is simulated, so there is no probe\n";
 const NO_TRACE: &str = "refused: the simulated chip has no trace port (ITM, SWO, TPIU, ETM)\n";
 
 /// Returns the action of `line` and the text to print.
@@ -49,7 +49,7 @@ pub fn parse_order(line: &str) -> (Order, String) {
         ["clear" | "clrbp"] | ["rbp" | "rwp", "all"] => (Order::Clear, ""),
         ["arm", "semihosting", "enable" | "1"] | ["semihosting", "enable" | "1"] => (
             Order::Semihosting(true),
-            "what the program writes by BKPT 0xAB is printed here\n",
+            "semihosting output of the program (BKPT 0xAB) is printed here\n",
         ),
         ["arm", "semihosting", "disable" | "0"] | ["semihosting", "disable" | "0"] => {
             (Order::Semihosting(false), "")
@@ -84,8 +84,7 @@ pub fn parse_order(line: &str) -> (Order, String) {
         ]
         | ["flash", "breakpoints" | "device" | "download", ..] => (Order::Nothing, NO_PROBE),
         _ => {
-            let text =
-                format!("unknown command: {line}; `monitor help` lists those that are there\n");
+            let text = format!("unknown command: {line}; `monitor help` lists the commands\n");
             return (Order::Nothing, text);
         }
     };

@@ -18,7 +18,7 @@ impl Debugger {
         let is_attached = self.is_attached();
         let meaning = match &heard {
             PacketEvent::Packet(packet) if !is_attached && command::needs_core(packet) => Err(
-                GdbRefusal::Address("nothing is debugged: attach or run first"),
+                GdbRefusal::Address("no program is being debugged; attach or run first"),
             ),
             PacketEvent::Packet(packet) => command::parse_command(&mut self.board, packet),
             PacketEvent::TooLong => Err(GdbRefusal::TooLong),

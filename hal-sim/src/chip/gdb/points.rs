@@ -55,7 +55,7 @@ impl Points {
         let is_hardware = |point: &&(u32, StopReason)| point.1 == StopReason::Hardware;
         if by == StopReason::Hardware && address >= CODE_END {
             return Err(GdbRefusal::Address(
-                "the FPB sees code below 0x20000000 only",
+                "hardware breakpoints (FPB) work below 0x20000000 only",
             ));
         }
         if by == StopReason::Hardware && self.at.iter().filter(is_hardware).count() == HARDWARE {
@@ -122,7 +122,9 @@ pub fn unwatch(
 fn parts(address: u32, bytes: u32) -> Result<Vec<(u32, u32)>, GdbRefusal> {
     let last = bytes.checked_sub(1).ok_or(GdbRefusal::Malformed)?;
     let last = address.checked_add(last);
-    let last = last.ok_or(GdbRefusal::Address("memory ends before that"))?;
+    let last = last.ok_or(GdbRefusal::Address(
+        "the range extends beyond the end of the address space",
+    ))?;
     let (mut from, mut parts) = (address, Vec::new());
     while parts.len() <= System::COMPARATORS {
         let log2 = from.trailing_zeros().min(WIDEST);

@@ -18,7 +18,7 @@ impl GdbRefusal {
     /// Returns the contents of the answer packet.
     pub fn answer(self, in_words: bool) -> String {
         let (number, words) = match self {
-            Self::Malformed => (22, "the packet cannot be understood"),
+            Self::Malformed => (22, "the packet is not valid"),
             Self::TooLong => (7, "the packet is longer than PacketSize"),
             Self::Address(what) => (14, what),
             Self::Full(what) => (28, what),

@@ -36,7 +36,7 @@ pub enum ImageError {
     #[error("E530 the image {0} cannot be read: {1}")]
     Unreadable(PathBuf, std::io::Error),
     /// The file is not an ELF file, or is damaged.
-    #[error("E531 {0} is not an ELF file that can be read: {1}")]
+    #[error("E531 {0} is not a readable ELF file: {1}")]
     NotElf(PathBuf, String),
     /// The ELF file is for another processor or ABI.
     #[error("E532 {0} is not for a Cortex-M: {1} (needed: 32-bit little-endian ARM, Thumb)")]
@@ -142,7 +142,7 @@ fn check_machine(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     match machine.first_chunk().copied().map(u16::from_le_bytes) {
         Some(machine) if machine == EM_ARM.0 => Ok(()),
         Some(other) => wrong(format!("its machine number is {other}, not {}", EM_ARM.0)),
-        None => not_elf(path, "its header is cut off".into()),
+        None => not_elf(path, "its header is incomplete".into()),
     }
 }
 
@@ -154,11 +154,11 @@ fn check_state(path: &Path, header: &FileHeader32<Endianness>) -> Result<(), Ima
     );
     let why = if flags.arm_eabi() != EF_ARM_EABI_VER5 {
         format!(
-            "its ELF flags {:#010x} are not those of the Arm EABI 5",
+            "its ELF flags {:#010x} are not those of the Arm EABI, version 5",
             flags.0
         )
     } else if entry.is_multiple_of(2) {
-        format!("its entry point {entry:#010x} is even: ARM code, not Thumb")
+        format!("its entry point {entry:#010x} is even, so it is ARM code and not Thumb code")
     } else {
         return Ok(());
     };
@@ -205,7 +205,7 @@ fn load(
     if flash.is_empty() {
         return Err(ImageError::OutsideFlash(
             path.to_owned(),
-            "it loads nothing at all".into(),
+            "it contains no data to load".into(),
         ));
     }
     Ok((flash, size))
@@ -221,7 +221,7 @@ fn start(path: &Path, flash: &[u8]) -> Result<(u32, u32), ImageError> {
     let (Some(sp), Some(reset), Some(_)) = (word(0), word(1), word(CORE_VECTORS as usize - 1))
     else {
         return none(format!(
-            "only {} bytes are there, {} are needed",
+            "it has only {} bytes, but {} are needed",
             flash.len(),
             4 * CORE_VECTORS
         ));
@@ -229,12 +229,13 @@ fn start(path: &Path, flash: &[u8]) -> Result<(u32, u32), ImageError> {
     let in_ram = STACKS.iter().any(|s| s.start < sp && sp <= s.end);
     if !in_ram || !sp.is_multiple_of(4) {
         return none(format!(
-            "its first word {sp:#010x} is no initial stack pointer: it is not in RAM"
+            "its first word {sp:#010x} is not a valid initial stack pointer, because it is not in RAM \
+             or not a multiple of 4"
         ));
     }
     if reset.is_multiple_of(2) {
         return none(format!(
-            "its reset vector {reset:#010x} is even: not Thumb code"
+            "its reset vector {reset:#010x} is even, so it is not Thumb code"
         ));
     }
     let reset = reset & !1;

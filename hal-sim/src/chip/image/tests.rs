@@ -164,7 +164,10 @@ fn what_is_no_elf_is_refused() {
     };
     for bytes in [&b""[..], b"hello", b"a text that is longer than a header"] {
         let words = parse(bytes);
-        assert!(words.starts_with("E531 notes.txt is not an ELF"), "{words}");
+        assert!(
+            words.starts_with("E531 notes.txt is not a readable ELF"),
+            "{words}"
+        );
     }
     let missing = Image::open(Path::new("no/such/file")).unwrap_err();
     assert!(missing.to_string().starts_with("E530 the image no/such"));

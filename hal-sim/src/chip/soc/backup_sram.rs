@@ -14,7 +14,7 @@ pub const LENGTH: u32 = 0x1000;
 /// Fill value after power-up. Real contents are random; this value equals no copy of anything.
 const FADED: u8 = 0xA7;
 
-const OUTSIDE: Unmodelled = Unmodelled("backup SRAM: an access beyond its end");
+const OUTSIDE: Unmodelled = Unmodelled("backup SRAM: an access beyond the end");
 
 /// Backup SRAM, clocked by RCC_AHB1ENR.BKPSRAMEN.
 #[derive(Clone, PartialEq, Debug)]

@@ -167,7 +167,9 @@ impl Iwdg {
             return Ok(());
         }
         let Some((lsi, _)) = &self.running else {
-            return Err(Unmodelled("IWDG: set up before it was started"));
+            return Err(Unmodelled(
+                "IWDG: a setting written before the watchdog is started",
+            ));
         };
         let due = lsi.ticks(at) + UPDATE_TICKS;
         let register = if reload {

@@ -147,7 +147,7 @@ impl Spi {
         };
         refuse_if(
             value & cr1::SPE != 0 && (crc == cr1::CRC || receives),
-            "SPI: all but transmitting, without CRC",
+            "SPI: a mode other than transmitting without CRC",
         )?;
         self.cr1 = value & 0xFFFF;
         let is_low = match value & cr1::SSM {

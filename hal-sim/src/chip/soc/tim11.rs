@@ -183,11 +183,11 @@ impl Peripheral for Tim11 {
         let counts = self.cr1 & bit::CEN != 0;
         refuse_if(
             counts && !matches!(offset, 0x00 | 0x10),
-            "TIM11: a setting written while it counts",
+            "TIM11: a setting written while the timer counts",
         )?;
         match offset {
             0x00 => {
-                refuse_if(value & !bit::CEN != 0, "TIM11_CR1: other than CEN")?;
+                refuse_if(value & !bit::CEN != 0, "TIM11_CR1: a bit other than CEN")?;
                 self.count = (self.count_at(at), at);
                 self.cr1 = value;
             }

@@ -184,7 +184,7 @@ impl Usart {
     fn write_cr1(&mut self, value: u32) -> Modelled {
         refuse_if(
             value & !cr1::KNOWN != 0,
-            "USART_CR1: parity, 9 bits, wake-up or break",
+            "USART_CR1: parity, 9 data bits, wake-up or break",
         )?;
         self.cr1 = value;
         if value & cr1::UE == 0 || value & cr1::RE == 0 {

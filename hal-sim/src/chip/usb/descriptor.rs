@@ -74,7 +74,7 @@ impl Device {
         let &[manufacturer, product, serial, configurations] =
             bytes.get(14..18).unwrap_or_default()
         else {
-            return Err(Failure::Descriptor("device descriptor is short"));
+            return Err(Failure::Descriptor("the device descriptor is too short"));
         };
         if !matches!(max_packet, 8 | 16 | 32 | 64) || configurations == 0 {
             return Err(Failure::Descriptor("bMaxPacketSize0 or bNumConfigurations"));
@@ -118,7 +118,7 @@ impl Device {
                     self.parse_endpoint(class, address, attributes, endpoint)?;
                 }
                 [length, _, ..] if length >= 2 => {}
-                _ => return Err(Failure::Descriptor("bLength in a configuration")),
+                _ => return Err(Failure::Descriptor("an invalid bLength in a configuration")),
             }
         }
         self.complete()
@@ -138,7 +138,11 @@ impl Device {
             }
             (DATA, true, 0b10) if bulk => self.data_in = endpoint,
             (DATA, false, 0b10) if bulk => self.data_out = endpoint,
-            _ => return Err(Failure::Descriptor("an endpoint of no serial port")),
+            _ => {
+                return Err(Failure::Descriptor(
+                    "an endpoint that does not belong to a serial port",
+                ));
+            }
         }
         Ok(())
     }
@@ -146,7 +150,9 @@ impl Device {
     fn complete(&self) -> Result<(), Failure> {
         let endpoints = [self.notify, self.data_in, self.data_out];
         if endpoints.iter().any(|e| e.number == 0) {
-            return Err(Failure::Descriptor("not all endpoints of a serial port"));
+            return Err(Failure::Descriptor(
+                "an endpoint of the serial port is missing",
+            ));
         }
         Ok(())
     }
@@ -160,7 +166,7 @@ pub(super) fn text(bytes: &[u8]) -> Result<String, Failure> {
                 .chunks_exact(2)
                 .map(|unit| read_u16(unit, 0))
                 .collect();
-            String::from_utf16(&units).map_err(|_| Failure::Descriptor("string is no UTF-16"))
+            String::from_utf16(&units).map_err(|_| Failure::Descriptor("a string is not UTF-16"))
         }
         _ => Err(Failure::Descriptor("string descriptor")),
     }

@@ -5,18 +5,18 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Failure {
     /// The device did not answer three transactions in a row (USB 2.0 8.6).
-    #[error("the device does not answer: {0}")]
+    #[error("the device did not answer: {0}")]
     NoAnswer(&'static str),
     /// The device answered STALL to a request that every device must serve, or on a data endpoint.
-    #[error("the device answers STALL: {0}")]
+    #[error("the device answered with STALL: {0}")]
     Stalled(&'static str),
     /// The device sent more data than the host requested, or than fit a packet of the endpoint.
-    #[error("the device babbles: {0}")]
+    #[error("the device sent more data than allowed (babble): {0}")]
     Babble(&'static str),
     /// The device did not finish a request within 5 s (USB 2.0 9.2.6.1).
-    #[error("the device takes more than 5 s: {0}")]
+    #[error("the device needed more than 5 s: {0}")]
     Slow(&'static str),
     /// A descriptor violates chapter 9 of USB 2.0, or is not that of a CDC ACM device.
-    #[error("bad descriptor: {0}")]
+    #[error("invalid USB descriptor: {0}")]
     Descriptor(&'static str),
 }

@@ -20,22 +20,22 @@ pub enum Rule {
     #[error("expectation: {0}")]
     Specification(&'static str),
     /// Recorded times do not increase, or lie past the end of the recording.
-    #[error("recorded out of order or past the end")]
+    #[error("edge out of time order or after the end of the recording")]
     TimeOrder,
     /// A pulse starts where no train of the channel has one.
-    #[error("pulse where no train has one; nearest is at {nearest_us:?} µs")]
+    #[error("pulse that no train contains; the nearest expected pulse is at {nearest_us:?} µs")]
     OffSchedule {
         /// Nearest calculated start of the channel's train, if there is one, µs.
         nearest_us: Option<u64>,
     },
     /// A phase starts or ends at another time than the train specifies.
-    #[error("edge due at {expected_us} µs")]
+    #[error("edge expected at {expected_us} µs")]
     EdgeTime {
         /// Calculated time, µs.
         expected_us: u64,
     },
     /// Number or order of phases differ from the train's shape.
-    #[error("shape is not the train's")]
+    #[error("pulse shape differs from that of the train")]
     Shape,
     /// Pulses of the train are absent.
     #[error("{count} pulses missing from here on")]

@@ -87,24 +87,30 @@ fn lock_folder_of(path: &Path) -> Option<File> {
 /// point to.
 fn remove_stale(path: &Path, own: &Path) -> io::Result<()> {
     let refused = |why: String| {
-        let why = format!("{} {why}: give another path, or remove it", path.display());
+        let why = format!("{} {why}; give another path, or remove it", path.display());
         Err(io::Error::new(io::ErrorKind::AlreadyExists, why))
     };
     let target = match fs::read_link(path) {
         Ok(target) => target,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
         Err(error) if error.kind() == io::ErrorKind::InvalidInput => {
-            return refused("exists and is no link".to_owned());
+            return refused("exists and is not a link".to_owned());
         }
         Err(error) => return Err(error),
     };
     if !are_both_terminals(&target, own) {
-        let why = format!("is a link to {}, no pseudo-terminal", target.display());
+        let why = format!(
+            "is a link to {}, which is not a pseudo-terminal",
+            target.display()
+        );
         return refused(why);
     }
     // The system may have reused the terminal name of the crashed run.
     if target != own && fs::symlink_metadata(&target).is_ok() {
-        let why = format!("is a link to {}, a terminal in use", target.display());
+        let why = format!(
+            "is a link to {}, a terminal that is in use",
+            target.display()
+        );
         return refused(why);
     }
     fs::remove_file(path)

@@ -44,25 +44,27 @@ pub struct Network {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidNetwork {
     /// The number of active electrodes is not 1 to [`ACTIVES_MAX`]; gives the number of skins.
-    #[error("network: {0} skins, must be 2 to 7: active electrodes and the common return")]
+    #[error("network: {0} electrodes; allowed: 2 to 7, with the common return")]
     Skins(usize),
     /// The matrix does not have a row and a column for every electrode.
-    #[error("network: `resistance_ohm` has not {0} rows of {0} numbers")]
+    #[error("network: `resistance_ohm` must have {0} rows of {0} numbers")]
     Size(usize),
     /// A resistance is not finite; gives its row and column.
     #[error("network: `resistance_ohm[{0}][{1}]` is not finite")]
     NotFinite(usize, usize),
     /// A resistance differs from its mirror image; gives its row and column.
-    #[error("network: `resistance_ohm[{0}][{1}]` and `[{1}][{0}]` differ: not symmetric")]
+    #[error(
+        "network: `resistance_ohm[{0}][{1}]` and `[{1}][{0}]` differ, but the matrix must be symmetric"
+    )]
     Asymmetric(usize, usize),
     /// Some currents that sum to zero would dissipate no power.
     #[error("network: `resistance_ohm` is not positive definite for currents that sum to 0")]
     NotPositiveDefinite,
     /// A field of a [`Skin`] is invalid; gives the electrode, the field, and the field's range.
-    #[error("network: skin {0}, `{1}` is out of range: {2}")]
+    #[error("network: electrode {0}: `{1}` is out of range; allowed: {2}")]
     Skin(usize, &'static str, &'static str),
     /// The current limit is not above 0 A; it may be infinite.
-    #[error("network: `limit_a` is {0} A, must be above 0")]
+    #[error("network: `limit_a` is {0} A; it must be above 0 A")]
     Limit(f64),
 }
 
@@ -73,14 +75,14 @@ pub enum InvalidSegment {
     #[error("segment: {0} terminals for {1} active electrodes")]
     Terminals(usize, usize),
     /// The voltage of a stage is not finite; gives the active electrode.
-    #[error("segment: volts of terminal {0} are not finite")]
+    #[error("segment: the voltage of terminal {0} is not finite")]
     Volts(usize),
     /// The duration is negative or not finite.
-    #[error("segment: `duration_s` is {0} s, must be finite, 0 or above")]
+    #[error("segment: `duration_s` is {0} s; it must be finite and at least 0 s")]
     Duration(f64),
     /// Rounding leaves no consistent set of limiting stages, or no R_p agrees with its current. Not
     /// known to happen with realistic values of skin and tissue.
-    #[error("segment: no consistent currents found")]
+    #[error("segment: the circuit has no consistent solution")]
     Unsettled,
 }
 

@@ -157,7 +157,7 @@ impl Cpu {
         if self.preempting_exception().is_none() {
             return Err(Stop::Outside {
                 pc: self.registers.r[15],
-                what: "a fault of lazy stacking that the running handler's priority holds back",
+                what: "a lazy stacking fault that the priority of the running handler blocks",
             });
         }
         self.enter_exception(bus)

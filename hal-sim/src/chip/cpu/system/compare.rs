@@ -176,7 +176,11 @@ impl Comparators {
                     5 => Some(WatchedAccess::Reads),
                     6 => Some(WatchedAccess::Writes),
                     7 => Some(WatchedAccess::Accesses),
-                    _ => return Some(Err(Unmodelled("DWT_FUNCTION but for watching data"))),
+                    _ => {
+                        return Some(Err(Unmodelled(
+                            "a DWT_FUNCTION other than data watchpoints",
+                        )));
+                    }
                 };
             }
             _ => return None,

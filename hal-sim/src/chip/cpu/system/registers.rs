@@ -232,7 +232,7 @@ impl System {
         let actives = SHCSR.iter().fold(0, |all, (_, active, ..)| all | active);
         refuse_if(
             (value ^ self.read_shcsr()) & actives != 0,
-            "SCB_SHCSR: making exceptions active",
+            "SCB_SHCSR: a change of the active exceptions",
         )?;
         for (exception, _, pending, enable) in SHCSR {
             let exception = bit(exception);
@@ -259,7 +259,7 @@ fn check_size(address: u32, size: Size) -> Modelled {
         Ok(())
     } else {
         Err(Unmodelled(
-            "a private register accessed by less than a word",
+            "an access to a private peripheral register that is narrower than a word",
         ))
     }
 }
@@ -268,7 +268,7 @@ fn check_size(address: u32, size: Size) -> Modelled {
 const fn unmodelled(address: u32) -> Unmodelled {
     Unmodelled(match address {
         0xE000_0000..=0xE000_0FFF => "ITM",
-        0xE000_1000..=0xE000_1FFF => "DWT but for CTRL, CYCCNT and comparators",
+        0xE000_1000..=0xE000_1FFF => "DWT, except CTRL, CYCCNT and the comparators,",
         0xE000_2000..=0xE000_2FFF => "FPB",
         0xE000_ED40..=0xE000_ED7F => "SCB feature registers",
         0xE000_EDF0 => "writing DHCSR",
@@ -278,6 +278,6 @@ const fn unmodelled(address: u32) -> Unmodelled {
         0xE004_0000..=0xE004_0FFF => "TPIU",
         0xE004_1000..=0xE004_1FFF => "ETM",
         0xE00F_F000..=0xE00F_FFFF => "ROM table",
-        _ => "a private register",
+        _ => "this register of the private peripheral bus",
     })
 }

@@ -89,7 +89,7 @@ impl Trace {
         match address {
             0xE000_1000 => {
                 if value & 0x0FFF_FFFE != 0 {
-                    return Some(Err(Unmodelled("DWT_CTRL but for CYCCNTENA")));
+                    return Some(Err(Unmodelled("a bit of DWT_CTRL other than CYCCNTENA")));
                 }
                 self.cyccntena = value & CYCCNTENA != 0;
                 self.set_counter(counter, at);
@@ -97,7 +97,7 @@ impl Trace {
             0xE000_1004 => self.set_counter(value, at),
             0xE000_EDFC => {
                 if value & !TRCENA != 0 {
-                    return Some(Err(Unmodelled("DEMCR but for TRCENA")));
+                    return Some(Err(Unmodelled("a bit of DEMCR other than TRCENA")));
                 }
                 self.trcena = value & TRCENA != 0;
                 self.set_counter(counter, at);

@@ -180,6 +180,12 @@ fn a_second_gdb_is_told_who_has_the_core() {
     assert_eq!(first.exchange("?"), HALTED);
     let text = Client::new("second").prints(served.at, &["target remote PORT"]);
     let own = first.stream.local_addr().unwrap().to_string();
-    says(&text, &[&own, "debugs this chip: one debugger at a time"]);
+    says(
+        &text,
+        &[
+            &own,
+            "already debugs this chip; only one debugger can attach",
+        ],
+    );
     first.exchanges(&[("s", HALTED)]);
 }

@@ -30,7 +30,7 @@ fn a_port_that_is_only_looked_at_stays_open() {
     // A client that stayed unattached gets an error that names the attached one, and can attach
     // later.
     let own = gdb.stream.local_addr().unwrap();
-    let told = format!("E.{own} debugs this chip: one debugger at a time");
+    let told = format!("E.{own} already debugs this chip; only one debugger can attach");
     assert_eq!(idle.exchange("?"), told);
     assert_eq!(served.connect().exchange("qSupported"), told);
     gdb.exchanges(&[("s", HALTED)]);

@@ -142,7 +142,10 @@ impl Adc {
             self.unheard -= 1;
             return Ok(());
         }
-        refuse_if(self.conversion.is_some(), "ADC: triggered while converting")?;
+        refuse_if(
+            self.conversion.is_some(),
+            "ADC: triggered during a conversion",
+        )?;
         refuse_if(at < self.ready, "ADC: triggered within its power-up time")?;
         refuse_if(
             self.clock() * 36_000_000 < u64::from(self.hz),

@@ -12,7 +12,7 @@ impl Adc {
     fn write_cr2(&mut self, value: u32, at: Cycle) -> Modelled {
         refuse_if(
             value & !cr2::KNOWN != 0,
-            "ADC_CR2: regular or software-started group",
+            "ADC_CR2: a regular group, or one started by software",
         )?;
         if value & !self.cr2 & cr2::ADON != 0 {
             self.switch_on(at);
@@ -47,13 +47,13 @@ impl Peripheral for Adc {
         let busy = self.conversion.is_some();
         let resolution = offset == 0x04 && (value ^ self.cr1) & cr1::RES == 0;
         if busy && !resolution && !matches!(offset, 0 | 0x08 | 0x38) {
-            return Err(Unmodelled("ADC: set up while converting"));
+            return Err(Unmodelled("ADC: a setting written during a conversion"));
         }
         match offset {
             // rc_w0: writing 0 clears a bit, 1 leaves it unchanged.
             0x00 => self.sr &= value | !(sr::JEOC | sr::JSTRT),
             0x04 if value & !cr1::KNOWN != 0 => {
-                return Err(Unmodelled("ADC_CR1: other than SCAN, RES, JEOCIE"));
+                return Err(Unmodelled("ADC_CR1: a bit other than SCAN, RES and JEOCIE"));
             }
             0x04 => self.cr1 = value,
             0x08 => self.write_cr2(value, at)?,
@@ -69,7 +69,7 @@ impl Peripheral for Adc {
                 }
             }
             CCR if value & !CCR_KNOWN != 0 => {
-                return Err(Unmodelled("ADC_CCR: other than ADCPRE"));
+                return Err(Unmodelled("ADC_CCR: a bit other than ADCPRE"));
             }
             CCR => self.ccr = value,
             _ => return Err(Unmodelled("ADC register")),
@@ -79,9 +79,9 @@ impl Peripheral for Adc {
 
     fn advance(&mut self, to: Cycle) -> Modelled {
         while let Some(conversion) = self.conversion.filter(|c| c.end <= to) {
-            let code = conversion
-                .code
-                .ok_or(Unmodelled("ADC: nobody supplied the input"))?;
+            let code = conversion.code.ok_or(Unmodelled(
+                "ADC: conversion of an input without a simulated signal",
+            ))?;
             self.finish(conversion, code);
         }
         Ok(())

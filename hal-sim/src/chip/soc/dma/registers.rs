@@ -86,7 +86,11 @@ impl Dma {
             offset::M1AR if value == 0 => (),
             offset::FCR if writable => stream.fcr = value & (FCR_SETTINGS | bit::FEIE),
             offset::NDTR => (), // ignored while enabled
-            _ => return Err(Unmodelled("a DMA register, or one in use")),
+            _ => {
+                return Err(Unmodelled(
+                    "a write to this DMA register, or to it while its stream is enabled",
+                ));
+            }
         }
         self.note_interrupts(index);
         Ok(())

@@ -275,10 +275,10 @@ impl Stream {
     pub(super) fn switch_on(&mut self, done: Cycle) -> Modelled {
         refuse_if(
             self.cr & !FREE != WORDS,
-            "a DMA2 stream that does not move words, incrementing its memory only",
+            "a DMA2 stream that does not move words or does not increment its memory address only",
         )?;
         refuse_if(self.fcr & 0b100 != 0, "a DMA2 stream's FIFO")?;
-        refuse_if(self.ndtr == 0, "a DMA2 stream enabled with nothing to move")?;
+        refuse_if(self.ndtr == 0, "a DMA2 stream enabled with NDTR = 0")?;
         self.target = self.far_end()?;
         self.memory = sram(self.m0ar);
         let last = self.m0ar.wrapping_add(4 * (u32::from(self.ndtr) - 1));
@@ -287,7 +287,7 @@ impl Stream {
         }
         refuse_if(
             sram(last) != self.memory,
-            "a DMA2 buffer across SRAM1 and SRAM2",
+            "a DMA2 buffer that extends from SRAM1 into SRAM2",
         )?;
         self.cr |= bit::EN;
         (self.length, self.index) = (self.ndtr, 0);

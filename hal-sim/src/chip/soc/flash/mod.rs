@@ -223,10 +223,9 @@ impl Flash {
     #[inline]
     pub fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<ReadResult, AccessError> {
         let offset = address & (SIZE as u32 - 1);
-        let wait = self
-            .accelerator
-            .read(offset >> 4, at)
-            .ok_or(Unmodelled("FLASH: data cached before an erasure"))?;
+        let wait = self.accelerator.read(offset >> 4, at).ok_or(Unmodelled(
+            "FLASH: reading data that was cached before an erase",
+        ))?;
         let value = self.word(offset & !3);
         Ok(ReadResult {
             value: read_part(value, offset, size),

@@ -141,7 +141,7 @@ impl Programming {
         self.keys = written.map(|n| n + 1);
         match self.keys {
             None => Err(Unmodelled(
-                "FLASH_KEYR: wrong key, which is a bus error and locks until reset",
+                "FLASH_KEYR: a wrong key, which causes a bus error and locks the flash until reset",
             )),
             Some(2) => {
                 self.cr &= !cr::LOCK;
@@ -227,7 +227,10 @@ impl Flash {
         if programming.cr & cr::LOCK != 0 {
             return Ok(()); // section 3.9.6: not accessible while locked
         }
-        refuse_if(programming.end.is_some(), "FLASH_CR: written while busy")?;
+        refuse_if(
+            programming.end.is_some(),
+            "FLASH_CR: written while the flash is busy",
+        )?;
         if value & cr::MER != 0 || value & cr::PSIZE == cr::PSIZE {
             return Err(Unmodelled("FLASH_CR: mass erase or x64"));
         }

@@ -44,7 +44,7 @@ impl Peripheral for Flash {
         }
         refuse_if(
             self.accelerator.delivered_stale,
-            "FLASH: code cached before it was changed",
+            "FLASH: code that was cached before it changed",
         )?;
         Ok(())
     }

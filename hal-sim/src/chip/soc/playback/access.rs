@@ -186,7 +186,7 @@ impl Playback {
         let tim1 = &self.timers[0];
         refuse_if(
             tim1.is_centre_aligned() && tim1.is_running(),
-            "requests of a centre-aligned TIM1",
+            "DMA requests of a centre-aligned TIM1",
         )?;
         let due = std::array::from_fn(|event| match event {
             _ if enabled >> event & 1 == 0 => NEVER,

@@ -321,4 +321,4 @@ fn streams(mut bits: u8) -> impl Iterator<Item = usize> {
     })
 }
 
-const NO_RAM: Unmodelled = Unmodelled("DMA2 memory outside the RAM it was given");
+const NO_RAM: Unmodelled = Unmodelled("DMA2 memory outside the RAM that the simulator plays from");

@@ -207,7 +207,7 @@ impl Rcc {
         let mask = 1 << bit;
         refuse_if(
             self.fresh[bus] & mask != 0 && at < self.settled[bus],
-            "access right after its clock enable (ES0182, delay after clock enabling)",
+            "an access too soon after the clock was enabled (ES0182, delay after clock enabling)",
         )?;
         Ok(self.enables[bus] & !self.resets[bus] & mask != 0)
     }
@@ -306,7 +306,7 @@ impl Rcc {
         let trim = value & cr::HSITRIM;
         refuse_if(
             trim != self.cr & cr::HSITRIM && in_use & cr::HSION != 0,
-            "RCC_CR: HSITRIM of a clock in use",
+            "RCC_CR: HSITRIM changed while the HSI is in use",
         )?;
         let i2s = value & cr::PLLI2SON;
         // The source of the core clock cannot be switched off.

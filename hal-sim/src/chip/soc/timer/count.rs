@@ -250,7 +250,7 @@ impl Timer {
         let mode = (self.cr1 & bit::CMS) >> 5;
         refuse_if(
             mode != 0 && n + 1 >= self.counts_to_update(),
-            "a centre-aligned timer that turns",
+            "a direction change of a centre-aligned timer",
         )?;
         Ok(match mode {
             1 => self.counts_down(),

@@ -279,7 +279,9 @@ impl Timer {
             return Ok(());
         }
         if self.psc[IN_FORCE] != 0 {
-            return Err(Unmodelled("a prescaler behind a trigger"));
+            return Err(Unmodelled(
+                "a prescaler of a timer that counts trigger edges",
+            ));
         }
         self.ticks.keep_risen_before(now);
         if let Some((first, distance)) = edges
@@ -322,7 +324,10 @@ impl Timer {
     /// Fails if the timer has already counted further.
     pub fn misreload(&mut self, counts: u32) -> Modelled {
         let last = counts.max(2) - 1;
-        refuse_if(self.count > last, "a broken reload of a timer beyond it")?;
+        refuse_if(
+            self.count > last,
+            "an injected reload value below the present count of the timer",
+        )?;
         self.shown = Some(self.shown.unwrap_or(self.arr[WRITTEN]));
         self.arr = [last; 2];
         Ok(())

@@ -174,7 +174,9 @@ impl Timer {
             self.cr1 = value & !bit::DIR | before & bit::DIR; // the counter sets the direction
         }
         if self.is_started() && value & bit::CEN == 0 {
-            return Err(Unmodelled("a TIM_CR1.CEN that a trigger sets anew"));
+            return Err(Unmodelled(
+                "a TIM_CR1.CEN that is 0 in a timer that a trigger has started",
+            ));
         }
         if before & bit::CEN != value & bit::CEN {
             if value & bit::CEN == 0 {
@@ -197,7 +199,9 @@ impl Timer {
         }
         self.smcr = known(value, SMCR, "a TIM_SMCR bit")?;
         if self.is_started() && self.cr1 & bit::CEN == 0 {
-            return Err(Unmodelled("a TIM_CR1.CEN that a trigger sets anew"));
+            return Err(Unmodelled(
+                "a TIM_CR1.CEN that is 0 in a timer that a trigger has started",
+            ));
         }
         if before != clocked_by(self) {
             self.ticks.stop(done);
@@ -220,7 +224,11 @@ impl Timer {
         if known(value, bit::UG, "a TIM_EGR bit")? == 0 {
             return Ok(());
         }
-        known(self.dier, bit::INTERRUPTS, "UG that asks for DMA")?;
+        known(
+            self.dier,
+            bit::INTERRUPTS,
+            "an update event (UG) that requests DMA",
+        )?;
         self.count = 0;
         for channel in 0..4 {
             if self.ccr[channel] == 0 && !self.is_input(channel) {

@@ -45,7 +45,9 @@ impl Timer {
             return Err(Unmodelled("a TIM1_TRGO pulse shorter than TIM2's clock"));
         }
         if !self.is_steady() {
-            return Err(Unmodelled("TIM2 counting an uneven TIM1_TRGO"));
+            return Err(Unmodelled(
+                "TIM2 counting a TIM1_TRGO without a constant period",
+            ));
         }
         Ok(self.each_lap(match self.counts_down() {
             true => self.next_match(channel),

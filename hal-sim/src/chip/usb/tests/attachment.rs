@@ -109,7 +109,7 @@ fn a_bad_descriptor_is_named() {
     board.configuration[2] = 71;
     board.run(board.now + 400 * MS);
     let failure = board.host.failure.unwrap();
-    assert_eq!(failure.to_string(), "bad descriptor: wTotalLength");
+    assert_eq!(failure.to_string(), "invalid USB descriptor: wTotalLength");
 }
 
 #[test]

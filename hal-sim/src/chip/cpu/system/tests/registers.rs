@@ -234,7 +234,7 @@ fn what_is_not_modelled_has_a_name() {
     let mut system = System::default();
     for (address, name) in [
         (0xE000_0000, "ITM"),
-        (0xE000_1060, "DWT but for CTRL, CYCCNT and comparators"),
+        (0xE000_1060, "DWT, except CTRL, CYCCNT and the comparators,"),
         (0xE000_2000, "FPB"),
         (0xE000_EDF4, "DCRSR"),
         (0xE00F_F000, "ROM table"),
@@ -244,7 +244,7 @@ fn what_is_not_modelled_has_a_name() {
         assert_eq!(written, Err(Unmodelled(name)));
     }
     let half = system.read(0xE000_ED04, Size::Half, 0);
-    let name = "a private register accessed by less than a word";
+    let name = "an access to a private peripheral register that is narrower than a word";
     assert_eq!(half, Err(Unmodelled(name)));
 }
 
