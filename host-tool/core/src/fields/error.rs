@@ -78,229 +78,240 @@ problems! {
     405 NotExact { step: String }
         "`{field}` is {given}: the device counts in steps of {step}" ""
     406 NotFinite { allowed: Option<String> }
-        "`{field}` is {given}, which is no finite number of at most 38 digits" ""
+        "`{field}` is {given}, but must be a finite number with at most 38 digits" ""
     407 OutOfRange { allowed: String }
-        "`{field}` is {given}, allowed is {allowed}" ""
+        "`{field}` is {given}; allowed: {allowed}" ""
     408 UnknownChoice { close: Option<String>, known: String }
         "`{field}` cannot be {given}" ""
     409 SaidTwice { other: String }
-        "`{field}` and `{other}` say the same: give one of them" ""
+        "`{field}` and `{other}` exclude each other: give only one of them" ""
     410 NotInOrder { after: String }
-        "`{field}` is {given}, but it must come after {after}" ""
+        "`{field}` is {given}, but must be greater than {after}" ""
     411 More { count: usize }
-        "there are {count} more mistakes" "mend these first"
+        "there are {count} more mistakes"
+        "correct the listed mistakes first"
     412 ControlCharacter { character: String }
-        "`{field}` has the character {character}, which no page and no picture may hold"
-        "leave it out"
+        "`{field}` contains the character {character}, which reports and charts cannot show"
+        "delete the character"
     420 ChannelTwice { channel: u8 }
-        "channel {channel} is named once more by `{field}`" ""
+        "`{field}` names channel {channel} a second time"
+        "name each channel only once here"
     421 NoSuchChannel { channel: u8 }
-        "`{field}` names channel {channel}, which the file does not have" ""
+        "`{field}` names channel {channel}, which the file does not have"
+        "add the channel, or correct the number"
     430 TwoGroups { channel: u8 }
-        "channel {channel} is in two groups" ""
+        "channel {channel} is in two groups"
+        "remove it from one of them"
     431 IsolationOverlaps { channel: u8, other: u8 }
-        "channels {channel} and {other} cannot isolate each other: their pulses overlap at some time"
+        "the pulses of channels {channel} and {other} overlap at some time, so neither can be disconnected while the other pulses"
         "give them the same period and offsets at least a pulse width apart, or set partner = \"conducted\""
     432 NoTimeToGround { channel: u8 }
-        "channel {channel} has no time to ground: isolation interrupts it, and no unbroken `ground_us` remains before its next pulse"
+        "channel {channel} has too little time for `ground_us`: pulses of its isolated group interrupt the grounding before its next pulse"
         "move the offsets further apart, shorten `ground_us`, or give all members the same period"
     440 BurstOverlaps { min_us: u32 }
         "pulses of a burst overlap: `{field}` must be at least {min_us} µs" ""
     441 BurstTooLong { min_us: u32 }
         "a burst runs into the next one: the period must be at least {min_us} µs" ""
     450 CurrentLimit { limit: String, max_ma: String, by: &'static str }
-        "`{field}` = {limit}, allowed are {max_ma} mA, {by}"
+        "`{field}` is {limit}; allowed: at most {max_ma} mA ({by})"
         "lower the limit"
     451 ChargeLimit { limit: String, uc: String, max_uc: String }
-        "at `{field}` = {limit} one phase is {uc} µC, allowed are {max_uc} µC, `wearer.max_charge_uc`"
+        "at `{field}` = {limit} one phase carries {uc} µC; allowed: at most {max_uc} µC (`wearer.max_charge_uc`)"
         "lower the limit or the pulse width"
     452 RmsLimit { limit: String, ma: String, max_ma: String }
-        "at `{field}` = {limit} the train comes to {ma} mA rms, allowed are {max_ma} mA, `wearer.max_rms_ma`"
+        "at `{field}` = {limit} the train has {ma} mA rms; allowed: at most {max_ma} mA (`wearer.max_rms_ma`)"
         "lower the limit, the pulse width, the frequency or the number of pulses in a burst"
     453 AboveChannelLimit { channel: u8, limit: String }
-        "`{field}` is {given}, allowed is 0 to channel {channel}'s `limit` of {limit}"
-        "ask for what the channel may put out; its `limit` is what its wearer tolerates"
+        "`{field}` is {given}; allowed: 0 to {limit}, the `limit` of channel {channel}"
+        "choose an amplitude in this range; raise the `limit` only if the wearer tolerates it"
     454 DensityLimit { limit: String, ma: String, area_mm2: u32, max_ma: String }
-        "at `{field}` = {limit} the train comes to {ma} mA rms, allowed are {max_ma} mA, 2 mA/cm² under `area_mm2` = {area_mm2}"
-        "say `area_mm2` of a larger electrode, or lower the limit, the pulse width or the frequency"
+        "at `{field}` = {limit} the train has {ma} mA rms; allowed: at most {max_ma} mA (2 mA/cm² under `area_mm2` = {area_mm2})"
+        "enter the `area_mm2` of a larger electrode, or lower the limit, the pulse width or the frequency"
     455 SumLimit { who: String, sum_ma: String, max_ma: String }
-        "{who} at their limits put {sum_ma} mA through the common return at once, allowed are {max_ma} mA, `wearer.max_sum_ma`"
-        "lower limits, or give all trains one period and offsets at least a pulse apart"
+        "with {who} at their limits, the common return carries {sum_ma} mA at one moment; allowed: at most {max_ma} mA (`wearer.max_sum_ma`)"
+        "lower the limits, or give all trains the same period and offsets at least one pulse apart"
     456 SumRmsLimit { who: String, sum_ma: String, max_ma: String, by: SumBound }
-        "{who} at their limits put {sum_ma} mA rms through the common return, allowed are {max_ma} mA, {by}"
-        "lower limits, widths or frequencies"
+        "with {who} at their limits, the common return carries {sum_ma} mA rms; allowed: at most {max_ma} mA ({by})"
+        "lower the limits, pulse widths or frequencies"
     460 Controlled { channel: u8 }
-        "`{field}` names channel {channel}, which the joint or the wall drives" ""
+        "`{field}` names channel {channel}, which a controller of this session drives"
+        "leave the channel out here, or remove it from the controller"
     461 NoJoint { wanted: &'static str }
         "{wanted} needs a `[joint]`, and the file has none" ""
     462 TooSlow { timeout_ms: u16 }
-        "`{field}` is {given}: setpoints would be further apart than the {timeout_ms} ms of silence that end stimulation"
-        "raise it, or `wearer.host_timeout_ms`"
+        "`{field}` is {given}: the time between setpoints would exceed the host silence of {timeout_ms} ms that ends stimulation"
+        "raise the rate or `wearer.host_timeout_ms`"
     463 NoFatigue {}
-        "`{field}` is calcium-force-fatigue, but nothing says how the muscle tires"
-        "give the muscle `fatigue`; `fatigue = {}` takes the quadriceps' of Ding 2003"
+        "`{field}` is \"calcium-force-fatigue\", but the muscle has no `fatigue`"
+        "add `fatigue` to the muscle; `fatigue = {}` uses the values of the quadriceps (Ding 2003)"
     464 NothingToFit {}
-        "no channel has a `muscle`, so there is nothing to choose by"
-        "give the channels a `muscle`, or leave `[fidelity]` out"
+        "`[fidelity]` selects muscle models, but no channel has a `muscle`"
+        "add a `muscle` to the channels, or delete `[fidelity]`"
     465 NothingTriggered {}
         "no channel waits for a trigger, so `[simulated_trigger]` would start nothing"
-        "give a channel's train `triggered = true`, or leave `[simulated_trigger]` out"
+        "set `triggered = true` in the train of a channel, or delete `[simulated_trigger]`"
     466 NeverTried { flexion_nm: String, stiffness: String, allowed: String }
-        "a wearer of `flexion_nm` = {flexion_nm} and `stiffness_nm_per_rad` = {stiffness} is weaker than a quarter or stronger than four times the reference, on whom the law was never tried: with this torque the stiffness may be {allowed}"
-        "measure both again; or leave `joint.wearer` out, or take law = \"paper\", which steers by no wearer"
+        "with `flexion_nm` = {flexion_nm} and `stiffness_nm_per_rad` = {stiffness} the wearer is weaker than a quarter of the reference wearer or stronger than four times it, a range in which the controller was never tested; allowed with this torque: a stiffness of {allowed} N·m/rad"
+        "measure both values again, delete `joint.wearer`, or set law = \"paper\", which uses no model of the wearer"
     467 OutsideBounds { reach: String }
-        "`{field}` is {given}, and the file's own setpoints of this channel go {reach}"
-        "widen the bounds, or keep the file's setpoints within them"
+        "`{field}` is {given}, but the setpoints of this channel in the file go {reach}"
+        "widen the bounds, or keep the setpoints of the file within them"
     468 SessionTooLong { most_s: u32 }
-        "`{field}` is {given}, allowed are {most_s} s, `wearer.max_session_s`: the device would end it there"
-        "shorten it; `max_session_s` is what the wearer bears since power came up"
+        "`{field}` is {given}; allowed: at most {most_s} s (`wearer.max_session_s`), after which the device ends the session"
+        "shorten the session; `max_session_s` limits the total stimulation since power-on"
     470 OutOfReach { newton: f64, channel: u8, min_n: f64, max_n: f64 }
-        "`{field}` is {newton} N: within its limits channel {channel} gives 0 N, and from {min_n} to {max_n} N"
-        "ask for a force in there, or raise the channel's `limit` or its `force.max_frequency_hz`"
+        "`{field}` is {newton} N; allowed: 0 N, or {min_n} to {max_n} N, which channel {channel} can give within its limits"
+        "choose a force in this range, or raise the channel's `limit` or its `force.max_frequency_hz`"
     471 NoForceControl { channel: u8 }
-        "`{field}` names channel {channel}, which has no `force`" ""
+        "`{field}` names channel {channel}, which has no `force`"
+        "add `force` to the channel, or name another channel"
     472 NoMuscle { channel: u8 }
-        "channel {channel} has a `force` and no `muscle` to find it with" ""
+        "channel {channel} has a `force`, but not the `muscle` that force control needs"
+        "add a `muscle` to the channel"
     473 RateChanges { channel: u8 }
-        "channel {channel} may change its pulse rate, and is in an isolated group, whose pulses would then meet"
-        "leave `force.max_frequency_hz` and `force.min_frequency_hz` out, or set partner = \"conducted\""
+        "channel {channel} may change its pulse rate, but is in an isolated group, where its pulses would then overlap with others"
+        "delete `force.max_frequency_hz` and `force.min_frequency_hz`, or set partner = \"conducted\""
     474 ForceControlled { channel: u8 }
-        "`{field}` names channel {channel}, which is under force control" ""
+        "`{field}` names channel {channel}, which is under force control"
+        "name another channel, or delete the channel's `force`"
     475 WrenchOutOfReach { at_s: f64, force: String, channel: u8, percent: f64, nearest: String }
-        "at {at_s} s `{field}` asks for {force}, and channel {channel}'s muscle is not strong enough within its limit: {percent} % can be made, {nearest}"
-        "ask for that much, or hold the arm otherwise"
+        "at {at_s} s `{field}` asks for {force}, but the muscle of channel {channel} is too weak within its limit; possible: {percent} % of it, {nearest}"
+        "ask for at most this force, or change the posture"
     476 NoMuscleHelps { at_s: f64, force: String }
-        "at {at_s} s `{field}` asks for {force}, and no muscle of the session helps towards it as the arm is held"
-        "ask for another direction, or stimulate a muscle that pulls that way"
+        "at {at_s} s `{field}` asks for {force}, but no muscle of the session pulls in this direction in this posture"
+        "choose another direction, or stimulate a muscle that pulls that way"
     477 NoLimb {}
-        "`{field}` is {given}, and there is no wearer file with a `[limb]`"
-        "name one in `[wearer] file`: it says where the muscles pull"
+        "`{field}` is {given}, but the session has no wearer file with a `[limb]`"
+        "name one in `[wearer] file`; it describes where the muscles pull"
     478 NoLine {}
-        "`{field}` is {given}, and no channel of the session has a `[[limb.line]]` in the wearer file"
+        "`{field}` is {given}, but no channel of the session has a `[[limb.line]]` in the wearer file"
         "stimulate channels of the arm's muscles"
     479 JointAndLimb {}
-        "`{field}` is {given}, which cannot run beside a `[joint]` or a `[wall]`: a measurement would be of both"
-        "keep one of them"
+        "`{field}` is {given}, which cannot be combined with a `[joint]` or a `[wall]`: both would use the same measurement"
+        "keep only one of them"
     480 JointAndWall {}
-        "a `[joint]` and a `[wall]` cannot run together: the device measures one angle"
-        "keep one of them"
+        "a `[joint]` and a `[wall]` cannot be combined: the device measures only one angle"
+        "keep only one of them"
     481 Misplaced { why: String }
         "`{field}`: {why}"
-        "move it; electrodes are 2.5 cm across or 2.0 × 1.5 cm, and the return's 4 × 9 cm end at the wrist"
+        "move the electrode; electrodes are round (2.5 cm) or small (2.0 × 1.5 cm), and the return electrode (4 × 9 cm) ends at the wrist"
     482 CurrentIntoHand { channel: u8 }
-        "`{field}` names channel {channel}, whose stage drives a current: the simulated hand knows voltages alone"
+        "`{field}` names channel {channel}, which has a current stage, but the simulated hand accepts only voltages"
         "give the channel a voltage stage"
     483 Programmed { channel: u8 }
-        "`{field}` names channel {channel}, which a `[[program]]` plays"
-        "leave it out of one of them: a channel has one program, and nothing beside it"
+        "`{field}` names channel {channel}, which a `[[program]]` already drives"
+        "remove it from one of the two: a channel with a program can have no other setpoints"
     484 NotEndless { channel: u8, why: &'static str }
-        "`{field}` names channel {channel}, whose train {why}: a program plays endless trains from the common start"
-        "leave that out of the train, or drive the channel by `[setpoints]`"
+        "`{field}` names channel {channel}, whose train {why}, but a program needs an endless train from the common start"
+        "remove this from the train, or drive the channel by `[setpoints]`"
     485 RampTooShort { channel: u8, from: String, to: String, least: String, nearest: String }
-        "`{field}` is {given}, and channel {channel} goes from {from} to {to} in {least} s at least, by the wearer's rise and steps: {nearest}"
-        "give it that time; a shorter `rise_ms` is the wearer's to accept"
+        "`{field}` is {given}, which is too fast: within the wearer's rise and step limits channel {channel} needs at least {least} s from {from} to {to}; {nearest}"
+        "shorten `wearer.rise_ms` only if the wearer accepts it"
     486 NoSmoothRamp { channel: u8, from: String, to: String }
-        "`{field}` is {given}, and channel {channel} cannot go smoothly from {from} to {to} in any time: a µs of width is more than a burst may rise"
-        "change the amplitude alone, or lower it"
+        "`{field}` is {given}, but channel {channel} cannot go smoothly from {from} to {to} in any time: widening a pulse by 1 µs already exceeds the rise that one burst may have"
+        "change only the amplitude, or lower it"
     487 RateBelowTrain { least_hz: String }
-        "`{field}` is {given}, and each burst of a `[[program]]` gets its own order: {least_hz} at least"
-        "raise it, or leave `[setpoints]` out"
+        "`{field}` is {given}, but each burst of a `[[program]]` needs its own setpoint; allowed: at least {least_hz} Hz"
+        "raise the rate, or delete `[setpoints]`"
     488 SilenceTooShort { channel: u8, least: String }
-        "`{field}` is {given}, which leaves channel {channel} less than {least} s of silence before it rises again: not one of its bursts might be left out"
-        "leave that time at least, a period of its train"
+        "`{field}` is {given}, but channel {channel} needs a pause of at least {least} s, one period of its train, before it rises again"
+        "lengthen the pause"
     489 OnTooShort { channel: u8, on: String, up: String, down: String, nearest: String }
-        "`{field}` is {given}: channel {channel} is on for {on} s, and its ramps take {up} s up and {down} s down: {nearest}"
-        "leave it on for longer, or shorten its ramps"
+        "`{field}` is {given}: channel {channel} is on for {on} s, which is too short for its ramps of {up} s up and {down} s down; allowed: {nearest}"
+        "keep it on for longer, or shorten its ramps"
     490 StepTooShort { channel: u8, least: String }
-        "`{field}` is {given}, less than a period of channel {channel}'s train after the step before: {least} at least"
-        "hold each step for a burst at least"
+        "`{field}` is {given}, less than one period of channel {channel}'s train after the previous step; allowed: at least {least} s"
+        "hold each step for at least one burst"
     491 BeginsAfterEnd { channel: u8, begins: String }
-        "`{field}` is {given}: channel {channel} would begin at {begins} s, when the session is over"
+        "`{field}` is {given}: channel {channel} would begin at {begins} s, after the end of the session"
         "begin earlier, or lengthen `duration_s`"
     492 StepTooLarge { channel: u8, from: String, to: String, most: String }
-        "`{field}` is {given}: channel {channel} is ordered from {from} to {to} at once, and the wearer's `max_step_ma` and `max_step_ma_per_s` allow {most} more"
-        "go there in smaller steps, or through 0; on the way of a ramp, leave the channel's `start` out"
+        "`{field}` is {given}: channel {channel} would jump from {from} to {to}, but the wearer's `max_step_ma` and `max_step_ma_per_s` allow an increase of at most {most}"
+        "use smaller steps, or go through 0; if this happens within a ramp, delete the channel's `start`"
     630 ChargeAtWidth { value: String, width_us: u16, most: String, max_uc: String }
-        "{value} for {width_us} µs is more than the {max_uc} µC of one phase that the wearer's limits and the channel's allow, `wearer.max_charge_uc`: at this width {most} at most (`{field}`)"
-        "lower the amplitude or the width, there or on the way to the next point"
+        "`{field}`: {value} for {width_us} µs exceeds the charge of {max_uc} µC per phase that `wearer.max_charge_uc` and the channel's limit allow; allowed at this width: at most {most}"
+        "lower the amplitude or the width, here or on the way to the next point"
     631 FixedWidth { channel: u8, own_us: u16 }
-        "`{field}` is {given}, and channel {channel}'s width is {own_us} µs and never changes"
-        "give its train a `max_width_us`, the largest width it is to have"
+        "`{field}` is {given}, but the width of channel {channel} is fixed at {own_us} µs"
+        "set `max_width_us` in its train to the largest width that it may have"
     632 WidthChanges { channel: u8 }
-        "channel {channel} has a `muscle`, whose recruitment holds at one width, and a `max_width_us`"
-        "leave one of them out"
+        "channel {channel} has a `max_width_us` and a `muscle`, whose recruitment holds for one width only"
+        "delete one of them"
     633 NoLists { channel: u8 }
-        "`{field}` names channel {channel}, whose train takes no lists of pulses"
-        "say `lists = true` in its train"
+        "`{field}` names channel {channel}, whose train does not accept lists of pulses"
+        "set `lists = true` in its train"
     634 NeverHeld { channel: u8 }
-        "channel {channel}'s train plays while the trigger input is held, and `[simulated_trigger]` never holds it"
-        "say `held_s`, how long it is held after each edge"
+        "the train of channel {channel} plays while the trigger input is held, but `[simulated_trigger]` never holds it"
+        "set `held_s`, the time for which it is held after each edge"
     635 HeldTooLong { most_s: String }
-        "`{field}` is {given}: with edges this close an input is released 1 ms before the next only if it is held for {most_s} s at most"
-        "hold it for less, or put its edges further apart"
+        "`{field}` is {given}, but the input must be released 1 ms before the next edge; allowed with these edges: at most {most_s} s"
+        "shorten it, or put the edges further apart"
     636 NeverRises { channel: u8 }
-        "`{field}` names channel {channel}, which nothing raises: a list plays in place of pulses that play"
-        "give the channel `values`, as small as may be if nothing is to be felt before"
+        "`{field}` names channel {channel}, whose amplitude stays 0: a list only replaces pulses that are already playing"
+        "give the channel an amplitude in `values`, which may be too small to feel"
     637 CountedRises { channel: u8, value: String, start: String, pulses: u32 }
-        "channel {channel} plays {pulses} pulses of its `repeats` below {value}, which is above its `start` of {start} (`{field}`)"
+        "`{field}` is {value}, but the `start` of channel {channel} is {start}: {pulses} pulses of its `repeats` would be lower while the amplitude rises"
         "raise `start`, the largest amplitude that the wearer accepts at once, or lower the amplitude"
     638 CountedControlled { channel: u8 }
-        "`{field}` is {given}, and channel {channel} is controlled: its amplitudes rise, and the first of a fixed number of pulses would be lower than was computed"
-        "leave `repeats` out"
+        "`{field}` is {given}, but a controller drives channel {channel}: its amplitude rises gradually, so the first of a fixed number of pulses would be lower than computed"
+        "delete `repeats`"
     650 WearerUnreadable { reason: String }
         "the wearer file cannot be read: {reason}"
         "check path and permissions; `[wearer] file` is relative to the session's own folder"
     651 WearerSchema { known: u16 }
-        "`{field}` is {given}: this program reads wearer files of schema {known}"
-        "use the flexor that wrote it, or calibrate again"
+        "`{field}` is {given}, but this program reads wearer files of schema {known}"
+        "use the version of flexor that wrote the file, or calibrate again"
     652 WearerName {}
-        "`{field}` is {given}, but a pseudonym is of 1 to 64 letters, digits and hyphens" "never use a person's name"
+        "`{field}` is {given}, but a pseudonym has 1 to 64 letters, digits and hyphens"
+        "never use a person's name"
     653 ThresholdsDisordered { why: String }
         "`{field}` is {given}, {why}"
-        "a threshold lies below the limit, a minimum not above the maximum, nor that above the limit; measure again"
+        "required: rheobase ≤ motor_threshold < limit, start ≤ limit, minimum ≤ maximum ≤ limit, from_hz ≤ frequency_hz ≤ to_hz; measure again"
     657 NoElectrode { channel: u8 }
-        "`{field}` is {channel}, and the wearer file has no electrode of that channel"
-        "calibrate it, or stimulate another channel: nobody knows its limit"
+        "`{field}` is {channel}, but the wearer file has no electrode for this channel, so its limit is unknown"
+        "calibrate the channel, or stimulate another one"
     658 HoldsElsewhere { channel: u8, there: String }
-        "`{field}` is {given}, and channel {channel}'s thresholds in the wearer file hold at {there}"
-        "stimulate as they were found, or calibrate so; a width may differ where the file has a `strength_duration`"
+        "`{field}` is {given}, but channel {channel}'s thresholds in the wearer file hold only for {there}"
+        "use that setting, or calibrate with the new one; a width may differ if the file has a `strength_duration`"
     659 Loosened { allowed: String }
-        "`{field}` is {given}, and the wearer file allows {allowed}"
-        "a session may only tighten its wearer file: leave the field out, or tighten it"
+        "`{field}` is {given}, but the wearer file allows {allowed}"
+        "delete the field, or make it stricter: a session may only tighten its wearer file"
     660 AnotherPerson { name: String }
-        "`{field}` is {given}, and the wearer file is {name}'s"
-        "name the file of whoever is stimulated"
+        "`{field}` is {given}, but the wearer file belongs to {name}"
+        "use the file of the wearer who is stimulated"
     661 NoWearerFile {}
         "`{field}` needs `wearer.file`"
-        "name the wearer's file, or leave it out"
+        "add `wearer.file`, or delete the field"
     662 OutsideHapticRange { channel: u8, range: String }
-        "`{field}` is {given}, outside channel {channel}'s haptic range, {range} (I_MT to 1.5 I_MT)"
-        "0 is allowed too; without `wearer.haptic_range` the wearer's `limit` alone holds"
+        "`{field}` is {given}, which leaves channel {channel}'s haptic range, {range} (I_MT to 1.5 I_MT)"
+        "use 0 or an amplitude in this range, or delete `wearer.haptic_range`, so that only the wearer's `limit` applies"
     665 NotAWearer { file: String }
-        "{file} is no wearer file: it says neither of which `schema` it is, nor by `evidence` where its numbers are from"
-        "name a wearer's file, as docs/wearers.md describes them"
+        "{file} is not a wearer file: it has neither `schema` nor `evidence`"
+        "name a wearer file; docs/wearers.md describes them"
     750 ShareOutside { share: String, at_deg: f64 }
-        "`{field}` goes through {given}, and its quartic is {share} at {at_deg}°: a share is 0 to 1 at every angle"
-        "move the five values away from there, or narrow the joint's range"
+        "the quartic through `{field}` = {given} is {share} at {at_deg}°; allowed: 0 to 1 at every angle"
+        "change the values near this angle, or narrow the joint's range"
     751 ModulationBeside { other: String }
-        "`{field}` is {given}, which cannot follow its angle beside {other}: a measurement would be of both"
-        "keep one of them"
+        "`{field}` is {given}, which cannot be combined with {other}: both would use the same measurement"
+        "keep only one of them"
     752 NoPhaseJoint { elbow: &'static str }
-        "`{field}` is {given}, and the file has no `[[modulation]]` of joint = \"{elbow}\", whose motion tells its phase"
+        "`{field}` is {given}, but the file has no `[[modulation]]` with joint = \"{elbow}\", whose motion determines the phase"
         "add it, with or without shares"
     753 HeldForTooLong { most_s: f64 }
-        "`{field}` is {given} for longer than {most_s} s, `modulation.longest_hold_s`: the device would let go there"
-        "release it before, or raise `longest_hold_s`"
+        "`{field}` is {given} for longer than {most_s} s (`modulation.longest_hold_s`), after which the device ends the hold"
+        "set `held` to false earlier, or raise `longest_hold_s`"
     754 NothingModulated {}
-        "`{field}` is {given}, and the file has no `[[modulation]]`: nothing would be stimulated" ""
+        "`{field}` is {given}, but the file has no `[[modulation]]`, so nothing would be stimulated"
+        "add a `[[modulation]]`, or choose another kind"
     756 NeverGrabbed {}
-        "`{field}` is {given}, and the file has `[[modulation]]`s, which stimulate only while an object is held"
-        "say kind = \"held\""
+        "`{field}` is {given}, but the file has a `[[modulation]]`, which stimulates only while an object is held"
+        "set kind = \"held\""
     757 JointTwice {}
-        "`{field}` is {given}, which an earlier `[[modulation]]` is of" ""
+        "`{field}` is {given}, but an earlier `[[modulation]]` has the same joint"
+        "delete one of them, or choose another joint"
     758 PeakAboveLimit { channel: u8, peak: String, at_deg: f64, limit: String }
-        "`{field}` is {given}, of which the joint's share makes {peak} at {at_deg}°: above channel {channel}'s limit of {limit}"
-        "lower it, or the share there"
+        "`{field}` is {given}; with the joint's share this becomes {peak} at {at_deg}°, above channel {channel}'s limit of {limit}"
+        "lower it, or the share at this angle"
 }
 
 /// Bound on the rms current of all channels together.
@@ -335,7 +346,7 @@ impl Problem {
                 by: SumBound::Area(_),
                 ..
             } => Some(format!(
-                "{}, or say `wearer.return_area_mm2` of a larger electrode",
+                "{}, or enter the `wearer.return_area_mm2` of a larger electrode",
                 self.remedy()
             )),
             _ => Some(self.remedy().to_owned()).filter(|remedy| !remedy.is_empty()),

@@ -6,7 +6,7 @@
 pub enum IdentifyError {
     /// The sensor is at the end of its range (E640).
     #[error(
-        "E640 the sensor saturates: it reads {reading_n:.3} N without any change for {samples} \
+        "E640 the force sensor saturates: it reads {reading_n:.3} N without change for {samples} \
          samples from {at_s:.3} s on; use a shorter lever, a larger range, or less current"
     )]
     Saturated {
@@ -19,8 +19,9 @@ pub enum IdentifyError {
     },
     /// The force has the wrong sign (E641).
     #[error(
-        "E641 the sensor is upside down: stimulation moves its reading by {moved_n:.3} N, and \
-         force counts up; turn it, or change the sign of its signal"
+        "E641 the force sensor has the wrong sign: stimulation changes its reading by \
+         {moved_n:.3} N, but force must increase it; turn the sensor, or change the sign of its \
+         signal"
     )]
     UpsideDown {
         /// Mean during the train minus mean before it, N.
@@ -28,7 +29,7 @@ pub enum IdentifyError {
     },
     /// The amplitudes of thresholds do not rise (E642).
     #[error(
-        "E642 thresholds are out of order: {lower} is {low} mA and {upper} is {high} mA; \
+        "E642 the thresholds are out of order: {lower} is {low} mA and {upper} is {high} mA; \
          {upper} must be above {lower}: search again"
     )]
     OutOfOrder {
@@ -43,8 +44,8 @@ pub enum IdentifyError {
     },
     /// The record is too short or incomplete (E643).
     #[error(
-        "E643 the record cannot tell: {what}; it needs 0.1 s of rest, pulses, and 0.5 s after \
-         the last one"
+        "E643 the record is not sufficient: {what}; it needs 0.1 s of rest, pulses, and 0.5 s \
+         after the last pulse"
     )]
     TooShort {
         /// Description of the missing part.
@@ -52,8 +53,8 @@ pub enum IdentifyError {
     },
     /// The fit did not converge from any start (E644).
     #[error(
-        "E644 the model cannot be fitted from any of {starts} starts ({why}): look at the record \
-         for what is no muscle's force"
+        "E644 the fit of the model fails from all {starts} starts ({why}): check the record for \
+         signals other than the force of the muscle"
     )]
     NoFit {
         /// Number of starts that were tried.
@@ -63,8 +64,8 @@ pub enum IdentifyError {
     },
     /// The search reached its largest amplitude without a threshold (E645).
     #[error(
-        "E645 no motor threshold up to {most_ma} mA: check electrodes, lead and place, or allow \
-         more current"
+        "E645 no motor threshold up to {most_ma} mA: check the electrodes, their leads and \
+         positions, or allow more current"
     )]
     NoThreshold {
         /// Largest amplitude tried, mA.

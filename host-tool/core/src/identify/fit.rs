@@ -107,7 +107,7 @@ impl Fit {
         all: &[Constants],
     ) -> Result<ForceFit, IdentifyError> {
         if records.is_empty() {
-            let what = "there is none".to_owned();
+            let what = "there is no record".to_owned();
             return Err(IdentifyError::TooShort { what });
         }
         for record in records {
@@ -152,7 +152,8 @@ impl Fit {
             starts,
             why: why.to_owned(),
         };
-        let bread = inverse(&information).ok_or_else(|| no_fit("nothing depends on it"))?;
+        let why = "the force does not depend on all parameters";
+        let bread = inverse(&information).ok_or_else(|| no_fit(why))?;
         let (covariance, variance) = match self.weighting {
             Weighting::Whitened => {
                 let straight = 2 * best.records();

@@ -69,7 +69,7 @@ impl ForceRecord {
         };
         let lasts_us = self.samples_n.len() as u64 * u64::from(SAMPLE_US);
         if !self.samples_n.iter().all(|sample_n| sample_n.is_finite()) {
-            return Err(too_short("a sample is no number"));
+            return Err(too_short("a sample is not a number"));
         }
         if !self.pulses_us.is_sorted() {
             return Err(too_short("its pulses are out of order"));

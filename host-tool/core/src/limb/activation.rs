@@ -10,9 +10,9 @@ const MISSED: f64 = 1e-11;
 /// Error for torques that no activations can give (E761).
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "E761 no activations between their least and 1 give the torques {wanted_nm:?} N·m about these \
-     joints (nearest by {missed_nm:.3} N·m): take a lighter object, a slower lift or less \
-     co-contraction"
+    "E761 no activations between their lower bounds and 1 give the torques {wanted_nm:?} N·m \
+     about these joints (smallest error {missed_nm:.3} N·m): use a lighter object, a slower lift \
+     or less co-contraction"
 )]
 pub struct OutOfReach {
     /// Wanted torque about each joint, N·m.

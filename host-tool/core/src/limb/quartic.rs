@@ -20,7 +20,9 @@ pub struct Quartic {
 
 /// Error for points that no quartic can be fitted to (E762); contains their number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("E762 a quartic needs five angles that differ or more, and finite values; there are {0}")]
+#[error(
+    "E762 a quartic needs finite values at five or more different angles; {0} points were given"
+)]
 pub struct NoQuartic(pub usize);
 
 impl Quartic {

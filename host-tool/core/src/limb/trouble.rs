@@ -19,24 +19,25 @@ const AXIS_NAMES: [&str; 9] = [
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RecruitmentError {
     /// The specification has mistakes, which are all listed (E700).
-    #[error("E700 the arm has mistakes:\n{}", .0.join("\n"))]
+    #[error("E700 the specification of the arm has mistakes:\n{}", .0.join("\n"))]
     Spec(Vec<String>),
     /// An angle is outside its range (E701).
     #[error(
-        "E701 {} is {}°, outside this wearer's {}…{}°: bring the arm back, or set `ranges_mdeg` of axis {} to \
-         what the joint can do", axis_name(.0.axis), degrees(.0.mdeg), degrees(.0.low_mdeg), degrees(.0.high_mdeg), .0.axis
+        "E701 {} is {}°; allowed for this wearer: {} to {}°; move the arm back, or correct \
+         `ranges_mdeg` of axis {}", axis_name(.0.axis), degrees(.0.mdeg), degrees(.0.low_mdeg), degrees(.0.high_mdeg), .0.axis
     )]
     Posture(PostureError),
     /// No line helps towards the wanted force (E702).
     #[error(
-        "E702 no muscle under an electrode turns any joint the way that this force needs: want \
-         another direction, or place an electrode on a muscle that does"
+        "E702 no muscle under an electrode turns a joint in the direction that this force needs: \
+         choose another direction, or place an electrode on a muscle that pulls that way"
     )]
     NoMuscleHelps,
     /// The wanted force is larger than the muscles can give (E703).
     #[error(
-        "E703 {wanted_n:.1} N cannot be made in this posture: of that direction ({}, {}, {}) N \
-         can (backward, right, upward); want that, or raise the limits of the channels",
+        "E703 a force of {wanted_n:.1} N is not possible in this posture; the largest in this \
+         direction is ({}, {}, {}) N (backward, right, upward): choose at most that, or raise the \
+         limits of the channels",
         one_place(.nearest[0]), one_place(.nearest[1]), one_place(.nearest[2])
     )]
     Beyond {
@@ -47,12 +48,12 @@ pub enum RecruitmentError {
     },
     /// Some wrench needs no torque in this posture (E704).
     #[error(
-        "E704 in this posture the arm holds some wrench without any torque (joints and hand lie \
-         in one line): no muscles' forces can be told from it; bend the arm"
+        "E704 the joints and the hand lie in one line, so the arm holds some forces without any \
+         torque, and the forces of its muscles cannot be computed; bend the arm"
     )]
     Singular,
     /// A weight leaves more than one solution (E705).
-    #[error("E705 the weight `{weight}` of the least squares is {value}: it must be {allowed}")]
+    #[error("E705 the weight `{weight}` of the least squares is {value}; allowed: {allowed}")]
     Weight {
         /// Name of the weight.
         weight: &'static str,
@@ -63,8 +64,8 @@ pub enum RecruitmentError {
     },
     /// An input is not finite or too large, so that the least squares did not converge (E706).
     #[error(
-        "E706 the least squares came to no end: a wanted force, a lever or a weight is not finite, \
-         or so large that others vanish beside it"
+        "E706 the least squares did not converge: a wanted force, a moment arm or a weight is not \
+         finite, or is so large that the others become negligible"
     )]
     NotConverged,
 }
@@ -109,7 +110,7 @@ fn describe_mistake(mistake: &LimbError, spec: &LimbSpec) -> String {
 
 fn axis_name(axis: u8) -> &'static str {
     let name = AXIS_NAMES.get(usize::from(axis));
-    name.copied().unwrap_or("an axis that is not there")
+    name.copied().unwrap_or("an unknown axis")
 }
 
 fn degrees(mdeg: i32) -> f64 {

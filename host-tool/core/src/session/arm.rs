@@ -20,11 +20,11 @@ pub(super) fn arm_fields() -> [Field; 6] {
         field(name, Kind::Real(Number::within("°", 0, least, most)), OrTold(default.to_string()), meaning)
     };
     let all = [
-        field("drawn", Kind::Whole(Number::within("", 0, 0, 1_000_000_000)), OrTold("none: the middle of all ranges".into()), "which of the arms drawn at random, as [endpoint.md](endpoint.md) draws them"),
-        field("held", one_of(&HELD), OrWord("cuff"), "its forearm lies in the cuff of a force sensor, or the person alone holds it"),
+        field("drawn", Kind::Whole(Number::within("", 0, 0, 1_000_000_000)), OrTold("none: the nominal arm".into()), "index of the random draw of the arm, as described in [endpoint.md](endpoint.md)"),
+        field("held", one_of(&HELD), OrWord("cuff"), "support of the forearm: it lies in the cuff of a force sensor, or the wearer alone holds it"),
         turn("plane_deg", -180, 180, d.plane_deg, "vertical plane of the upper arm, 0 forward, 90 to the side"),
-        turn("elevation_deg", 1, 120, d.elevation_deg, "how far it is raised in it: 0 hangs, 90 is level"),
-        turn("rotation_deg", -180, 180, d.rotation_deg, "how far the forearm is turned about the upper arm, inward positive, from where its flexion points most forward"),
+        turn("elevation_deg", 1, 120, d.elevation_deg, "elevation of the upper arm in this plane: 0 hangs, 90 is level"),
+        turn("rotation_deg", -180, 180, d.rotation_deg, "rotation of the forearm about the upper arm, inward positive; 0 where its flexion points most forward"),
         turn("elbow_deg", 0, 100, d.elbow_deg, "elbow flexion"),
     ];
     all.map(|field| field.when("kind", &["arm"]))

@@ -251,7 +251,7 @@ fn read_period(t: &Table<'_>, number: u8, notes: &mut Vec<String>) -> u32 {
     // A frequency given to seven digits or more counts as exact.
     if (exact_us - f64::from(period_us)).abs() > 1e-7 * exact_us && period_us > 0 {
         notes.push(format!(
-            "channel {number}: {hz} Hz is played with a period of {period_us} µs, {:.4} Hz",
+            "channel {number}: {hz} Hz is rounded to a period of {period_us} µs, {:.4} Hz",
             1e6 / f64::from(period_us)
         ));
     }

@@ -70,7 +70,7 @@ pub(super) const TRIGGER_LEAST_US: i64 = 1_000;
 pub(super) const TRIGGER_FIRST_US: i64 = 10_000;
 /// Returns the kind of a time of the session, µs, of at least `least_us`.
 fn time(least_us: i64) -> Kind {
-    Kind::Whole(Number::within("s", 6, least_us, DAY_US).bound("to `duration_s`"))
+    Kind::Whole(Number::within("s", 6, least_us, DAY_US).bound("at most `duration_s`"))
 }
 
 /// Returns the kind of the times of a list, µs, which begin at 0 and rise.
@@ -86,22 +86,22 @@ const fn or_zero(range: Range) -> Range {
 #[rustfmt::skip]
 fn file() -> Section {
     vec![
-        field("title", Kind::Text(None), Required, "name in reports"),
-        field("duration_s", Kind::Whole(Number::within("s", 6, 1_000, DAY_US)), Required, "how long it stimulates"),
-        field("wearer", Kind::Table(wearer()), Optional, "the wearer's limits"),
-        field("channel", list(channels(), 1, Some(CHANNELS), "channels"), Required, "channels"),
-        field("group", list(group(), 0, Some(MAX_GROUPS), "groups"), Optional, "channels that share a muscle"),
-        field("sync", Kind::Table(vec![field("channel", channel_number(), Required, "whose first phases drive sync out")]), Optional, "`channel`: whose first phases drive sync out"),
-        field("joint", Kind::Table(joint()), Optional, "closed loop on the device"),
-        field("wall", Kind::Table(wall()), Optional, "virtual wall on the device; not beside a `[joint]` (E480)"),
-        field("modulation", list(modulation(rising_time()), 0, Some(JOINTS), "joints"), Optional, "joints of a person who handles an object, whose stimulation [follows their angles](lift.md); not beside a `[joint]`, a `[wall]` or forces at the hand (E751)"),
+        field("title", Kind::Text(None), Required, "title of the session in reports"),
+        field("duration_s", Kind::Whole(Number::within("s", 6, 1_000, DAY_US)), Required, "duration of the stimulation"),
+        field("wearer", Kind::Table(wearer()), Optional, "the wearer and their limits"),
+        field("channel", list(channels(), 1, Some(CHANNELS), "channels of the session"), Required, "channels of the session"),
+        field("group", list(group(), 0, Some(MAX_GROUPS), "groups"), Optional, "groups of channels that share a muscle"),
+        field("sync", Kind::Table(vec![field("channel", channel_number(), Required, "channel whose first phases drive the sync output")]), Optional, "`channel`: channel whose first phases drive the sync output"),
+        field("joint", Kind::Table(joint()), Optional, "closed-loop control of a joint on the device"),
+        field("wall", Kind::Table(wall()), Optional, "virtual wall on the device; not together with a `[joint]` (E480)"),
+        field("modulation", list(modulation(rising_time()), 0, Some(JOINTS), "joints"), Optional, "joints of a wearer who handles an object; their stimulation [follows their angles](lift.md); not together with a `[joint]`, a `[wall]` or forces at the hand (E751)"),
         field("program", list(program(time, rising_time), 0, Some(CHANNELS), "programs"), Optional, "[amplitudes over time](#program) of channels that nothing else drives"),
-        field("setpoints", Kind::Table(setpoints()), RequiredWithout("program"), "what the host streams"),
-        field("measure", Kind::Table(measure()), Optional, "window in which errors are scored"),
-        field("body", Kind::Table(body()), Optional, "the simulated wearer, dummy loads without it; a board ignores it"),
-        field("simulated_trigger", Kind::Table(trigger()), Optional, "edges of a simulated trigger input; a board ignores them and `flexor run` says so"),
-        field("fidelity", Kind::Table(fidelity()), Optional, "how exact the simulation and the models must be"),
-        field("study", Kind::Table(study()), Optional, "what a publication must tell and no device knows"),
+        field("setpoints", Kind::Table(setpoints()), RequiredWithout("program"), "setpoints that the host streams"),
+        field("measure", Kind::Table(measure()), Optional, "time window in which tracking errors are computed"),
+        field("body", Kind::Table(body()), Optional, "the simulated wearer; without it, a dummy load on every channel; a board ignores it"),
+        field("simulated_trigger", Kind::Table(trigger()), Optional, "edges of a simulated trigger input; a board ignores them, which `flexor run` notes"),
+        field("fidelity", Kind::Table(fidelity()), Optional, "accepted error of the simulation and of the muscle models"),
+        field("study", Kind::Table(study()), Optional, "facts that a publication must report and the device cannot know"),
     ]
 }
 
@@ -109,23 +109,23 @@ fn file() -> Section {
 fn study() -> Section {
     let electrodes = vec![
         field("channel", channel_number(), Required, "a channel of the file"),
-        field("place", Kind::Text(Some(LONGEST)), Required, "where its electrodes are, in words"),
+        field("place", Kind::Text(Some(LONGEST)), Required, "position of its electrodes, in words"),
     ];
     vec![
-        field("pseudonym", Kind::Text(Some(LONGEST)), Optional, "the wearer's; never a name"),
-        field("operator", Kind::Text(Some(LONGEST)), Optional, "who operates the device"),
-        field("ethics", Kind::Text(Some(LONGEST)), Optional, "the ethics vote"),
-        field("notes", Kind::Text(Some(LONGEST_NOTES)), Optional, "anything worth knowing"),
-        field("electrodes", list(electrodes, 0, Some(CHANNELS), "electrodes"), Optional, "`{ channel, place }`: where each channel's electrodes are, in words"),
+        field("pseudonym", Kind::Text(Some(LONGEST)), Optional, "pseudonym of the wearer; never a name"),
+        field("operator", Kind::Text(Some(LONGEST)), Optional, "person who operates the device"),
+        field("ethics", Kind::Text(Some(LONGEST)), Optional, "approval of the ethics committee"),
+        field("notes", Kind::Text(Some(LONGEST_NOTES)), Optional, "further remarks"),
+        field("electrodes", list(electrodes, 0, Some(CHANNELS), "electrodes"), Optional, "`{ channel, place }`: position of each channel's electrodes, in words"),
     ]
 }
 
 #[rustfmt::skip]
 fn wearer() -> Section {
     let mut all = vec![
-        field("file", Kind::Text(Some(LONGEST)), Optional, "the [wearer file](wearers.md) of whoever is stimulated, relative to this one; every field here may then only tighten it"),
-        field("name", Kind::Text(Some(64)), Optional, "their pseudonym: a file of another person is refused (E660)"),
-        field("haptic_range", Kind::Flag, OrWord("false"), "keep amplitudes within I_MT and 1.5 I_MT of the file, or 0 (E662)"),
+        field("file", Kind::Text(Some(LONGEST)), Optional, "path of the [wearer file](wearers.md), relative to this file; the limits here may then only be stricter"),
+        field("name", Kind::Text(Some(64)), Optional, "pseudonym of the wearer; a wearer file with another name is refused (E660)"),
+        field("haptic_range", Kind::Flag, OrWord("false"), "whether every amplitude must be 0 or between I_MT and 1.5 I_MT of the wearer file (E662)"),
     ];
     all.extend(limits());
     all
@@ -134,25 +134,25 @@ fn wearer() -> Section {
 #[rustfmt::skip]
 fn channels() -> Section {
     vec![
-        field("number", channel_number(), Required, "its number on the board"),
-        field("name", Kind::Text(None), Required, "what the wearer calls it"),
+        field("number", channel_number(), Required, "number of the channel on the board"),
+        field("name", Kind::Text(None), Required, "name that the wearer uses for the channel"),
         field("stage", Kind::Table(stage()), Required, "output stage"),
-        field("limit", bounded_number(UNIT, 3, ChannelSpec::LIMIT, "to full scale"), OrFile, "largest amplitude; must keep the wearer's current, charge and rms limits"),
-        field("start", bounded_number(UNIT, 3, ChannelSpec::START, "to `limit`"), OrTold("0, or the wearer file's".into()), "largest amplitude that is reached at once, without the wearer's rise: a train with `repeats` plays nothing above it"),
-        field("area_mm2", number_in("mm²", 0, ChannelSpec::AREA_MM2), Or(ChannelSpec::ASSUMED_AREA_MM2.into()), "area of its active electrode, under which 2 mA/cm² rms hold at `limit`; a disc of 32 mm is assumed"),
-        field("train", Kind::Table(train()), Required, "its pulses"),
-        field("muscle", Kind::Table(muscle()), Optional, "predict its force; `{}` takes the wearer file's muscle"),
-        field("force", Kind::Table(force()), Optional, "control the muscle's force; needs `muscle`"),
+        field("limit", bounded_number(UNIT, 3, ChannelSpec::LIMIT, "at most full scale"), OrFile, "largest amplitude; must respect the wearer's limits of current, charge and rms current"),
+        field("start", bounded_number(UNIT, 3, ChannelSpec::START, "at most `limit`"), OrTold("0, or that of the wearer file".into()), "largest amplitude that is reached at once, without the wearer's rise; a train with `repeats` cannot exceed it"),
+        field("area_mm2", number_in("mm²", 0, ChannelSpec::AREA_MM2), Or(ChannelSpec::ASSUMED_AREA_MM2.into()), "area of the active electrode, for the limit of 2 mA/cm² rms; the default is a disc of 32 mm"),
+        field("train", Kind::Table(train()), Required, "pulses of the channel"),
+        field("muscle", Kind::Table(muscle()), Optional, "muscle whose force the device predicts; `{}` uses the muscle of the wearer file"),
+        field("force", Kind::Table(force()), Optional, "control of the muscle's force; needs `muscle`"),
     ]
 }
 
 #[rustfmt::skip]
 fn stage() -> Section {
     vec![
-        field("kind", Kind::Choice(vec!["voltage", "current"]), Required, "what the stage controls"),
-        field("full_scale_ma", number_in("mA", 3, StageSpec::FULL_SCALE_UA), Required, "output at full DAC code").when("kind", &["current"]),
-        field("full_scale_v", number_in("V", 3, StageSpec::FULL_SCALE_MV), Required, "output at full DAC code").when("kind", &["voltage"]),
-        field("load_ohm", number_in("Ω", 0, StageSpec::LOAD_OHM), Required, "load through which volts are judged against current limits; 2000 is usual; a voltage stage is limited to 20 mA").when("kind", &["voltage"]),
+        field("kind", Kind::Choice(vec!["voltage", "current"]), Required, "quantity that the stage controls"),
+        field("full_scale_ma", number_in("mA", 3, StageSpec::FULL_SCALE_UA), Required, "output at the full DAC code").when("kind", &["current"]),
+        field("full_scale_v", number_in("V", 3, StageSpec::FULL_SCALE_MV), Required, "output at the full DAC code").when("kind", &["voltage"]),
+        field("load_ohm", number_in("Ω", 0, StageSpec::LOAD_OHM), Required, "load for which voltages are converted to currents and checked against the current limits; 2000 is usual; a voltage stage is limited to 20 mA").when("kind", &["voltage"]),
     ]
 }
 
@@ -161,19 +161,19 @@ fn train() -> Section {
     type T = TrainSpec;
     vec![
         field("shape", one_of(&SHAPES), Required, "waveform"),
-        field("width_us", number_in("µs", 0, T::WIDTH_US), Required, "one phase"),
-        field("max_width_us", bounded_number("µs", 0, T::MAX_WIDTH_US, "from `width_us`"), OrTold("`width_us`: it never changes".into()), "largest width that a setpoint may ask for, [burst by burst](protocol.md#widths); not under a `muscle`"),
-        field("gap_us", bounded_number("µs", 0, T::GAP_US, "0 for monophasic"), Or(0), "between the phases; 5 at least is kept"),
-        field("ground_us", bounded_number("µs", 0, or_zero(T::GROUND_US), "at least 1000 and at most `fall_ms` less 1.2 ms; 0 for none, after biphasic pulses only"), Or(0), "grounding after each pulse; without it what the phases of biphasic pulses differ by is net direct current"),
-        field("frequency_hz", Kind::Real(Number::rate_from_period(T::PERIOD_US.field, T::PERIOD_US)), Required, "rounded to a whole period; a note says so").without("period_us"),
-        field("period_us", number_in("µs", 0, T::PERIOD_US), Optional, "burst start to burst start"),
-        field("offset_us", bounded_number("µs", 0, T::OFFSET_US, "to the period"), Or(0), "against the common start"),
+        field("width_us", number_in("µs", 0, T::WIDTH_US), Required, "length of one phase"),
+        field("max_width_us", bounded_number("µs", 0, T::MAX_WIDTH_US, "at least `width_us`"), OrTold("`width_us`, a fixed width".into()), "largest width that a setpoint may ask for, [burst by burst](protocol.md#widths); not together with a `muscle`"),
+        field("gap_us", bounded_number("µs", 0, T::GAP_US, "0 for monophasic"), Or(0), "interphase gap; the device keeps at least 5 µs"),
+        field("ground_us", bounded_number("µs", 0, or_zero(T::GROUND_US), "at least 1000 and at most `fall_ms` − 1.2 ms; 0 for none, with biphasic pulses only"), Or(0), "grounding after each pulse; without it, a charge difference between the phases of biphasic pulses flows as net direct current"),
+        field("frequency_hz", Kind::Real(Number::rate_from_period(T::PERIOD_US.field, T::PERIOD_US)), Required, "pulse rate of the train; rounded to a period of whole µs, with a note").without("period_us"),
+        field("period_us", number_in("µs", 0, T::PERIOD_US), Optional, "time from burst start to burst start"),
+        field("offset_us", bounded_number("µs", 0, T::OFFSET_US, "at most the period"), Or(0), "delay after the common start"),
         field("burst_count", number_in("", 0, T::BURST_COUNT), Or(1), "pulses per burst"),
-        field("burst_interval_us", bounded_number("µs", 0, or_zero(T::BURST_INTERVAL_US), "at least 200 for bursts, 0 for single pulses"), Or(0), "pulse start to pulse start"),
-        field("repeats", Kind::Whole(Number::within("", 0, 0, u16::MAX as i64)), Or(0), "bursts to play, 0 until stopped"),
-        field("triggered", Kind::Flag, OrWord("false"), "wait for the trigger input: `trigger = \"start\"`; [`[simulated_trigger]`](#simulated_trigger) tries it at a desk").without("trigger"),
-        field("trigger", one_of(&TRIGGERS), Optional, "wait for the trigger input: an edge starts the train, or each starts it and the next one ends it, or it plays [while the input is held](protocol.md#trigger)"),
-        field("lists", Kind::Flag, OrWord("false"), "take [lists of pulses](#lists) in place of its own; endless single pulses only, and not in an isolated group"),
+        field("burst_interval_us", bounded_number("µs", 0, or_zero(T::BURST_INTERVAL_US), "at least 200 for bursts, 0 for single pulses"), Or(0), "time from pulse start to pulse start within a burst"),
+        field("repeats", Kind::Whole(Number::within("", 0, 0, u16::MAX as i64)), Or(0), "number of bursts to play; 0 plays until stopped"),
+        field("triggered", Kind::Flag, OrWord("false"), "wait for the trigger input, as `trigger = \"start\"`; [`[simulated_trigger]`](#simulated_trigger) simulates it").without("trigger"),
+        field("trigger", one_of(&TRIGGERS), Optional, "wait for the trigger input: with `\"start\"` an edge starts the train, with `\"toggle\"` an edge starts it and the next one ends it, with `\"gated\"` it plays [while the input is held](protocol.md#trigger)"),
+        field("lists", Kind::Flag, OrWord("false"), "accept [lists of pulses](#lists) in place of its own pulses; only for endless single pulses, and not in an isolated group"),
     ]
 }
 
@@ -182,23 +182,23 @@ fn muscle() -> Section {
     type M = CalciumForceSpec;
     type R = RecruitmentSpec;
     let changes = vec![
-        field("at_s", time(1), Required, "from when on"),
-        field("model", one_of(&RUNGS), Required, "which model"),
+        field("at_s", time(1), Required, "time from which the model level is used"),
+        field("model", one_of(&RUNGS), Required, "model level from then on"),
     ];
     let models = std::iter::once("auto").chain(RUNGS.map(|(name, _)| name));
     vec![
-        field("a_n_per_s", number_in("N/s", 3, M::A_MN_PER_S), OrFile, "A"),
-        field("k", number_in("", 6, M::K_MICRO), OrFile, "K"),
-        field("tau_c_ms", bounded_number("ms", 3, M::TAU_C_US, "under bursts of n pulses every T at most T/ln(24/(24 − n))"), OrFile, "τc"),
-        field("tau1_ms", number_in("ms", 3, M::TAU1_US), OrFile, "τ1; more than 2 ms beside a `tau2_ms` below 1.4, and beside a `tau2_ms` above 100,000 `k`"),
-        field("tau2_ms", number_in("ms", 3, M::TAU2_US), OrFile, "τ2"),
-        field("motor_threshold", bounded_number(UNIT, 3, R::MOTOR_THRESHOLD, "below `limit`"), OrFile, "smallest amplitude that moves"),
-        field("reference", bounded_number(UNIT, 3, R::REFERENCE, "from `limit`"), OrFile, "amplitude at which A was measured"),
-        field("slope_per_unit", bounded_number("per unit", 6, R::SLOPE_MICRO, "at most 16 octaves from threshold to reference"), OrFile, "b"),
-        field("model", Kind::Choice(models.collect()), OrWord("auto"), "which model of the muscle the device computes ([what each is](protocol.md#musclelevel)); `\"auto\"` is the cheapest that will do in this session: `flexor explain-model` tells which and why ([muscle.md](muscle.md))"),
-        field("report", Kind::Flag, OrWord("true"), "whether anybody reads the predicted force; without that, `\"auto\"` heeds only what the force steers"),
-        field("fatigue", Kind::Table(fatigue()), Optional, "how it tires; `\"calcium-force-fatigue\"` needs it"),
-        field("changes", list(changes, 0, None, "changes"), Optional, "`{ at_s, model }`: other models, each from its time on, with the next setpoint; times rise"),
+        field("a_n_per_s", number_in("N/s", 3, M::A_MN_PER_S), OrFile, "A, the scale of the force"),
+        field("k", number_in("", 6, M::K_MICRO), OrFile, "K, the sensitivity of the cross-bridges to calcium"),
+        field("tau_c_ms", bounded_number("ms", 3, M::TAU_C_US, "under bursts of n pulses every T at most T/ln(24/(24 − n))"), OrFile, "τc, the time constant of calcium"),
+        field("tau1_ms", number_in("ms", 3, M::TAU1_US), OrFile, "τ1, the time constant of the force decay without cross-bridges; must be above 2 ms if `tau2_ms` is below 1.4 or above 100,000 `k`"),
+        field("tau2_ms", number_in("ms", 3, M::TAU2_US), OrFile, "τ2, the additional time constant due to cross-bridges"),
+        field("motor_threshold", bounded_number(UNIT, 3, R::MOTOR_THRESHOLD, "below `limit`"), OrFile, "smallest amplitude that causes a movement"),
+        field("reference", bounded_number(UNIT, 3, R::REFERENCE, "at least `limit`"), OrFile, "amplitude at which A was measured"),
+        field("slope_per_unit", bounded_number("per unit", 6, R::SLOPE_MICRO, "at most 16 octaves from threshold to reference"), OrFile, "b, the slope of the recruitment"),
+        field("model", Kind::Choice(models.collect()), OrWord("auto"), "model level that the device computes ([list](protocol.md#musclelevel)); `\"auto\"` selects the cheapest one that is accurate enough in this session; `flexor explain-model` reports which one and why ([muscle.md](muscle.md))"),
+        field("report", Kind::Flag, OrWord("true"), "whether the predicted force is reported; if false, `\"auto\"` considers only what the force controls"),
+        field("fatigue", Kind::Table(fatigue()), Optional, "fatigue of the muscle; `\"calcium-force-fatigue\"` needs it"),
+        field("changes", list(changes, 0, None, "changes"), Optional, "`{ at_s, model }`: other model levels, each from its time on, sent with the next setpoint; times must rise"),
     ]
 }
 
@@ -206,18 +206,18 @@ fn muscle() -> Section {
 fn force() -> Section {
     let rate = |period_us, bound| Kind::Real(Number::rate_from_period(period_us, TrainSpec::PERIOD_US).bound(bound));
     let mut all = vec![
-        field("max_frequency_hz", rate("min_period_us", "from the train's"), OrTold("the train's".into()), "highest pulse rate, at `limit`"),
-        field("min_frequency_hz", rate("max_period_us", "to the train's"), OrTold("the train's".into()), "lowest pulse rate, at `motor_threshold`: gives forces below those of threshold at the train's rate, with [ripple](muscle.md#forces-that-can-be-had) below 10 Hz; without it the device is *limiting* there and gives the nearer of that and none"),
+        field("max_frequency_hz", rate("min_period_us", "at least the train's"), OrTold("the train's".into()), "highest pulse rate, used at `limit`"),
+        field("min_frequency_hz", rate("max_period_us", "at most the train's"), OrTold("the train's".into()), "lowest pulse rate, at `motor_threshold`, for forces below the force of the threshold at the train's rate; below 10 Hz the force has [ripple](muscle.md#forces-that-can-be-had); without this field the device reports *limiting* for such a force and gives the threshold's force or none, whichever is nearer"),
     ];
-    all.extend(hold("between and after setpoints; held, the muscle's lag is not made up for"));
+    all.extend(hold("what to do between and after setpoints: extrapolate the force or hold it; if it is held, the muscle's lag is not compensated"));
     all
 }
 
 #[rustfmt::skip]
 fn group() -> Section {
     vec![
-        field("channels", Kind::Wholes(CHANNEL, "a list of channel numbers"), Required, "2–10 members; each in one group only"),
-        field("partner", one_of(&PARTNERS), Required, "a silent member is grounded, or isolated, while another pulses"),
+        field("channels", Kind::Wholes(CHANNEL, "a list of channel numbers"), Required, "2–10 channels; each may be in one group only"),
+        field("partner", one_of(&PARTNERS), Required, "state of the other channels while one pulses: grounded (`\"conducted\"`) or disconnected (`\"isolated\"`)"),
     ]
 }
 
@@ -225,8 +225,8 @@ fn group() -> Section {
 #[rustfmt::skip]
 fn force_points() -> Section {
     vec![
-        field("at_s", rising_time(), Required, "when"),
-        field("n", Kind::Whole(Number::any("N", 3, "what the limits can give")), Required, "which force"),
+        field("at_s", rising_time(), Required, "time"),
+        field("n", Kind::Whole(Number::any("N", 3, "within what the limits can give")), Required, "force"),
     ]
 }
 
@@ -243,8 +243,8 @@ const SINE: Number = Number::within("Hz", 3, 0, 10_000);
 fn values() -> Section {
     vec![
         field("channel", channel_number(), Required, "a channel of the file"),
-        field("value", amplitude(), Required, "its amplitude"),
-        field("width_us", width(TrainSpec::WIDTH_US), OrTold("the train's `width_us`".into()), "its width; another needs the train's `max_width_us`"),
+        field("value", amplitude(), Required, "amplitude"),
+        field("width_us", width(TrainSpec::WIDTH_US), OrTold("the train's `width_us`".into()), "pulse width; other widths than the train's need `max_width_us` in the train"),
     ]
 }
 
@@ -254,16 +254,16 @@ const POINT_WIDTH: Range = or_zero(TrainSpec::WIDTH_US);
 
 /// Returns the kind of a setpoint's pulse width, µs, within `range`.
 fn width(range: Range) -> Kind {
-    bounded_number("µs", 0, range, "to the train's `max_width_us`")
+    bounded_number("µs", 0, range, "at most the train's `max_width_us`")
 }
 
 /// Returns the fields of one point of an amplitude and a width over time.
 #[rustfmt::skip]
 fn stimulus_points() -> Section {
     vec![
-        field("at_s", rising_time(), Required, "when"),
-        field("value", amplitude(), Required, "which amplitude"),
-        field("width_us", width(POINT_WIDTH), OrTold("the train's `width_us`".into()), "which width; below 10 an amplitude of 0"),
+        field("at_s", rising_time(), Required, "time"),
+        field("value", amplitude(), Required, "amplitude"),
+        field("width_us", width(POINT_WIDTH), OrTold("the train's `width_us`".into()), "pulse width; below 10 µs no pulse is output"),
     ]
 }
 
@@ -271,16 +271,16 @@ fn stimulus_points() -> Section {
 /// pulses.
 #[rustfmt::skip]
 fn list_of_pulses() -> Section {
-    let value = Kind::Whole(Number::within(UNIT, 3, 1, 200_000).bound("to the channel's `limit`"));
+    let value = Kind::Whole(Number::within(UNIT, 3, 1, 200_000).bound("at most the channel's `limit`"));
     let pulses = vec![
-        field("after_us", Kind::Whole(Number::from_range("µs", 0, ListedPulse::AFTER_US).bound("the train's period at least, but of the first")), Required, "from the pulse before; of the first, from when the channel's next burst would begin"),
-        field("value", value, Required, "its amplitude"),
-        field("width_us", width(TrainSpec::WIDTH_US), OrTold("the train's `width_us`".into()), "its width; another needs the train's `max_width_us`"),
+        field("after_us", Kind::Whole(Number::from_range("µs", 0, ListedPulse::AFTER_US).bound("at least the train's period, except for the first pulse")), Required, "time after the previous pulse; for the first pulse, after the time at which the channel's next burst would begin"),
+        field("value", value, Required, "amplitude"),
+        field("width_us", width(TrainSpec::WIDTH_US), OrTold("the train's `width_us`".into()), "pulse width; other widths than the train's need `max_width_us` in the train"),
     ];
     vec![
-        field("at_s", time(1), Required, "when it is sent, with the next setpoint; times rise"),
+        field("at_s", time(1), Required, "time at which it is sent, with the next setpoint; times must rise"),
         field("channel", channel_number(), Required, "a channel whose train has `lists`"),
-        field("pulses", list(pulses, 1, Some(MAX_LISTED), "pulses"), Required, "`{ after_us, value, width_us }`"),
+        field("pulses", list(pulses, 1, Some(MAX_LISTED), "pulses"), Required, "`{ after_us, value, width_us }`: pulses of the list"),
     ]
 }
 
@@ -289,8 +289,8 @@ fn list_of_pulses() -> Section {
 fn wrench_points() -> Section {
     let force = Number { device: "", ..Number::from_range("N", 3, Endpoint::FORCE_MN) };
     vec![
-        field("at_s", rising_time(), Required, "when"),
-        field("force_n", Kind::Wholes(force.bound("what the muscles can make"), "a list of three numbers"), Required, "backward, to the right, upward, seen from the thorax"),
+        field("at_s", rising_time(), Required, "time"),
+        field("force_n", Kind::Wholes(force.bound("within what the muscles can give"), "a list of three numbers"), Required, "force backward, to the right and upward, seen from the thorax"),
     ]
 }
 
@@ -298,7 +298,7 @@ fn wrench_points() -> Section {
 fn posture() -> Section {
     let angle = |name| {
         let number = Number::within("°", 2, -18_000, 18_000).bound("within the wearer's range");
-        field(name, Kind::Whole(number), Or(0), "of that axis")
+        field(name, Kind::Whole(number), Or(0), "angle of this axis")
     };
     AXIS_NAMES.map(angle).into()
 }
@@ -311,55 +311,55 @@ fn amplitude_or_force() -> Kind {
 #[rustfmt::skip]
 fn setpoints() -> Section {
     let steps = vec![
-        field("at_s", rising_time(), Required, "when"),
-        field("deg", Kind::Whole(Number::any("°", 2, "within the joint's range")), Required, "which angle"),
+        field("at_s", rising_time(), Required, "time"),
+        field("deg", Kind::Whole(Number::any("°", 2, "within the joint's range")), Required, "angle"),
     ];
     let [offset, amplitude, frequency] = sine_of_force();
     let forces = vec![
         field("channel", channel_number(), Required, "a channel with `force`"),
-        field("points", list(force_points(), 1, None, "points"), Optional, "as of a `force-ramp`"),
-        field("offset_n", offset, Required, "as of a `force-sine`").without("points"),
-        field("amplitude_n", amplitude, Required, "as of a `force-sine`").without("points"),
-        field("frequency_hz", frequency, Required, "as of a `force-sine`").without("points"),
+        field("points", list(force_points(), 1, None, "points"), Optional, "as for a `force-ramp`"),
+        field("offset_n", offset, Required, "as for a `force-sine`").without("points"),
+        field("amplitude_n", amplitude, Required, "as for a `force-sine`").without("points"),
+        field("frequency_hz", frequency, Required, "as for a `force-sine`").without("points"),
     ];
     let bounds = vec![
         field("channel", channel_number(), Required, "a channel that neither joint nor wall drives"),
-        field("least", amplitude_or_force(), Or(0), "lowest, N of a channel with `force`, else its unit"),
-        field("most", amplitude_or_force(), Required, "highest, above `least`, what the limits can give"),
-        field("per_s", amplitude_or_force(), OrTold("none: steps".into()), "steepest change a second, at least `most` − `least` within `duration_s`"),
-        field("shortest_s", Kind::Whole(Number::within("s", 6, 10_000, 600_000_000)), Or(100_000), "how long it stays at least"),
+        field("least", amplitude_or_force(), Or(0), "lowest value, in N for a channel with `force`, otherwise in its unit"),
+        field("most", amplitude_or_force(), Required, "highest value, above `least` and within what the limits can give"),
+        field("per_s", amplitude_or_force(), OrTold("none, steps are allowed".into()), "largest change per second; at least `most` − `least` within `duration_s`"),
+        field("shortest_s", Kind::Whole(Number::within("s", 6, 10_000, 600_000_000)), Or(100_000), "shortest time for which a value stays"),
     ];
     let [offset, amplitude, _] = sine_of_force();
     let angle = || Kind::Real(Number::any("°", 3, "within the joint's range"));
     vec![
-        field("kind", Kind::Choice(vec!["keep-alive", "amplitudes", "amplitude-ramp", "amplitude-steps", "angle-sine", "angle-steps", "force-ramp", "force-sine", "endpoint-force", "held"]), Required, "what is streamed; angles need a `[joint]`, forces a channel's `force`, a force at the hand the `[limb]` of a wearer file, whether an object is held `[[modulation]]`s; `\"keep-alive\"` is nothing but a sign of life: all that a `[wall]` needs"),
-        field("rate_hz", Kind::Real(Number::within("Hz", 0, 1, 1000).bound("above 1000/`host_timeout_ms`")), Required, "how often"),
-        field("offset_deg", angle(), Required, "centre").when("kind", &["angle-sine"]),
-        field("amplitude_deg", angle(), Required, "of the sine").when("kind", &["angle-sine"]),
+        field("kind", Kind::Choice(vec!["keep-alive", "amplitudes", "amplitude-ramp", "amplitude-steps", "angle-sine", "angle-steps", "force-ramp", "force-sine", "endpoint-force", "held"]), Required, "quantity that the host streams: angles need a `[joint]`, forces a channel with `force`, forces at the hand the `[limb]` of a wearer file, and `\"held\"` (whether an object is held) a `[[modulation]]`; `\"keep-alive\"` streams only keep-alives, which is enough for a `[wall]`"),
+        field("rate_hz", Kind::Real(Number::within("Hz", 0, 1, 1000).bound("above 1000/`host_timeout_ms`")), Required, "rate of the setpoints"),
+        field("offset_deg", angle(), Required, "centre of the sine").when("kind", &["angle-sine"]),
+        field("amplitude_deg", angle(), Required, "amplitude of the sine").when("kind", &["angle-sine"]),
         field("steps", list(steps, 1, None, "steps"), Required, "`{ at_s, deg }`: each angle from its time on").when("kind", &["angle-steps"]),
-        field("channel", channel_number(), Required, "whose amplitude, or whose force").when("kind", &["amplitude-ramp", "amplitude-steps", "force-ramp", "force-sine"]),
-        field("points", list(stimulus_points(), 1, None, "points"), Required, "`{ at_s, value, width_us }`: amplitudes and widths, both straight between their times in a ramp, both held in steps; the last pair stays. Each pair on the way is within `max_charge_uc` (E630). From 0 an amplitude rises over the wearer's `rise_ms`, a ramp of the width as soon as that reaches 10 µs").when("kind", &["amplitude-ramp", "amplitude-steps"]),
-        field("points", list(force_points(), 1, None, "points"), Required, "`{ at_s, n }`: forces, straight between their times; the last one stays; more than 1000 N/s is a step").when("kind", &["force-ramp"]),
-        field("points", list(wrench_points(), 1, None, "points"), Required, "`{ at_s, force_n }`: [forces at the hand](endpoint_session.md), straight between their times; the last one stays").when("kind", &["endpoint-force"]),
-        field("points", list(held_points(rising_time()), 1, None, "points"), Required, "`{ at_s, held }`: from when on an object is held, and from when it is not; never for longer than `longest_hold_s` (E753)").when("kind", &["held"]),
-        field("posture_deg", Kind::Table(posture()), Optional, "how the arm is held: nine angles; without it the host measures them").when("kind", &["endpoint-force"]),
-        field("stale_after_ms", number_in("ms", 0, SensorSource::STALE_AFTER_MS), Or(100), "age at which a measured angle is stale; not beside `posture_deg`").when("kind", &["endpoint-force"]),
-        field("offset_n", offset, Required, "centre").when("kind", &["force-sine"]),
-        field("amplitude_n", amplitude, Required, "of the sine").when("kind", &["force-sine"]),
-        field("frequency_hz", Kind::Real(SINE), Required, "of the sine").when("kind", &["angle-sine", "force-sine"]),
-        field("forces", list(forces, 0, Some(CHANNELS), "forces"), Optional, "forces of further channels with `force`, sent with every setpoint of any kind: each `{ channel, points }` as of a `force-ramp` or `{ channel, offset_n, amplitude_n, frequency_hz }` as of a `force-sine`; for up to ten, with `kind = \"keep-alive\"`, see `host-tool/sessions/ten_forces.toml`"),
-        field("list", list(list_of_pulses(), 0, None, "lists"), Optional, "`{ at_s, channel, pulses }`: [lists of pulses](#lists), each played once in place of its channel's own"),
-        field("bounds", list(bounds, 0, Some(CHANNELS), "channels"), Optional, "`{ channel, least, most, per_s, shortest_s }`: what a live client may stream instead, for the choice of [muscle models](muscle.md); a run plays the file's own, which may not leave them (but a force may go below `least`)"),
-        field("values", list(values(), 1, Some(CHANNELS), "channels"), Required, "`{ channel, value, width_us }`: constant amplitudes; not for the joint's or the wall's channels").when("kind", &["amplitudes"]),
-        field("values", list(values(), 1, Some(CHANNELS), "channels"), Optional, "the same beside all that is wanted").when("kind", &["keep-alive", "amplitude-ramp", "amplitude-steps", "angle-sine", "angle-steps", "force-ramp", "force-sine", "endpoint-force", "held"]),
+        field("channel", channel_number(), Required, "channel whose amplitude or force is streamed").when("kind", &["amplitude-ramp", "amplitude-steps", "force-ramp", "force-sine"]),
+        field("points", list(stimulus_points(), 1, None, "points"), Required, "`{ at_s, value, width_us }`: amplitudes and widths; both are linear between the points of a ramp and held between steps; the last pair stays. Every pair, also between the points, must be within `max_charge_uc` (E630). From 0, an amplitude rises over the wearer's `rise_ms`; in a ramp of the width, this rise begins when the width reaches 10 µs").when("kind", &["amplitude-ramp", "amplitude-steps"]),
+        field("points", list(force_points(), 1, None, "points"), Required, "`{ at_s, n }`: forces, linear between the points; the last one stays; a change above 1000 N/s is a step").when("kind", &["force-ramp"]),
+        field("points", list(wrench_points(), 1, None, "points"), Required, "`{ at_s, force_n }`: [forces at the hand](endpoint_session.md), linear between the points; the last one stays").when("kind", &["endpoint-force"]),
+        field("points", list(held_points(rising_time()), 1, None, "points"), Required, "`{ at_s, held }`: times from which an object is held or not; never held for longer than `longest_hold_s` (E753)").when("kind", &["held"]),
+        field("posture_deg", Kind::Table(posture()), Optional, "posture of the arm, nine angles; without it the host measures them").when("kind", &["endpoint-force"]),
+        field("stale_after_ms", number_in("ms", 0, SensorSource::STALE_AFTER_MS), Or(100), "age from which a measured angle is stale; not together with `posture_deg`").when("kind", &["endpoint-force"]),
+        field("offset_n", offset, Required, "centre of the sine").when("kind", &["force-sine"]),
+        field("amplitude_n", amplitude, Required, "amplitude of the sine").when("kind", &["force-sine"]),
+        field("frequency_hz", Kind::Real(SINE), Required, "frequency of the sine").when("kind", &["angle-sine", "force-sine"]),
+        field("forces", list(forces, 0, Some(CHANNELS), "forces"), Optional, "forces of further channels with `force`, sent with every setpoint of any kind: each is `{ channel, points }` as for a `force-ramp`, or `{ channel, offset_n, amplitude_n, frequency_hz }` as for a `force-sine`; `host-tool/sessions/ten_forces.toml` streams ten of them with `kind = \"keep-alive\"`"),
+        field("list", list(list_of_pulses(), 0, None, "lists"), Optional, "`{ at_s, channel, pulses }`: [lists of pulses](#lists), each played once in place of its channel's own pulses"),
+        field("bounds", list(bounds, 0, Some(CHANNELS), "channels"), Optional, "`{ channel, least, most, per_s, shortest_s }`: range of what a live client may stream instead, for the choice of [muscle models](muscle.md); a run plays the file's own setpoints, which must stay within the bounds (but a force may go below `least`)"),
+        field("values", list(values(), 1, Some(CHANNELS), "channels"), Required, "`{ channel, value, width_us }`: constant amplitudes; not for channels of the joint or the wall").when("kind", &["amplitudes"]),
+        field("values", list(values(), 1, Some(CHANNELS), "channels"), Optional, "the same constant amplitudes, sent beside the other setpoints").when("kind", &["keep-alive", "amplitude-ramp", "amplitude-steps", "angle-sine", "angle-steps", "force-ramp", "force-sine", "endpoint-force", "held"]),
     ]
 }
 
 #[rustfmt::skip]
 fn measure() -> Section {
     vec![
-        field("from_s", time(0), Or(0), "its begin"),
-        field("to_s", time(0), OrTold("`duration_s`".into()), "its end, after `from_s`"),
+        field("from_s", time(0), Or(0), "start of the window"),
+        field("to_s", time(0), OrTold("`duration_s`".into()), "end of the window, after `from_s`"),
     ]
 }
 
@@ -367,9 +367,9 @@ fn measure() -> Section {
 fn body() -> Section {
     let seconds = |least| Kind::Whole(Number::within("s", 3, least, DAY_US / 1000));
     let approaches = vec![
-        field("at_s", seconds(0), Required, "when it begins, in rising order"),
-        field("speed_deg_per_s", Kind::Whole(Number::within("°/s", 3, 1_000, 360_000)), Required, "into flexion"),
-        field("for_s", seconds(1), Required, "how long it is held and pushed"),
+        field("at_s", seconds(0), Required, "start of the movement; times must rise"),
+        field("speed_deg_per_s", Kind::Whole(Number::within("°/s", 3, 1_000, 360_000)), Required, "speed of the movement into flexion"),
+        field("for_s", seconds(1), Required, "time for which the wearer holds the arm there and pushes"),
     ];
     let d = ElbowSpec::default();
     let real = |unit, most| Kind::Real(Number::within(unit, 0, 0, most));
@@ -377,46 +377,46 @@ fn body() -> Section {
     let finger = FingerSpec::participant(Participant::P);
     let both = |finger: f64, elbow: f64| OrTold(format!("{finger} of a finger, {elbow} of an elbow"));
     let sight = vec![
-        field("delay_s", real("s", 2), Required, "until the person acts on what is seen"),
-        field("every_s", real("s", 10), Required, "from one correction to the next; not 0"),
-        field("line_deg", real("°", 145), Required, "where the line is"),
+        field("delay_s", real("s", 2), Required, "reaction time of the wearer to what they see"),
+        field("every_s", real("s", 10), Required, "time from one correction to the next; not 0"),
+        field("line_deg", real("°", 145), Required, "angle of the line"),
     ];
     let yields = vec![
-        field("delay_s", real("s", 2), Required, "from a pulse to the changed push"),
-        field("to", real("", 1), Required, "part of `push_nm` that remains"),
-        field("at_ma", real("mA", 200), Required, "least current that is felt"),
+        field("delay_s", real("s", 2), Required, "delay from a pulse to the reduced push"),
+        field("to", real("", 1), Required, "share of `push_nm` that remains"),
+        field("at_ma", real("mA", 200), Required, "smallest current that is felt"),
     ];
     let mut all = vec![
-        field("kind", Kind::Choice(vec!["finger", "elbow", "hand", "arm", "still"]), Required, "an index finger, a forearm and the person who moves it, a forearm and hand that are a mechanism (below), a right arm under nine electrodes (below), or dummy loads"),
-        field("participant", one_of(&PARTICIPANTS), OrTold("who `[wearer] file` is of".into()), "of Hamana 2022, table 7; required where no file is of P, Q or S").when("kind", &["finger"]),
+        field("kind", Kind::Choice(vec!["finger", "elbow", "hand", "arm", "still"]), Required, "an index finger; an elbow whose wearer moves it; a multibody forearm model with hand (below); a right arm under nine electrodes (below); or dummy loads"),
+        field("participant", one_of(&PARTICIPANTS), OrTold("the wearer of `[wearer] file`".into()), "participant of Hamana 2022, table 7; required unless the wearer file is that of P, Q or S").when("kind", &["finger"]),
     ];
     all.extend(point_channels());
-    all.extend(["triceps", "biceps"].map(|muscle| field(muscle, channel_number(), Required, "where its electrodes are; each another").when("kind", &["elbow"])));
+    all.extend(["triceps", "biceps"].map(|muscle| field(muscle, channel_number(), Required, "channel of its electrodes; each must be different").when("kind", &["elbow"])));
     all.extend([
         field("flexor_nm", real("N·m", 10), or(finger.flexor_torque_nm), "torque of one flexor point at full recruitment and 50 Hz").when("kind", &["finger"]),
-        field("extensor_nm", real("N·m", 10), or(finger.extensor_torque_nm), "torque of the extensor likewise").when("kind", &["finger"]),
-        field("second_point_nm", real("N·m", 10), or(0.0), "what the second of two conducted points adds to one likewise, assumed by whoever writes it: both then begin at table 7's two-point thresholds; with 0 two pull as the stronger one").when("kind", &["finger"]),
-        field("fatigue_floor", real("", 1), or(finger.fatigue_floor), "what full force without end leaves of a muscle, 0 to 1; 1 never tires").when("kind", &["finger"]),
-        field("fatigue_time_s", real("s", 86_400), or(finger.fatigue_time_s), "time constant of tiring and of recovery; not 0").when("kind", &["finger"]),
-        field("subject", Kind::Whole(Number::within("", 0, 1, 10)), OrTold("the mean".into()), "of Lee 2020, table 4, whose dynamics both muscles have").when("kind", &["elbow"]),
-        field("triceps_nm", real("N·m", 100), or(d.triceps.torque_nm), "torque of all of it at 50 Hz").when("kind", &["elbow"]),
-        field("triceps_threshold_ma", real("mA", 100), or(d.triceps.threshold_ma), "where it begins to pull, at 35 µs").when("kind", &["elbow"]),
-        field("triceps_max_ma", real("mA", 200), or(d.triceps.max_ma), "where all of it pulls, at 35 µs").when("kind", &["elbow"]),
-        field("biceps_nm", real("N·m", 100), or(d.biceps.torque_nm), "torque of all of it at 50 Hz").when("kind", &["elbow"]),
-        field("biceps_threshold_ma", real("mA", 100), or(d.biceps.threshold_ma), "where it begins to pull, at 25 µs").when("kind", &["elbow"]),
-        field("biceps_max_ma", real("mA", 200), or(d.biceps.max_ma), "where all of it pulls, at 25 µs").when("kind", &["elbow"]),
-        field("recruitment_curvature", real("", 50), or(d.recruitment_curvature), "of recruitment over current; not 0").when("kind", &["elbow"]),
+        field("extensor_nm", real("N·m", 10), or(finger.extensor_torque_nm), "torque of the extensor at full recruitment and 50 Hz").when("kind", &["finger"]),
+        field("second_point_nm", real("N·m", 10), or(0.0), "torque that the second of two conducted points adds, also at full recruitment and 50 Hz; an assumption of the file's author: both points then begin at the two-point thresholds of table 7; with 0, two points pull like the stronger one").when("kind", &["finger"]),
+        field("fatigue_floor", real("", 1), or(finger.fatigue_floor), "share of a muscle's force that remains after endless full force, 0 to 1; 1 means no fatigue").when("kind", &["finger"]),
+        field("fatigue_time_s", real("s", 86_400), or(finger.fatigue_time_s), "time constant of fatigue and of recovery; not 0").when("kind", &["finger"]),
+        field("subject", Kind::Whole(Number::within("", 0, 1, 10)), OrTold("the mean".into()), "subject of Lee 2020, table 4, whose dynamics both muscles have").when("kind", &["elbow"]),
+        field("triceps_nm", real("N·m", 100), or(d.triceps.torque_nm), "torque of the fully recruited muscle at 50 Hz").when("kind", &["elbow"]),
+        field("triceps_threshold_ma", real("mA", 100), or(d.triceps.threshold_ma), "current at which it begins to pull, at 35 µs").when("kind", &["elbow"]),
+        field("triceps_max_ma", real("mA", 200), or(d.triceps.max_ma), "current at which it is fully recruited, at 35 µs").when("kind", &["elbow"]),
+        field("biceps_nm", real("N·m", 100), or(d.biceps.torque_nm), "torque of the fully recruited muscle at 50 Hz").when("kind", &["elbow"]),
+        field("biceps_threshold_ma", real("mA", 100), or(d.biceps.threshold_ma), "current at which it begins to pull, at 25 µs").when("kind", &["elbow"]),
+        field("biceps_max_ma", real("mA", 200), or(d.biceps.max_ma), "current at which it is fully recruited, at 25 µs").when("kind", &["elbow"]),
+        field("recruitment_curvature", real("", 50), or(d.recruitment_curvature), "curvature of recruitment over current; not 0").when("kind", &["elbow"]),
         field("delay_ms", Kind::Whole(Number::within("ms", 3, 0, 1_000_000)), both(f64::from(finger.electromechanical_delay_us) * 1e-3, f64::from(d.electromechanical_delay_us) * 1e-3), "from a pulse to its effect on the muscle").when("kind", &["finger", "elbow"]),
-        field("inertia_kg_m2", real("kg·m²", 10), both(finger.inertia_kg_m2, d.inertia_kg_m2), "about the elbow").when("kind", &["finger", "elbow"]),
-        field("stiffness_nm_per_rad", real("N·m/rad", 100), both(finger.stiffness_nm_per_rad, d.stiffness_nm_per_rad), "passive, towards rest").when("kind", &["finger", "elbow"]),
-        field("damping_nm_s_per_rad", real("N·m·s/rad", 100), both(finger.damping_nm_s_per_rad, d.damping_nm_s_per_rad), "passive friction").when("kind", &["finger", "elbow"]),
+        field("inertia_kg_m2", real("kg·m²", 10), both(finger.inertia_kg_m2, d.inertia_kg_m2), "moment of inertia about the joint").when("kind", &["finger", "elbow"]),
+        field("stiffness_nm_per_rad", real("N·m/rad", 100), both(finger.stiffness_nm_per_rad, d.stiffness_nm_per_rad), "passive stiffness towards the rest angle").when("kind", &["finger", "elbow"]),
+        field("damping_nm_s_per_rad", real("N·m·s/rad", 100), both(finger.damping_nm_s_per_rad, d.damping_nm_s_per_rad), "passive viscous friction").when("kind", &["finger", "elbow"]),
         field("active_damping_s_per_rad", real("s/rad", 10), or(d.active_damping_s_per_rad), "friction per torque of each active muscle").when("kind", &["elbow"]),
-        field("start_deg", real("°", 145), or(d.person.start_deg), "where the arm waits and goes back to").when("kind", &["elbow"]),
-        field("push_nm", real("N·m", 100), or(d.person.push_nm), "the person's strongest torque").when("kind", &["elbow"]),
-        field("approaches", list(approaches, 0, None, "approaches"), Required, "`{ at_s, speed_deg_per_s, for_s }`: movements into flexion, each held and pushed for `for_s`; seconds from when the simulated world begins, a few tenths before the trains").when("kind", &["elbow"]),
-        field("sight", Kind::Table(sight), Optional, "`{ delay_s, every_s, line_deg }`: the person sees the arm's angle and a line and corrects now and then; blind without it").when("kind", &["elbow"]),
-        field("yields", Kind::Table(yields), Optional, "`{ delay_s, to, at_ma }`: the person pushes less where stimulation is felt; as hard as ever without it").when("kind", &["elbow"]),
-        field("load_ohm", Kind::Whole(Number::within("Ω", 0, 1, 1_000_000)), Or(2_000), "on every channel").when("kind", &["still"]),
+        field("start_deg", real("°", 145), or(d.person.start_deg), "angle at which the arm waits and to which it returns").when("kind", &["elbow"]),
+        field("push_nm", real("N·m", 100), or(d.person.push_nm), "largest voluntary torque of the wearer").when("kind", &["elbow"]),
+        field("approaches", list(approaches, 0, None, "approaches"), Required, "`{ at_s, speed_deg_per_s, for_s }`: movements into flexion, each held and pushed for `for_s`; times count from the start of the simulation, a few tenths of a second before the trains").when("kind", &["elbow"]),
+        field("sight", Kind::Table(sight), Optional, "`{ delay_s, every_s, line_deg }`: the wearer sees the arm's angle and a line and corrects from time to time; without it, the wearer sees nothing").when("kind", &["elbow"]),
+        field("yields", Kind::Table(yields), Optional, "`{ delay_s, to, at_ma }`: the wearer pushes less while stimulation is felt; without it, always with the same effort").when("kind", &["elbow"]),
+        field("load_ohm", Kind::Whole(Number::within("Ω", 0, 1, 1_000_000)), Or(2_000), "resistance of the dummy load on every channel").when("kind", &["still"]),
     ]);
     all.extend(hand_fields());
     all.extend(arm_fields());
@@ -426,17 +426,17 @@ fn body() -> Section {
 #[rustfmt::skip]
 fn trigger() -> Section {
     vec![
-        field("at_s", Kind::Wholes(Number::within("s", 6, TRIGGER_FIRST_US, DAY_US).bound("to `duration_s`"), "a list of numbers"), Optional, "edges at these times, rising, at least 1 ms apart"),
-        field("every_s", time(TRIGGER_LEAST_US), Required, "from edge to edge").without("at_s"),
-        field("from_s", time(TRIGGER_FIRST_US), OrTold("`every_s`, 0.01 at least".into()), "the first edge").without("at_s"),
-        field("held_s", time(TRIGGER_LEAST_US), Optional, "how long the input is held after each edge, released 1 ms before the next at least; needed where a train is `\"gated\"`, and no matter to others"),
+        field("at_s", Kind::Wholes(Number::within("s", 6, TRIGGER_FIRST_US, DAY_US).bound("at most `duration_s`"), "a list of numbers"), Optional, "edges at these times, rising, at least 1 ms apart"),
+        field("every_s", time(TRIGGER_LEAST_US), Required, "time from edge to edge").without("at_s"),
+        field("from_s", time(TRIGGER_FIRST_US), OrTold("`every_s`, but at least 0.01".into()), "time of the first edge").without("at_s"),
+        field("held_s", time(TRIGGER_LEAST_US), Optional, "time for which the input is held after each edge; it must be released at least 1 ms before the next one; required for a `\"gated\"` train, without effect on others"),
     ]
 }
 
 #[rustfmt::skip]
 fn fidelity() -> Section {
     vec![
-        field("tolerance_percent", Kind::Whole(Number::within("%", 2, 1, 60_000)), Required, "how far what the session uses of its muscles may be off"),
-        field("try_s", Kind::Whole(Number::within("s", 6, 1_000_000, 600_000_000)), Or(60_000_000), "how much of a longer session is tried, from its start"),
+        field("tolerance_percent", Kind::Whole(Number::within("%", 2, 1, 60_000)), Required, "largest accepted error of the muscle quantities that the session uses"),
+        field("try_s", Kind::Whole(Number::within("s", 6, 1_000_000, 600_000_000)), Or(60_000_000), "duration, from the start, of the part of a longer session that is tried"),
     ]
 }

@@ -81,7 +81,7 @@ const fn shape(electrodes: Electrodes) -> Shape {
 
 /// Error for a hand that no session file can describe, with the field that cannot be written.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
-#[error("E568 no session file names this hand: its `{0}`")]
+#[error("E568 no session file can describe this hand: its `{0}` cannot be written")]
 pub struct UnnamedHand(pub &'static str);
 
 /// Returns `hand` as the `[body]` of a session file with every number written out. If its numbers

@@ -51,38 +51,38 @@ const REQUIRED: [&str; 3] = ["forearm_m", "around_m", "threshold_factor"];
 
 #[rustfmt::skip]
 pub(super) const QUANTITIES: [Quantity; 32] = [
-    quantity("forearm_m", "m", 3, (100, 500), 0, |h| &mut h.spec.forearm_m, "elbow to wrist"),
-    quantity("around_m", "m", 3, (100, 600), 0, |h| &mut h.spec.around_m, "around the forearm"),
-    quantity("threshold_factor", "V, V/m² or V/m", 6, (1, 1_000_000_000_000_000), 0, |h| &mut h.factor, "what a nerve of the middle threshold needs at rest, the others as many times as much: V of potential, V/m² of curvature, V/m of field, as `rule` is; it decides from which voltage on this wearer feels anything"),
-    quantity("shift_along_mm", "mm", 0, (-100, 100), -3, |h| &mut h.shift_m[0], "how far the skin lies from where it does at rest, along"),
-    quantity("shift_around_mm", "mm", 0, (-100, 100), -3, |h| &mut h.shift_m[1], "the same around the forearm"),
-    quantity("fat_mm", "mm", 0, (1, 30), -3, |h| &mut h.spec.tissue.fat_m, "fat, with skin, over muscle"),
+    quantity("forearm_m", "m", 3, (100, 500), 0, |h| &mut h.spec.forearm_m, "length of the forearm from elbow to wrist"),
+    quantity("around_m", "m", 3, (100, 600), 0, |h| &mut h.spec.around_m, "circumference of the forearm"),
+    quantity("threshold_factor", "V, V/m² or V/m", 6, (1, 1_000_000_000_000_000), 0, |h| &mut h.factor, "stimulus that a nerve of median threshold needs at rest: V of potential, V/m² of curvature or V/m of field, according to `rule`; the thresholds of all nerves scale with it, and so does the voltage from which the wearer feels anything"),
+    quantity("shift_along_mm", "mm", 0, (-100, 100), -3, |h| &mut h.shift_m[0], "shift of the skin from its rest position, along the forearm"),
+    quantity("shift_around_mm", "mm", 0, (-100, 100), -3, |h| &mut h.shift_m[1], "shift of the skin from its rest position, around the forearm"),
+    quantity("fat_mm", "mm", 0, (1, 30), -3, |h| &mut h.spec.tissue.fat_m, "thickness of fat and skin over the muscle"),
     quantity("fat_s_per_m", "S/m", 3, (5, 200), 0, |h| &mut h.spec.tissue.fat_s_per_m, "conductivity of fat"),
-    quantity("muscle_along_s_per_m", "S/m", 3, (50, 2_000), 0, |h| &mut h.spec.tissue.along_s_per_m, "of muscle along its fibres"),
-    quantity("muscle_across_s_per_m", "S/m", 3, (20, 1_000), 0, |h| &mut h.spec.tissue.across_s_per_m, "of muscle across them"),
+    quantity("muscle_along_s_per_m", "S/m", 3, (50, 2_000), 0, |h| &mut h.spec.tissue.along_s_per_m, "conductivity of muscle along its fibres"),
+    quantity("muscle_across_s_per_m", "S/m", 3, (20, 1_000), 0, |h| &mut h.spec.tissue.across_s_per_m, "conductivity of muscle across its fibres"),
     quantity("skin_nf_per_cm2", "nF/cm²", 0, (0, 1_000), -9, |h| &mut h.spec.skin.farad_per_cm2, "capacitance of skin"),
-    quantity("skin_kohm_cm2", "kΩ·cm²", 2, (1, 100_000), 3, |h| &mut h.spec.skin.ohm_cm2, "resistance parallel to it at a small current"),
-    quantity("skin_series_ohm", "Ω", 0, (1, 10_000), 0, |h| &mut h.spec.skin.series_ohm, "in series, under a round electrode"),
-    quantity("skin_half_ma_per_cm2", "mA/cm²", 3, (1, 10_000_000), -3, |h| &mut h.spec.skin.half_a_per_cm2, "where the parallel resistance has halved"),
-    quantity("coupling_a", "", 2, (1, 10_000), 0, |h| &mut h.spec.coupling[A], "how many times as hard an ampere through A charges nerves as fat and depth there say"),
-    quantity("coupling_b", "", 2, (1, 10_000), 0, |h| &mut h.spec.coupling[B], "the same of B"),
-    quantity("coupling_extensor", "", 2, (1, 10_000), 0, |h| &mut h.spec.coupling[E], "the same of the extensor's electrode"),
-    quantity("return_factor", "", 2, (1, 10_000), 0, |h| &mut h.spec.return_factor, "how many times the skin's impedance by area under the return, 4 × 9 cm above the wrist"),
-    quantity("limiter_ma", "mA", 1, (1, 10_000), -3, |h| &mut h.spec.limiter_a, "what the stages' limiter lets through; the device does not reckon with it"),
-    quantity("leak_us", "µs", 0, (10, 10_000), -6, |h| &mut h.spec.membrane.leak_s, "time constant of a nerve's leak"),
-    quantity("absolute_ms", "ms", 0, (0, 100), -3, |h| &mut h.spec.membrane.absolute_s, "how long a nerve that spiked does not answer"),
-    quantity("relative_ms", "ms", 0, (0, 100), -3, |h| &mut h.spec.membrane.relative_s, "how long after a spike it needs more"),
+    quantity("skin_kohm_cm2", "kΩ·cm²", 2, (1, 100_000), 3, |h| &mut h.spec.skin.ohm_cm2, "resistance of skin parallel to its capacitance, at a small current"),
+    quantity("skin_series_ohm", "Ω", 0, (1, 10_000), 0, |h| &mut h.spec.skin.series_ohm, "resistance in series with the skin, under a round electrode"),
+    quantity("skin_half_ma_per_cm2", "mA/cm²", 3, (1, 10_000_000), -3, |h| &mut h.spec.skin.half_a_per_cm2, "current density at which the parallel resistance has halved"),
+    quantity("coupling_a", "", 2, (1, 10_000), 0, |h| &mut h.spec.coupling[A], "factor on the effect of a current through A on nerves, relative to what fat and depth there predict"),
+    quantity("coupling_b", "", 2, (1, 10_000), 0, |h| &mut h.spec.coupling[B], "the same factor for B"),
+    quantity("coupling_extensor", "", 2, (1, 10_000), 0, |h| &mut h.spec.coupling[E], "the same factor for the extensor's electrode"),
+    quantity("return_factor", "", 2, (1, 10_000), 0, |h| &mut h.spec.return_factor, "factor on the skin impedance under the return electrode, relative to that of its area, 4 × 9 cm above the wrist"),
+    quantity("limiter_ma", "mA", 1, (1, 10_000), -3, |h| &mut h.spec.limiter_a, "current that the limiter of the stages lets through; the device does not take it into account"),
+    quantity("leak_us", "µs", 0, (10, 10_000), -6, |h| &mut h.spec.membrane.leak_s, "time constant of the leak of a nerve"),
+    quantity("absolute_ms", "ms", 0, (0, 100), -3, |h| &mut h.spec.membrane.absolute_s, "absolute refractory period of a nerve"),
+    quantity("relative_ms", "ms", 0, (0, 100), -3, |h| &mut h.spec.membrane.relative_s, "time after a spike during which the threshold of a nerve is raised"),
     quantity("threshold_spread", "", 0, (0, 2), 0, |h| &mut h.spec.threshold_spread, "standard deviation of the logarithm of thresholds within a pool"),
-    quantity("scatter", "", 2, (1, 1_000), 0, |h| &mut h.spec.scatter, "how far nerves of a pool and their thresholds differ, as a part of what is assumed"),
-    quantity("shift_mm_per_deg", "mm/°", 0, (-2, 2), -3, |h| &mut h.spec.shift_m_per_deg, "skin over muscle with pronation; a session does not pronate"),
-    quantity("flexor_nm", "N·m", 0, (0, 10), 0, |h| &mut h.spec.flexor_nm, "torque of a flexor with every unit at 50 Hz"),
-    quantity("extensor_nm", "N·m", 0, (0, 10), 0, |h| &mut h.spec.extensor_nm, "of the index finger's extensor likewise"),
-    quantity("stiffness_nm_per_rad", "N·m/rad", 3, (1, 100_000), 0, |h| &mut h.spec.stiffness_nm_per_rad, "of a digit, towards rest"),
-    quantity("inertia_kg_m2", "kg·m²", 7, (1, 10_000_000), 0, |h| &mut h.spec.motion.inertia_kg_m2, "of a digit"),
+    quantity("scatter", "", 2, (1, 1_000), 0, |h| &mut h.spec.scatter, "scatter of the positions and thresholds of the nerves in a pool, relative to the assumed one"),
+    quantity("shift_mm_per_deg", "mm/°", 0, (-2, 2), -3, |h| &mut h.spec.shift_m_per_deg, "shift of the skin over the muscle with pronation; a session has no pronation"),
+    quantity("flexor_nm", "N·m", 0, (0, 10), 0, |h| &mut h.spec.flexor_nm, "torque of a flexor with every motor unit at 50 Hz"),
+    quantity("extensor_nm", "N·m", 0, (0, 10), 0, |h| &mut h.spec.extensor_nm, "torque of the index finger's extensor with every motor unit at 50 Hz"),
+    quantity("stiffness_nm_per_rad", "N·m/rad", 3, (1, 100_000), 0, |h| &mut h.spec.stiffness_nm_per_rad, "stiffness of a digit towards the rest angle"),
+    quantity("inertia_kg_m2", "kg·m²", 7, (1, 10_000_000), 0, |h| &mut h.spec.motion.inertia_kg_m2, "moment of inertia of a digit"),
     quantity("damping_nm_s_per_rad", "N·m·s/rad", 0, (0, 100), 0, |h| &mut h.spec.motion.damping_nm_s_per_rad, "passive friction of a digit"),
     quantity("delay_ms", "ms", 0, (5, 1_000), -3, |h| &mut h.spec.motion.delay_s, "from a spike to its effect on the muscle"),
-    quantity("fatigue_floor", "", 0, (0, 1), 0, |h| &mut h.spec.motion.fatigue_floor, "what 50 Hz without end leaves of a motor unit's force; 1 never tires"),
-    quantity("fatigue_time_s", "s", 2, (1, 8_640_000), 0, |h| &mut h.spec.motion.fatigue_time_s, "time constant of tiring and of recovery"),
+    quantity("fatigue_floor", "", 0, (0, 1), 0, |h| &mut h.spec.motion.fatigue_floor, "share of a motor unit's force that remains after endless stimulation at 50 Hz; 1 means no fatigue"),
+    quantity("fatigue_time_s", "s", 2, (1, 8_640_000), 0, |h| &mut h.spec.motion.fatigue_time_s, "time constant of fatigue and of recovery"),
     // The positions of A, B and the extensor's electrode are pairs: see `pads_mm`.
 ];
 
@@ -147,37 +147,37 @@ pub(super) fn hand_fields() -> Vec<Field> {
             "pads_mm",
             Kind::Pairs(millimetres, RETURN, "3 pairs of numbers"),
             Required,
-            "where the middles of A's, B's and the extensor's electrode lie: along from the elbow, around from the palmar midline, positive to the thumb; on the forearm, none on another or on the return (E481)",
+            "centres of the electrodes of A, B and the extensor: distance along the forearm from the elbow, and around it from the palmar midline, positive towards the thumb; all on the forearm, without overlap with each other or the return (E481)",
         ),
         hand_field(
             "electrodes",
             one_of(&ELECTRODES),
             OrWord("round"),
-            "all three round, of 2.5 cm, or small, of 2.0 × 1.5 cm",
+            "shape of all three electrodes: round (2.5 cm) or small (2.0 × 1.5 cm)",
         ),
         hand_field(
             "rule",
             one_of(&RULES),
             OrWord("curvature"),
-            "what of the field charges a nerve: the potential, its curvature along the fibres, or the field along the nerve's own direction",
+            "quantity of the electric field that charges a nerve: the potential, its curvature along the fibres, or the field along the nerve's own direction",
         ),
         hand_field(
             "sums",
             Kind::Flag,
             OrWord("true"),
-            "whether what one pulse leaves in a nerve adds to the next",
+            "whether the charge that a pulse leaves in a nerve adds to that of the next pulse",
         ),
         hand_field(
             "units",
             Kind::Whole(units),
             Or(nominal.spec.units as i64),
-            "motor units of each of the eight pools",
+            "number of motor units in each of the eight pools",
         ),
         hand_field(
             "seed",
             Kind::Whole(Number::any("", 0, "whole, of 64 bits")),
             Or(0),
-            "decides where nerves are, their thresholds and directions",
+            "seed of the random positions, thresholds and directions of the nerves",
         ),
     ];
     all.extend(QUANTITIES.iter().map(|quantity| quantity.field(&nominal)));
@@ -186,7 +186,8 @@ pub(super) fn hand_fields() -> Vec<Field> {
 
 /// Returns the fields for the channels of a finger's or a hand's points.
 pub(super) fn point_channels() -> [Field; RETURN] {
-    let meaning = "where this point is, used or not; each another";
+    let meaning =
+        "channel of this point, whether the session uses it or not; each must be different";
     CHANNELS.map(|point| {
         field(point, channel_number(), Required, meaning).when("kind", &["finger", "hand"])
     })

@@ -31,15 +31,23 @@ impl LawName {
         found.map_or("", |(name, _)| name)
     }
 
+    /// Returns the name of the controller in tables, charts and sentences.
+    #[must_use]
+    pub const fn title(self) -> &'static str {
+        match self {
+            Self::Recommended => "default controller",
+            Self::Paper => "paper's controller",
+            Self::Pid => "PID controller",
+        }
+    }
+
     /// Returns a description of the control law in a few words.
     #[must_use]
     pub const fn meaning(self) -> &'static str {
         match self {
-            Self::Recommended => {
-                "Super-twisting with the wearer's model, or alone where the file has none"
-            }
-            Self::Paper => "Super-twisting as Hamana 2022 prints it, its sign corrected",
-            Self::Pid => "Proportional, integral, derivative",
+            Self::Recommended => "Default controller: super-twisting",
+            Self::Paper => "Paper's controller: Hamana 2022, sign corrected",
+            Self::Pid => "PID controller",
         }
     }
 

@@ -42,7 +42,7 @@ pub(super) fn read_limb(
     let rate_hz = t.real("rate_hz");
     let is_rate = rate_hz.is_some_and(|hz| RATES_HZ.contains(&hz));
     if rate_hz.is_some() && !is_rate {
-        t.report_out_of_range("rate_hz", "200 or 20 for a force at the hand".into());
+        t.report_out_of_range("rate_hz", "200 or 20 Hz for a force at the hand".into());
     }
     if person.is_unknown() {
         return None; // told

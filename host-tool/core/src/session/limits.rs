@@ -128,8 +128,8 @@ pub(super) fn check_duration(
         let ends_us = u64::from(wearer.max_session_s) * 1_000_000 - fall_us(wearer);
         if duration_us > ends_us {
             notes.push(format!(
-                "the device stops after {} s, so that the fall ends within `wearer.max_session_s` \
-                 = {}",
+                "the device ends stimulation after {} s, so that the fall is complete within \
+                 `wearer.max_session_s` = {} s",
                 seconds(ends_us),
                 wearer.max_session_s
             ));
@@ -141,8 +141,8 @@ pub(super) fn check_duration(
         let bursts = u64::from(wearer.rise_bursts) * period_us;
         if train.trigger.is_none() && bursts >= duration_us.max(1) {
             notes.push(format!(
-                "channel {number}: the rise of `wearer.rise_bursts` = {} takes {} s, and the \
-                 session lasts {} s",
+                "channel {number}: the rise of `wearer.rise_bursts` = {} takes {} s, but the \
+                 session lasts only {} s",
                 wearer.rise_bursts,
                 seconds(bursts),
                 seconds(duration_us)
@@ -159,8 +159,8 @@ pub(super) fn check_duration(
         let has_more = train.repeats == 0 || u64::from(train.repeats) > bursts;
         if train.trigger.is_none() && has_more && ends_us < duration_us {
             notes.push(format!(
-                "channel {number}: at its limit `wearer.max_dose_mc` = {} is reached after {} s, \
-                 and the device stops there",
+                "channel {number}: at its limit it reaches `wearer.max_dose_mc` = {} mC after \
+                 {} s, and the device then ends stimulation",
                 wearer.max_dose_mc,
                 seconds(ends_us)
             ));

@@ -361,7 +361,7 @@ impl Session {
     /// [`Problem::NoJoint`] if the session has no joint; [`Problem::NeverTried`] if this law was
     /// never tried on a wearer of such stiffness and torque.
     pub fn with_law(mut self, law: LawName) -> Result<Self, SessionError> {
-        let wanted = "another control law";
+        let wanted = "another controller";
         let none = || SessionError::without_place(Problem::NoJoint { wanted });
         let joint = self.joint.take().ok_or_else(none)?;
         self.joint = Some(law::with_law(joint, law)?);

@@ -207,8 +207,8 @@ fn read_share(t: &Table<'_>, name: &str) -> Option<Option<QuarticSpec>> {
     let values: Vec<i64> = t.integers(name).iter().map(|(value, _)| *value).collect();
     let found = <[i64; 5]>::try_from(values).ok();
     if found.is_none() && !t.integers(name).is_empty() {
-        let allowed = "five numbers: at the lowest angle, a quarter, a half, three quarters of \
-                       the way, and at the highest";
+        let allowed = "five numbers: at the lowest angle, at a quarter, half and three quarters \
+                       of the range, and at the highest angle";
         t.report_out_of_range(name, allowed.into());
     }
     found.map(|values| Some(quartic_through(values)))
@@ -323,7 +323,7 @@ pub(super) fn report_modulation_mistake(
         }
         // The coefficients exceed those of any share between 0 and 1.
         Rule::Modulation(ModulationError::Range(e)) if matches!(e.field, "lift" | "drop") => {
-            let allowed = "five values that one quartic between 0 and 1 goes through";
+            let allowed = "five values whose quartic stays between 0 and 1";
             t.report_out_of_range(e.field, allowed.into());
         }
         // Reported where the channels are named, and for all joints at once.

@@ -46,9 +46,9 @@ const LONGEST_HOLD_MS: i64 = 30_000;
 #[rustfmt::skip]
 fn muscle() -> Section {
     vec![
-        field("channel", channel_number(), Required, "a channel of the file; each another"),
-        field("base", bounded_number(UNIT, 3, ModulatedSpec::BASE, "what the joint's shares leave within the channel's `limit`"), OrFile, "I₀, the intensity that calibration found"),
-        field("form", one_of(&FORMS), OrWord("scaled"), "C·I₀, or I_th + C·(I₀ − I_th)"),
+        field("channel", channel_number(), Required, "a channel of the file; each must be different"),
+        field("base", bounded_number(UNIT, 3, ModulatedSpec::BASE, "so that the largest share keeps within the channel's `limit`"), OrFile, "I₀, the intensity that calibration found"),
+        field("form", one_of(&FORMS), OrWord("scaled"), "intensity at the share C: `\"scaled\"` is C·I₀, `\"above-threshold\"` is I_th + C·(I₀ − I_th)"),
         field("threshold", bounded_number(UNIT, 3, ModulatedSpec::THRESHOLD, "below `base`"), OrFile, "I_th, the motor threshold").when("form", &["above-threshold"]),
     ]
 }
@@ -61,23 +61,23 @@ pub(super) fn modulation(at_s: Kind) -> Section {
         Kind::Wholes(number, "a list of five numbers")
     };
     let angles = vec![
-        field("at_s", at_s, Required, "when"),
-        field("deg", Kind::Whole(Number::within("°", 2, -18_000, 18_000).bound("within the joint's range")), Required, "which angle"),
+        field("at_s", at_s, Required, "time"),
+        field("deg", Kind::Whole(Number::within("°", 2, -18_000, 18_000).bound("within the joint's range")), Required, "angle"),
     ];
     vec![
-        field("joint", one_of(&JOINTS), Required, "which joint; a shoulder needs the elbow of its arm, whose motion tells the phase of both (E752)"),
-        field("mode", one_of(&MODES), OrWord("assist"), "`\"assist\"`: the flexor while the elbow flexes, the extensor while it extends; `\"resist\"`: the antagonist of each, by the same share"),
-        field("lift", share(), Optional, "share of the intensity while the elbow flexes: the one quartic through five values, at the joint's lowest angle, a quarter, half and three quarters of the way, and at its highest; between 0 and 1 at every angle (E750); nothing is stimulated without it"),
-        field("drop", share(), Optional, "the same while the elbow extends"),
+        field("joint", one_of(&JOINTS), Required, "the joint; a shoulder needs the elbow of its arm, whose motion determines the phase of both (E752)"),
+        field("mode", one_of(&MODES), OrWord("assist"), "muscle that is stimulated: with `\"assist\"` the flexor while the elbow flexes and the extensor while it extends; with `\"resist\"` the antagonist of each, with the same share"),
+        field("lift", share(), Optional, "share of the intensity while the elbow flexes: the quartic through five values, at the joint's lowest angle, at a quarter, half and three quarters of its range, and at its highest angle; between 0 and 1 at every angle (E750); without it, nothing is stimulated in this phase"),
+        field("drop", share(), Optional, "share of the intensity while the elbow extends, as for `lift`"),
         field("angle_min_deg", number_in("°", 3, ANGLE_MIN_MDEG), Required, "lowest angle of the shares"),
-        field("angle_max_deg", bounded_number("°", 3, ANGLE_MAX_MDEG, "above the lowest"), Required, "highest"),
-        field("dead_band_deg_per_s", number_in("°/s", 2, ModulationSpec::DEAD_BAND), Or(DEAD_BAND), "angular velocity of the elbow up to which the last phase stays"),
-        field("cutoff_hz", number_in("Hz", 3, ModulationSpec::CUTOFF_MHZ), Or(CUTOFF_MHZ), "cutoff of the differentiator that finds it"),
-        field("stale_after_ms", number_in("ms", 0, SensorSource::STALE_AFTER_MS), Or(STALE_AFTER_MS), "age at which a measured angle is stale: a fault while an object is held"),
-        field("longest_hold_s", number_in("s", 3, ModulationSpec::MAX_HOLD_MS), Or(LONGEST_HOLD_MS), "how long an object may be held; of several joints the shortest counts"),
-        field("flexor", Kind::Table(muscle()), Required, "`{ channel, base, form, threshold }`: the muscle that flexes it"),
-        field("extensor", Kind::Table(muscle()), Required, "the same of the one that extends it"),
-        field("angles", list(angles, 1, None, "angles"), Required, "`{ at_s, deg }`: its course, straight between its times, sent as measured with every setpoint; the last angle stays. Simulated devices only (E755): a wearer's angles come from a client that measures them"),
+        field("angle_max_deg", bounded_number("°", 3, ANGLE_MAX_MDEG, "above the lowest"), Required, "highest angle of the shares"),
+        field("dead_band_deg_per_s", number_in("°/s", 2, ModulationSpec::DEAD_BAND), Or(DEAD_BAND), "angular velocity of the elbow up to which the last phase is kept"),
+        field("cutoff_hz", number_in("Hz", 3, ModulationSpec::CUTOFF_MHZ), Or(CUTOFF_MHZ), "cutoff frequency of the differentiator that computes the velocity"),
+        field("stale_after_ms", number_in("ms", 0, SensorSource::STALE_AFTER_MS), Or(STALE_AFTER_MS), "age from which a measured angle is stale, which is a fault while an object is held"),
+        field("longest_hold_s", number_in("s", 3, ModulationSpec::MAX_HOLD_MS), Or(LONGEST_HOLD_MS), "longest time for which an object may be held; with several joints, the shortest applies"),
+        field("flexor", Kind::Table(muscle()), Required, "`{ channel, base, form, threshold }`: muscle that flexes the joint"),
+        field("extensor", Kind::Table(muscle()), Required, "muscle that extends the joint, with the same fields"),
+        field("angles", list(angles, 1, None, "angles"), Required, "`{ at_s, deg }`: course of the angle, linear between the points, sent with every setpoint as if it were measured; the last angle stays. Only for simulated devices (E755): a real wearer's angles come from a client that measures them"),
     ]
 }
 
@@ -85,7 +85,7 @@ pub(super) fn modulation(at_s: Kind) -> Section {
 #[rustfmt::skip]
 pub(super) fn held_points(at_s: Kind) -> Section {
     vec![
-        field("at_s", at_s, Required, "when"),
-        field("held", Kind::Flag, Required, "whether it is from then on"),
+        field("at_s", at_s, Required, "time"),
+        field("held", Kind::Flag, Required, "whether the object is held from then on"),
     ]
 }

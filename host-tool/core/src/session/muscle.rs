@@ -175,7 +175,8 @@ fn read_changes(t: &Table<'_>, duration_us: u64) -> Option<Vec<(u64, MuscleLevel
         if let Some(&(before, _)) = changes.last()
             && at_us <= before
         {
-            item.report_not_after("at_s", format!("the change at {} s", before as f64 / 1e6));
+            let after = format!("the {} s of the change before it", before as f64 / 1e6);
+            item.report_not_after("at_s", after);
             return None;
         }
         changes.push((at_us, level));

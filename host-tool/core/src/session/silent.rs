@@ -18,8 +18,8 @@ pub(super) fn note_silent_channels(session: &mut Session) {
         .map(|channel| {
             let (number, zero) = (channel.number, channel.format_amplitude(Amplitude::ZERO));
             format!(
-                "channel {number}: it is configured and never receives an amplitude: it stays at \
-                 {zero}; name it in `[setpoints]` or in what controls it, or leave it out"
+                "channel {number}: it is configured, but never receives an amplitude, so it stays \
+                 at {zero}; name it in `[setpoints]` or in a controller, or delete it"
             )
         })
         .collect();

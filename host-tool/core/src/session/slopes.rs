@@ -62,8 +62,8 @@ impl Rise<'_> {
         }
         let bursts = u64::from(range.div_ceil(self.slope.get().max(1)));
         Some(format!(
-            "channel {}: from `threshold` to `max` are {}, and a burst rises by {} at most \
-             (`rise_ms`, `rise_bursts`): {bursts} bursts, {} s",
+            "channel {}: `max` is {} above `threshold`, and the amplitude rises by at most {} per \
+             burst (`rise_ms`, `rise_bursts`), so a full rise takes {bursts} bursts, {} s",
             self.channel.number,
             self.channel.format_amplitude(Amplitude::new(range)),
             self.channel.format_amplitude(self.slope),

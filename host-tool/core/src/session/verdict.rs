@@ -115,7 +115,7 @@ pub(crate) fn report_channel_mistake(t: &Table<'_>, channel: &Channel, mistake: 
         Rule::NoMuscle => t.report("force", Problem::NoMuscle { channel: *number }),
         Rule::Setup(SetupError::Range(e)) if e.field == "trigger" => {
             let name = ["triggered", "trigger"][usize::from(train.has("trigger"))];
-            train.report_out_of_range(name, "none with a `force`".into());
+            train.report_out_of_range(name, "no trigger with a `force`".into());
         }
         Rule::Setup(SetupError::Range(e)) if e.field == "lists" => {
             train.report_out_of_range("lists", "false with a `force`".into());
@@ -126,7 +126,10 @@ pub(crate) fn report_channel_mistake(t: &Table<'_>, channel: &Channel, mistake: 
                 field => field,
             };
             match matches!(e.field, "trigger" | "repeats" | "burst_count") {
-                true => train.report_out_of_range(name, "none, 0 and 1 with `lists`".into()),
+                true => {
+                    let allowed = "with `lists` no trigger, repeats = 0 and burst_count = 1";
+                    train.report_out_of_range(name, allowed.into());
+                }
                 false => t.report_refusal(mistake),
             }
         }
@@ -146,7 +149,7 @@ pub(crate) fn report_channel_mistake(t: &Table<'_>, channel: &Channel, mistake: 
         Rule::Range(e) if e.field == TAU_C_US.field && e.max < TAU_C_US.max => {
             let range = format_range(e.min.into(), e.max.into(), 3);
             let (count, every_ms) = (spec.train.burst_count, milli(spec.train.period_us));
-            let allowed = format!("{range} with bursts of {count} every {every_ms} ms");
+            let allowed = format!("{range} with bursts of {count} pulses every {every_ms} ms");
             let muscle = t.table("muscle").unwrap_or(t);
             muscle.report_out_of_range("tau_c_ms", allowed);
         }
@@ -240,7 +243,7 @@ fn report_joint_mistake(t: &Table<'_>, channels: &[Channel], mistake: Mistake) {
             }
         }
         Rule::Joint(SpecError::Range(e)) if e.field == "code_at_100 - code_at_0" => {
-            let least = format!("at least {} from `code_at_0_deg`", e.min);
+            let least = format!("at least {} away from `code_at_0_deg`", e.min);
             t.report_out_of_range("code_at_100_deg", least);
         }
         Rule::Joint(SpecError::Range(e)) if e.field == "threshold" => {

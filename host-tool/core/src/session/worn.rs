@@ -45,7 +45,7 @@ pub fn builtin_wearer_text(file: &str) -> Result<String, SessionError> {
         .unwrap_or_default()
         .to_string_lossy();
     let found = builtin_wearer(&name).map(str::to_owned);
-    found.ok_or_else(|| unreadable_wearer(file, "no wearer of the program has this name"))
+    found.ok_or_else(|| unreadable_wearer(file, "no built-in wearer has this name"))
 }
 
 /// Returns the error E650: the wearer file of a session cannot be read.
@@ -186,7 +186,7 @@ impl WearerContext {
             false => "width_us",
         };
         if self.is_haptic && longest_us > train.width_us {
-            let there = "one width alone, with `wearer.haptic_range`".into();
+            let there = "one width, because of `wearer.haptic_range`".into();
             at.report(field, Problem::HoldsElsewhere { channel, there });
         }
         let fitted = match electrode.at_width(longest_us) {
@@ -195,8 +195,8 @@ impl WearerContext {
                 let there = match unfit {
                     WidthError::NoCurve => format!("{} µs", electrode.width_us),
                     WidthError::AboveLimit(threshold) => format!(
-                        "{} µs, and what its `strength_duration` makes of the threshold, {}, is \
-                         not below what the wearer accepts",
+                        "{} µs; at the new width its `strength_duration` gives a threshold of {}, \
+                         which is not below the wearer's limit",
                         electrode.width_us,
                         format_amplitude(electrode, threshold)
                     ),
@@ -260,7 +260,7 @@ impl WearerContext {
                 None
             }
             (Some(start), _) if start > limit => {
-                let allowed = format!("0 to `limit`, {}", format_scaled(limit.get().into(), 3));
+                let allowed = format!("0 to `limit` = {}", format_scaled(limit.get().into(), 3));
                 t.report_out_of_range("start", allowed);
                 None
             }
@@ -386,8 +386,8 @@ fn format_amplitude(electrode: &Electrode, value: Amplitude) -> String {
 /// Returns a note on how thresholds and limits were converted to another width.
 fn conversion_note(from: &Electrode, to: &Electrode) -> String {
     format!(
-        "channel {}: by the wearer's strength–duration curve the threshold of {} at {} µs is {} \
-         at {} µs, and the limit of {} is {}",
+        "channel {}: the wearer's strength–duration curve converts the threshold from {} at {} µs \
+         to {} at {} µs, and the limit from {} to {}",
         from.channel,
         format_amplitude(from, from.motor_threshold),
         from.width_us,

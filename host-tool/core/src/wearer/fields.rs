@@ -72,56 +72,56 @@ const TEXT: Kind = Kind::Text(Some(LONGEST));
 #[rustfmt::skip]
 fn file() -> Section {
     vec![
-        field("schema", Kind::Whole(Number::within("", 0, 1, 1)), Required, "of this format; another one is refused by name (E651)"),
+        field("schema", Kind::Whole(Number::within("", 0, 1, 1)), Required, "version of this format; any other is refused (E651)"),
         field("name", Kind::Text(Some(64)), Required, "pseudonym: letters, digits and hyphens; never a name"),
-        field("evidence", one_of(&EVIDENCE), Required, "where the numbers are from: a paper, a simulated body, a person on a board, or nobody found them"),
-        field("source", TEXT, Required, "the paper and table, the procedure, or what is assumed"),
-        field("note", Kind::Text(Some(LONGEST_NOTES)), Optional, "anything worth knowing"),
-        field("limits", Kind::Table(limits()), Optional, "what the device may do to them: fields and ranges of a session's `[wearer]`, the device's own without it"),
-        field("electrode", list(electrode(), 0, Some(CHANNELS), "electrodes"), Optional, "electrodes"),
-        field("forearm", Kind::Table(forearm()), Optional, "for simulated forearms of this size"),
-        field("elbow", Kind::Table(elbow()), Optional, "which electrodes are the elbow's"),
-        field("limb", Kind::Table(super::limb::fields()), Optional, "the right arm, for a wanted force at the hand ([endpoint_session.md](endpoint_session.md)); origin of the thorax wherever convenient"),
-        field("history", list(history(), 0, None, "entries"), Optional, "what was done to this file, oldest first; only ever appended"),
-        field("check", list(check(), 0, None, "checks"), Optional, "drift checks, oldest first; only ever appended"),
+        field("evidence", one_of(&EVIDENCE), Required, "source of the numbers: printed in a paper, simulated, measured on a person with a board, or assumed"),
+        field("source", TEXT, Required, "the paper and table, the procedure, or the assumption"),
+        field("note", Kind::Text(Some(LONGEST_NOTES)), Optional, "further remarks"),
+        field("limits", Kind::Table(limits()), Optional, "limits of the stimulation: fields and ranges of a session's `[wearer]`; without it, the device's own"),
+        field("electrode", list(electrode(), 0, Some(CHANNELS), "electrodes of the wearer"), Optional, "electrodes of the wearer"),
+        field("forearm", Kind::Table(forearm()), Optional, "dimensions of the forearm, for simulated forearms"),
+        field("elbow", Kind::Table(elbow()), Optional, "electrodes that move the elbow"),
+        field("limb", Kind::Table(super::limb::fields()), Optional, "model of the right arm, for a force at the hand ([endpoint_session.md](endpoint_session.md)); the origin of the thorax is arbitrary"),
+        field("history", list(history(), 0, None, "entries"), Optional, "changes of this file, oldest first; entries are only appended"),
+        field("check", list(check(), 0, None, "checks"), Optional, "drift checks, oldest first; entries are only appended"),
     ]
 }
 
 #[rustfmt::skip]
 fn electrode() -> Section {
     let upper = vec![
-        field("width_us", number_in("µs", 0, TrainSpec::WIDTH_US), Required, "pulse width, rising"),
-        field("value", amplitude("from the threshold there"), Required, "largest accepted there"),
+        field("width_us", number_in("µs", 0, TrainSpec::WIDTH_US), Required, "pulse width; widths must rise"),
+        field("value", amplitude("above the threshold at this width"), Required, "largest amplitude that the wearer accepts at this width"),
     ];
     let strength_duration = vec![
-        field("rheobase", amplitude("to `motor_threshold`"), Required, "threshold of an endless pulse"),
-        field("chronaxie_us", Kind::Whole(Number::within("µs", 3, 1_000, 5_000_000)), Required, "width at which the threshold is twice that"),
-        field("upper", list(upper, 0, None, "points"), Optional, "largest amplitude accepted at other widths, straight between them"),
+        field("rheobase", amplitude("at most `motor_threshold`"), Required, "threshold of an endless pulse"),
+        field("chronaxie_us", Kind::Whole(Number::within("µs", 3, 1_000, 5_000_000)), Required, "pulse width at which the threshold is twice the rheobase"),
+        field("upper", list(upper, 0, None, "points"), Optional, "largest accepted amplitudes at other widths, linear between the points"),
     ];
     let intervals = vec![
-        field("of", Kind::Choice(INTERVALS_OF.into()), Required, "which number of this electrode"),
-        field("low", Kind::Real(Number::any("", 0, "in that number's unit")), Required, "lower end"),
-        field("high", Kind::Real(Number::any("", 0, "from `low`")), Required, "upper end"),
+        field("of", Kind::Choice(INTERVALS_OF.into()), Required, "name of the number of this electrode"),
+        field("low", Kind::Real(Number::any("", 0, "in that number's unit")), Required, "lower end of the interval"),
+        field("high", Kind::Real(Number::any("", 0, "at least `low`")), Required, "upper end of the interval"),
     ];
     vec![
-        field("channel", channel_number(), Required, "its channel on the board"),
-        field("place", TEXT, Required, "where it is, in words"),
-        field("stage", Kind::Choice(vec!["current", "voltage"]), Required, "what its stage controls: the unit is mA, or V"),
-        field("load_ohm", number_in("Ω", 0, StageSpec::LOAD_OHM), Or(2_000), "load through which its volts are judged against current limits").when("stage", &["voltage"]),
-        field("area_mm2", number_in("mm²", 0, ChannelSpec::AREA_MM2), Or(ChannelSpec::ASSUMED_AREA_MM2.into()), "its area; a disc of 32 mm is assumed"),
-        field("width_us", number_in("µs", 0, TrainSpec::WIDTH_US), Required, "pulse width at which its amplitudes hold"),
-        field("frequency_hz", rate(), Required, "pulse rate at which they were found"),
-        field("from_hz", rate(), OrTold("`frequency_hz`".into()), "least rate at which they are taken to hold"),
-        field("to_hz", rate(), OrTold("`frequency_hz`".into()), "greatest rate at which they are taken to hold"),
-        field("motor_threshold", amplitude("below `limit`"), Required, "smallest amplitude that moves: I_MT"),
-        field("limit", amplitude("within `[limits]`"), Required, "largest that the wearer accepts: I_PT"),
-        field("start", amplitude("to `limit`"), OrTold("0".into()), "largest that the wearer accepts at once, without a rise (`rise_ms`)"),
-        field("minimum", amplitude("to `maximum`"), Optional, "least that is used, as an operator set it"),
-        field("maximum", amplitude("to `limit`"), Optional, "most that is used, as an operator set it"),
-        field("moves", Kind::Texts(LONGEST), Optional, "what it moves, in words"),
+        field("channel", channel_number(), Required, "channel of the electrode on the board"),
+        field("place", TEXT, Required, "position of the electrode, in words"),
+        field("stage", Kind::Choice(vec!["current", "voltage"]), Required, "quantity that its stage controls, which makes the unit mA or V"),
+        field("load_ohm", number_in("Ω", 0, StageSpec::LOAD_OHM), Or(2_000), "load for which its voltages are converted to currents and checked against the current limits").when("stage", &["voltage"]),
+        field("area_mm2", number_in("mm²", 0, ChannelSpec::AREA_MM2), Or(ChannelSpec::ASSUMED_AREA_MM2.into()), "area of the electrode; the default is a disc of 32 mm"),
+        field("width_us", number_in("µs", 0, TrainSpec::WIDTH_US), Required, "pulse width for which its amplitudes hold"),
+        field("frequency_hz", rate(), Required, "pulse rate at which the amplitudes were found"),
+        field("from_hz", rate(), OrTold("`frequency_hz`".into()), "lowest rate for which the amplitudes are assumed to hold"),
+        field("to_hz", rate(), OrTold("`frequency_hz`".into()), "highest rate for which the amplitudes are assumed to hold"),
+        field("motor_threshold", amplitude("below `limit`"), Required, "smallest amplitude that causes a movement, I_MT"),
+        field("limit", amplitude("within `[limits]`"), Required, "largest amplitude that the wearer accepts, I_PT"),
+        field("start", amplitude("at most `limit`"), OrTold("0".into()), "largest amplitude that the wearer accepts at once, without a rise (`rise_ms`)"),
+        field("minimum", amplitude("at most `maximum`"), Optional, "smallest amplitude to be used, as an operator set it"),
+        field("maximum", amplitude("at most `limit`"), Optional, "largest amplitude to be used, as an operator set it"),
+        field("moves", Kind::Texts(LONGEST), Optional, "movements that the electrode causes, in words"),
         field("strength_duration", Kind::Table(strength_duration), Optional, "thresholds at other pulse widths: rheobase · (1 + chronaxie / width)"),
-        field("muscle", Kind::Table(muscle()), Optional, "the muscle under it; `motor_threshold` and `limit` are the electrode's"),
-        field("intervals", list(intervals, 0, None, "intervals"), Optional, "95 % intervals"),
+        field("muscle", Kind::Table(muscle()), Optional, "muscle under the electrode; it has the electrode's `motor_threshold` and `limit`"),
+        field("intervals", list(intervals, 0, None, "intervals"), Optional, "95 % intervals of numbers of this electrode"),
     ]
 }
 
@@ -130,24 +130,24 @@ fn muscle() -> Section {
     type M = CalciumForceSpec;
     type R = RecruitmentSpec;
     vec![
-        field("a_n_per_s", number_in("N/s", 3, M::A_MN_PER_S), Required, "A"),
-        field("k", number_in("", 6, M::K_MICRO), Required, "K"),
-        field("tau_c_ms", bounded_number("ms", 3, M::TAU_C_US, "as in a session"), Required, "τc"),
-        field("tau1_ms", number_in("ms", 3, M::TAU1_US), Required, "τ1"),
-        field("tau2_ms", number_in("ms", 3, M::TAU2_US), Required, "τ2"),
-        field("reference", bounded_number(UNIT, 3, R::REFERENCE, "from `limit`"), Required, "amplitude at which A was measured"),
-        field("slope_per_unit", bounded_number("per unit", 6, R::SLOPE_MICRO, "at most 16 octaves from threshold to reference"), Required, "b"),
-        field("fatigue", Kind::Table(fatigue()), Optional, "how it tires: as in a session"),
+        field("a_n_per_s", number_in("N/s", 3, M::A_MN_PER_S), Required, "A, the scale of the force"),
+        field("k", number_in("", 6, M::K_MICRO), Required, "K, the sensitivity of the cross-bridges to calcium"),
+        field("tau_c_ms", bounded_number("ms", 3, M::TAU_C_US, "as in a session"), Required, "τc, the time constant of calcium"),
+        field("tau1_ms", number_in("ms", 3, M::TAU1_US), Required, "τ1, the time constant of the force decay without cross-bridges"),
+        field("tau2_ms", number_in("ms", 3, M::TAU2_US), Required, "τ2, the additional time constant due to cross-bridges"),
+        field("reference", bounded_number(UNIT, 3, R::REFERENCE, "at least `limit`"), Required, "amplitude at which A was measured"),
+        field("slope_per_unit", bounded_number("per unit", 6, R::SLOPE_MICRO, "at most 16 octaves from threshold to reference"), Required, "b, the slope of the recruitment"),
+        field("fatigue", Kind::Table(fatigue()), Optional, "fatigue of the muscle, as in a session"),
     ]
 }
 
 #[rustfmt::skip]
 fn forearm() -> Section {
     vec![
-        field("reach_m", Kind::Real(Number::within("m", 3, 300, 600)), Required, "elbow to tip of the hand"),
-        field("around_m", Kind::Real(Number::within("m", 3, 150, 450)), Required, "around the forearm"),
-        field("thresholds_v", Kind::Wholes(Number::within("V", 3, 2_000, 40_000), "a list of three numbers"), OrTold("`motor_threshold` of channels 1 to 3".into()), "thresholds of A, B and the extensor's point"),
-        field("pads_mm", Kind::Pairs(Number::within("mm", 0, -300, 600), 3, "a list of three pairs of numbers"), Optional, "where the middles of their electrodes lie: along from the elbow, around from the palmar midline, positive to the thumb; searched without it"),
+        field("reach_m", Kind::Real(Number::within("m", 3, 300, 600)), Required, "length from the elbow to the tip of the hand"),
+        field("around_m", Kind::Real(Number::within("m", 3, 150, 450)), Required, "circumference of the forearm"),
+        field("thresholds_v", Kind::Wholes(Number::within("V", 3, 2_000, 40_000), "a list of three numbers"), OrTold("`motor_threshold` of channels 1 to 3".into()), "thresholds of the points A, B and extensor"),
+        field("pads_mm", Kind::Pairs(Number::within("mm", 0, -300, 600), 3, "a list of three pairs of numbers"), Optional, "centres of the electrodes of A, B and the extensor: distance along the forearm from the elbow, and around it from the palmar midline, positive towards the thumb; without it they are searched"),
     ]
 }
 
@@ -155,10 +155,10 @@ fn forearm() -> Section {
 fn elbow() -> Section {
     let strength = || Kind::Real(Number::within("N·m", 0, 0, 100));
     vec![
-        field("triceps", channel_number(), Required, "an electrode of the file"),
-        field("biceps", channel_number(), Required, "another one"),
-        field("triceps_nm", strength(), Optional, "torque of all of the triceps at 50 Hz"),
-        field("biceps_nm", strength(), Optional, "torque of all of the biceps at 50 Hz"),
+        field("triceps", channel_number(), Required, "channel of the electrode on the triceps"),
+        field("biceps", channel_number(), Required, "channel of the electrode on the biceps"),
+        field("triceps_nm", strength(), Optional, "torque of the fully recruited triceps at 50 Hz"),
+        field("biceps_nm", strength(), Optional, "torque of the fully recruited biceps at 50 Hz"),
     ]
 }
 
@@ -168,7 +168,7 @@ fn time_field() -> Field {
         "at",
         TEXT,
         Required,
-        "when: RFC 3339, or the device's time of a simulated one",
+        "time: RFC 3339, or the time of a simulated device",
     )
 }
 
@@ -176,11 +176,11 @@ fn time_field() -> Field {
 fn history() -> Section {
     vec![
         time_field(),
-        field("by", TEXT, Required, "who did it: a pseudonym, or a program"),
-        field("what", TEXT, Required, "what was done"),
-        field("device", TEXT, Optional, "on which device"),
-        field("firmware", TEXT, Optional, "its firmware's version"),
-        field("seed", Kind::Whole(Number::within("", 0, 0, i64::MAX)), Optional, "of a simulated one"),
+        field("by", TEXT, Required, "person or program that made the change; a pseudonym for a person"),
+        field("what", TEXT, Required, "description of the change"),
+        field("device", TEXT, Optional, "device that was used"),
+        field("firmware", TEXT, Optional, "firmware version of the device"),
+        field("seed", Kind::Whole(Number::within("", 0, 0, i64::MAX)), Optional, "seed of a simulated device"),
     ]
 }
 
@@ -189,12 +189,12 @@ fn check() -> Section {
     vec![
         time_field(),
         field("channel", channel_number(), Required, "an electrode of the file"),
-        field("expected", amplitude(""), Required, "the threshold that the file had"),
-        field("found", amplitude(""), Optional, "the threshold found; left out where nothing moved"),
-        field("unit", Kind::Choice(vec!["mA", "V"]), Required, "of both"),
-        field("accepted", Kind::Flag, Required, "whether that was near enough"),
-        field("by", TEXT, Optional, "who looked: a pseudonym, or a program"),
-        field("device", TEXT, Optional, "on which device"),
-        field("seed", Kind::Whole(Number::within("", 0, 0, i64::MAX)), Optional, "of a simulated one"),
+        field("expected", amplitude(""), Required, "threshold in the file"),
+        field("found", amplitude(""), Optional, "threshold that was found; left out if nothing moved"),
+        field("unit", Kind::Choice(vec!["mA", "V"]), Required, "unit of both thresholds"),
+        field("accepted", Kind::Flag, Required, "whether the two thresholds were close enough"),
+        field("by", TEXT, Optional, "person or program that checked; a pseudonym for a person"),
+        field("device", TEXT, Optional, "device that was used"),
+        field("seed", Kind::Whole(Number::within("", 0, 0, i64::MAX)), Optional, "seed of a simulated device"),
     ]
 }

@@ -16,7 +16,7 @@ use crate::fields::table::Table;
 pub(super) fn check_order(t: &Table<'_>, electrode: &Electrode) {
     let disordered =
         |name: &str, why: String| t.report(name, Problem::ThresholdsDisordered { why });
-    let told = |name: &str| format!("and `{name}` is {}", t.field_place(name).given);
+    let told = |name: &str| format!("but `{name}` is {}", t.field_place(name).given);
     if electrode.motor_threshold >= electrode.limit {
         disordered("motor_threshold", told("limit"));
     }
@@ -49,7 +49,7 @@ pub(super) fn check_order(t: &Table<'_>, electrode: &Electrode) {
     };
     if curve.rheobase > electrode.motor_threshold {
         let why = format!(
-            "and `motor_threshold` is {}",
+            "but `motor_threshold` is {}",
             t.field_place("motor_threshold").given
         );
         s.report("rheobase", Problem::ThresholdsDisordered { why });
@@ -64,7 +64,7 @@ pub(super) fn check_order(t: &Table<'_>, electrode: &Electrode) {
             f64::from(electrode.motor_threshold.get()) * curve.factor(electrode.width_us, width_us);
         // If the threshold itself has an error, the curve is not checked.
         if f64::from(value.get()) <= threshold && electrode.motor_threshold < electrode.limit {
-            let why = format!("and the threshold there is {:.3}", threshold * 1e-3);
+            let why = format!("but the threshold there is {:.3}", threshold * 1e-3);
             item.report("value", Problem::ThresholdsDisordered { why });
         }
     }

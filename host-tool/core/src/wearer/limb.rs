@@ -86,24 +86,24 @@ pub(super) fn fields() -> Section {
     let place = |range| Kind::Wholes(Number::from_range("mm", 3, range), TRIPLE);
     let turns = |range| Kind::Wholes(Number::from_range("°", 3, range), PAIR);
     let points = vec![
-        field("segment", one_of(&SEGMENTS), Required, "to which it is fixed"),
-        field("at_mm", place(LineSpec::AT_UM), Required, "from the segment's origin: backward, to the right, upward"),
+        field("segment", one_of(&SEGMENTS), Required, "segment to which the point is fixed"),
+        field("at_mm", place(LineSpec::AT_UM), Required, "position from the segment's origin: backward, to the right, upward"),
     ];
     let lines = vec![
-        field("channel", channel_number(), Required, "an electrode of the file; force begins at its `motor_threshold` and ends at its `maximum` or `limit`"),
-        field("joint", one_of(&JOINT_WORDS), Required, "which the recruitment considers it at; one that it crosses"),
-        field("points", list(points, 2, Some(VIAS), "points"), Required, "`{ segment, at_mm }`: origin to insertion; segments never fall"),
+        field("channel", channel_number(), Required, "an electrode of the file; its force begins at `motor_threshold` and is largest at `maximum` or `limit`"),
+        field("joint", one_of(&JOINT_WORDS), Required, "joint for which the recruitment considers this muscle; the line must cross it"),
+        field("points", list(points, 2, Some(VIAS), "points"), Required, "`{ segment, at_mm }`: points from origin to insertion, with segments in order from the thorax on"),
         field("gain_n_per_unit", number_in("N per unit", 3, LineSpec::GAIN_MN_PER_MA), Required, "force per amplitude above the motor threshold"),
     ];
-    let ways = ["its origin to the sternoclavicular joint", "that to the glenohumeral joint", "that to the elbow", "that to the hand"];
-    let axes = ["protraction", "elevation", "roll", "flexion", "abduction", "internal rotation", "flexion", "bend sideways", "pronation"];
+    let ways = ["from the origin of the thorax to the sternoclavicular joint", "from there to the glenohumeral joint", "from there to the elbow", "from there to the hand"];
+    let axes = ["protraction", "elevation", "roll", "flexion", "abduction", "internal rotation", "flexion", "sideways bend", "pronation"];
     let ways = WAYS.into_iter().zip(ways);
     let mut all: Section = ways.map(|(name, meaning)| field(name, place(LimbSpec::OFFSET_UM), Required, meaning)).collect();
     all.extend(RANGES.into_iter().zip(axes).enumerate().map(|(axis, (name, meaning))| {
         let range = [LimbSpec::RANGE_MDEG, LimbSpec::MIDDLE_MDEG][usize::from(axis % 3 == 1)];
         field(name, turns(range), Required, meaning)
     }));
-    all.push(field("line", list(lines, 1, Some(CHANNELS), "lines"), Required, "one for each muscle"));
+    all.push(field("line", list(lines, 1, Some(CHANNELS), "lines"), Required, "line of action, one for each muscle"));
     all
 }
 
@@ -123,12 +123,12 @@ pub(super) fn read(t: &Table<'_>, electrodes: &[Electrode], are_whole: bool) -> 
     }
     LimbSpec::report_bone_mistakes(&offsets_um, &ranges_mdeg, &mut |mistake| match mistake {
         LimbError::Way { way, .. } if ways[usize::from(way)].is_some() => {
-            let allowed = "a bone of 10 mm at least, each number within ±1000".into();
+            let allowed = "a bone of at least 10 mm, with each number within ±1000".into();
             t.report_out_of_range(WAYS[usize::from(way)], allowed);
         }
         LimbError::Axis { axis, .. } if ranges[usize::from(axis)].is_some() => {
             let most = [180, 80][usize::from(axis % 3 == 1)];
-            let allowed = format!("the lowest and the highest, within ±{most}");
+            let allowed = format!("the lowest and the highest angle, within ±{most}");
             t.report_out_of_range(RANGES[usize::from(axis)], allowed);
         }
         _ => {}
@@ -151,7 +151,7 @@ pub(super) fn read(t: &Table<'_>, electrodes: &[Electrode], are_whole: bool) -> 
         line.spec(Amplitude::ZERO, Amplitude::new(1))
             .report_mistakes(&mut |range| is_routed &= range.field != LineSpec::SEGMENT.field);
         if !is_routed {
-            let allowed = "from a segment before its `joint` to one behind it, never back".into();
+            let allowed = "from a segment before its `joint` to one after it, in order".into();
             item.report_out_of_range("points", allowed);
         }
         known.push(line);

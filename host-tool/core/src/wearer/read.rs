@@ -254,7 +254,7 @@ fn read_forearm(t: &Table<'_>) -> Option<Forearm> {
         .collect();
     let thresholds_v = <[f64; 3]>::try_from(volts).ok();
     if t.has("thresholds_v") && thresholds_v.is_none() {
-        let allowed = "three numbers: of A, B and the extensor's point".into();
+        let allowed = "three numbers: for A, B and the extensor's point".into();
         t.report_out_of_range("thresholds_v", allowed);
     }
     let pads_mm = <[[f64; 2]; 3]>::try_from(t.pairs("pads_mm", 0)).ok();

@@ -11,22 +11,22 @@ use std::path::{Path, PathBuf};
 pub enum StoreError {
     /// The file could not be written, because the disk is full or for another reason of the file
     /// system.
-    #[error("E664 cannot write {0}: {1}; make room there or give another name; the old file stays")]
+    #[error("E664 cannot write {0}: {1}; free disk space or use another name; the old file stays")]
     Disk(PathBuf, std::io::Error),
     /// The existing file is not a wearer file of this program.
-    #[error("{0}; it stays as it was: mend it, or give another name")]
+    #[error("{0}; the file is unchanged: correct it, or use another name")]
     Unreadable(String),
     /// The existing file belongs to another person, by its name.
-    #[error("E654 {0} is the wearer file of {1}, not of {2}: give another name")]
+    #[error("E654 {0} is the wearer file of {1}, not of {2}: use another file name")]
     Another(PathBuf, String, String),
     /// The new content lacks history or checks of the existing file.
     #[error(
-        "E655 {0} tells more of what was done than what is to replace it: read it again, and \
-         append to its history and checks"
+        "E655 {0} has entries of its history or checks that the new version lacks: read the file \
+         again, and append to them"
     )]
     Forgets(PathBuf),
     /// The new content is not a wearer file.
-    #[error("E656 what is to be written to {0} is no wearer file: {1}")]
+    #[error("E656 the new content of {0} is not a valid wearer file: {1}")]
     Wrong(PathBuf, String),
 }
 
@@ -70,7 +70,7 @@ impl Wearer {
         let wrong = |why: String| StoreError::Wrong(path.to_owned(), why);
         let back = Self::parse(&name, text).map_err(|e| wrong(e.lines()))?;
         if back != *self {
-            return Err(wrong("it reads back as another".into()));
+            return Err(wrong("it reads back differently".into()));
         }
         let written = replace(&FileSystem, path, text.as_bytes());
         written.map_err(|why| StoreError::Disk(path.to_owned(), why))

@@ -12,10 +12,10 @@ pub(crate) fn fatigue() -> Section {
     type F = FatigueSpec;
     let q = F::QUADRICEPS;
     vec![
-        field("alpha_a_per_s2", number_in("s⁻²", 3, F::ALPHA_A_MILLI_PER_S2), Or(q.alpha_a_milli_per_s2.into()), "what force takes from A"),
-        field("alpha_k_per_n_s", number_in("N⁻¹s⁻¹", 9, F::ALPHA_K_NANO_PER_N_S), OrTold("0.0572 / A in N/s".into()), "what it adds to K"),
-        field("alpha_tau1_per_n", number_in("N⁻¹", 9, F::ALPHA_TAU1_NANO_PER_N), OrTold("0.0632 / A in N/s".into()), "what it adds to τ1"),
-        field("tau_fat_s", number_in("s", 3, F::TAU_FAT_MS), Or(q.tau_fat_ms.into()), "recovery"),
+        field("alpha_a_per_s2", number_in("s⁻²", 3, F::ALPHA_A_MILLI_PER_S2), Or(q.alpha_a_milli_per_s2.into()), "decrease of A per force and time"),
+        field("alpha_k_per_n_s", number_in("N⁻¹s⁻¹", 9, F::ALPHA_K_NANO_PER_N_S), OrTold("0.0572 / A in N/s".into()), "increase of K per force and time"),
+        field("alpha_tau1_per_n", number_in("N⁻¹", 9, F::ALPHA_TAU1_NANO_PER_N), OrTold("0.0632 / A in N/s".into()), "increase of τ1 per force and time"),
+        field("tau_fat_s", number_in("s", 3, F::TAU_FAT_MS), Or(q.tau_fat_ms.into()), "time constant of recovery"),
     ]
 }
 

@@ -127,7 +127,7 @@ impl<'a> Table<'a> {
             }
             Some(Condition::Is(tag, _)) => {
                 let word = self.word_of(tag).unwrap_or_default();
-                let allowed = format!("none with {tag} = \"{word}\"");
+                let allowed = format!("no value with {tag} = \"{word}\"");
                 self.report_invalid(
                     Problem::OutOfRange { allowed },
                     self.place(field.name, span),

@@ -45,7 +45,7 @@ fn width() -> Kind {
         "µs",
         0,
         TrainSpec::WIDTH_US,
-        "to the train's `max_width_us`",
+        "at most the train's `max_width_us`",
     )
 }
 
@@ -55,34 +55,34 @@ fn width() -> Kind {
 pub(in crate::session) fn program(time: fn(i64) -> Kind, rising: fn() -> Kind) -> Section {
     let own_width = || OrTold("the train's `width_us`".into());
     let points = vec![
-        field("at_s", rising(), Required, "when, from the begin of a pass on"),
-        field("value", amplitude(), Required, "which amplitude"),
-        field("width_us", width(), own_width(), "which width; another needs the train's `max_width_us`"),
+        field("at_s", rising(), Required, "time after the start of a pass"),
+        field("value", amplitude(), Required, "amplitude"),
+        field("width_us", width(), own_width(), "pulse width; other widths than the train's need `max_width_us` in the train"),
     ];
     let phases = vec![
         field("channel", channel_number(), Required, "a channel of the file"),
-        field("value", amplitude(), Required, "its amplitude"),
-        field("width_us", width(), own_width(), "its width; another needs the train's `max_width_us`"),
-        field("from_deg", angle(), Required, "where it begins to rise"),
-        field("to_deg", angle(), Required, "where it is off again, 0 and 360 being the same"),
+        field("value", amplitude(), Required, "amplitude"),
+        field("width_us", width(), own_width(), "pulse width; other widths than the train's need `max_width_us` in the train"),
+        field("from_deg", angle(), Required, "angle at which the amplitude begins to rise"),
+        field("to_deg", angle(), Required, "angle at which the channel is off again; 0 and 360 are the same"),
     ];
     let listed = &["on-off", "ramp", "steps"];
     vec![
-        field("kind", one_of(&FORMS), Required, "on for a time and off for a time; straight from point to point; held from point to point; or on from one angle of a turn to another"),
-        field("channels", Kind::Wholes(CHANNEL, "a list of channel numbers"), Required, "who plays it: channels of endless trains that nothing else drives, each in one program only").when("kind", listed),
+        field("kind", one_of(&FORMS), Required, "form of the program: on for a time, then off; linear from point to point; held from point to point; or on between two angles of a turn"),
+        field("channels", Kind::Wholes(CHANNEL, "a list of channel numbers"), Required, "channels that play the program; each needs an endless train, is driven by nothing else, and is in one program only").when("kind", listed),
         field("value", amplitude(), Required, "amplitude while on").when("kind", &["on-off"]),
-        field("width_us", width(), own_width(), "width while on; another needs the train's `max_width_us`").when("kind", &["on-off"]),
-        field("on_s", time(1), Required, "from the begin of the ramp up to the end of the ramp down").when("kind", &["on-off"]),
-        field("off_s", time(1), Optional, "silence after that, a period of the channel at least; without it the program is played once").when("kind", &["on-off"]),
-        field("points", list(points, 1, Some(MOST_POINTS), "points"), Required, "`{ at_s, value, width_us }`: straight from one to the next in a ramp, held in steps; the last one stays").when("kind", &["ramp", "steps"]),
-        field("every_s", time(1), Optional, "from pass to pass of the points; without it they are played once").when("kind", &["ramp", "steps"]),
+        field("width_us", width(), own_width(), "pulse width while on; other widths than the train's need `max_width_us` in the train").when("kind", &["on-off"]),
+        field("on_s", time(1), Required, "time on, from the start of the ramp up to the end of the ramp down").when("kind", &["on-off"]),
+        field("off_s", time(1), Optional, "pause after that, at least one period of the channel's train; without it the program is played once").when("kind", &["on-off"]),
+        field("points", list(points, 1, Some(MOST_POINTS), "points"), Required, "`{ at_s, value, width_us }`: linear from point to point in a ramp, held in steps; the last one stays").when("kind", &["ramp", "steps"]),
+        field("every_s", time(1), Optional, "time from pass to pass of the points; without it they are played once").when("kind", &["ramp", "steps"]),
         field("cadence_rpm", Kind::Real(Number::within("turns a minute", 3, 1_000, 200_000)), Required, "constant cadence").when("kind", &["cycle"]),
-        field("start_deg", angle(), Or(0), "angle at the begin; a muscle whose phase that is in waits for the next").when("kind", &["cycle"]),
-        field("phases", list(phases, 1, Some(CHANNELS), "phases"), Required, "`{ channel, value, width_us, from_deg, to_deg }`: who is on from which angle to which").when("kind", &["cycle"]),
-        field("ramp_up_s", time(0), OrTold("the shortest that the wearer's rise allows".into()), "linear rise, from the first burst of a pass to the first of the whole amplitude").when("kind", &["on-off", "cycle"]),
-        field("ramp_down_s", time(0), Or(0), "linear fall to the end of the time on").when("kind", &["on-off", "cycle"]),
-        field("delay_s", time(0), Or(0), "when the first pass begins"),
-        field("stagger_s", time(0), Or(0), "how much later each further channel of the list begins").when("kind", listed),
-        field("repeats", Kind::Whole(Number::within("", 0, 1, 1_000_000)), OrTold("until the session ends".into()), "passes of each channel, all within the session; of a cycle its turns"),
+        field("start_deg", angle(), Or(0), "angle at the start; a channel whose phase contains this angle waits for its next phase").when("kind", &["cycle"]),
+        field("phases", list(phases, 1, Some(CHANNELS), "phases"), Required, "`{ channel, value, width_us, from_deg, to_deg }`: channels, and the angles between which each is on").when("kind", &["cycle"]),
+        field("ramp_up_s", time(0), OrTold("the shortest that the wearer's rise allows".into()), "duration of the linear rise, from the first burst of a pass to the first burst at full amplitude").when("kind", &["on-off", "cycle"]),
+        field("ramp_down_s", time(0), Or(0), "duration of the linear fall at the end of the time on").when("kind", &["on-off", "cycle"]),
+        field("delay_s", time(0), Or(0), "time at which the first pass begins"),
+        field("stagger_s", time(0), Or(0), "additional delay of each further channel of the list").when("kind", listed),
+        field("repeats", Kind::Whole(Number::within("", 0, 1, 1_000_000)), OrTold("until the session ends".into()), "number of passes of each channel (turns of a cycle), all within the session"),
     ]
 }

@@ -60,7 +60,7 @@ impl Points<'_, '_> {
             return; // there is one: checked
         };
         if self.every_us.is_some_and(|every_us| every_us < last_us) {
-            let after = format!("the last point at {} s", seconds(last_us));
+            let after = format!("the {} s of the last point", seconds(last_us));
             self.t.report_not_after("every_s", after);
             return;
         }

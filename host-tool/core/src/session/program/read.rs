@@ -170,9 +170,9 @@ impl<'a> Reader<'a> {
                 // A lower cadence gives a longer time; the value is rounded down.
                 Some(rpm) => {
                     let most = (rpm * on_us / least_us as f64 * 1e3).floor() / 1e3;
-                    format!("{most} at most")
+                    format!("at most {most}")
                 }
-                None => format!("{} at least", seconds(least_us)),
+                None => format!("at least {}", seconds(least_us)),
             };
             let problem = Problem::OnTooShort {
                 channel: found.number,
@@ -245,7 +245,7 @@ impl<'a> Reader<'a> {
             let [from, to]: [i64; 2] = ["from_deg", "to_deg"].map(|name| item.integer(name));
             let turn = |mdeg: i64| mdeg.rem_euclid(TURN_MDEG) as f64 / TURN_MDEG as f64;
             if turn(from) == turn(to) {
-                let allowed = "another angle than `from_deg`".into();
+                let allowed = "an angle other than `from_deg`".into();
                 item.report_out_of_range("to_deg", allowed);
                 continue;
             }
@@ -295,9 +295,9 @@ impl<'a> Reader<'a> {
         let most = passes.count_within(course.pass_duration_us(), self.duration_us);
         if count.is_some_and(|count| count > most) {
             let allowed = match (most, every_us) {
-                (0, _) => "none: not one pass ends within the session".into(),
-                (_, None) => "1: nothing says when the next begins".into(),
-                _ => format!("1 to {most}, within the session"),
+                (0, _) => "no value: not even one pass ends within the session".into(),
+                (_, None) => "1, because no field gives the time of the next pass".into(),
+                _ => format!("1 to {most}, which end within the session"),
             };
             t.report_out_of_range("repeats", allowed);
         }
@@ -333,7 +333,7 @@ fn reason_not_endless(found: &Channel) -> Option<&'static str> {
     match () {
         () if train.trigger.is_some() => Some("waits for the trigger input"),
         () if train.repeats > 0 => Some("has `repeats`, a fixed number of bursts"),
-        () if train.lists => Some("takes lists of pulses"),
+        () if train.lists => Some("accepts lists of pulses"),
         () => None,
     }
 }

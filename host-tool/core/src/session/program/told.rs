@@ -34,8 +34,8 @@ pub(super) fn report_too_short(
             to,
             least: seconds(least_us),
             nearest: match field {
-                "value" => "begin with less".into(),
-                _ => format!("{} at least", seconds(before_us + least_us)),
+                "value" => "begin with a smaller amplitude".into(),
+                _ => format!("give at least {} s", seconds(before_us + least_us)),
             },
         },
         None => Problem::NoSmoothRamp { channel, from, to },

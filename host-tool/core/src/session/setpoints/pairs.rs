@@ -85,7 +85,7 @@ pub(in crate::session) fn read_stimulus(item: &Table<'_>, found: &Channel) -> Op
         let (channel, own_us) = (found.number, train.width_us);
         item.report("width_us", Problem::FixedWidth { channel, own_us });
     } else if width_us > train.max_width_us.max(train.width_us) {
-        let allowed = format!("up to the train's `max_width_us` of {}", train.max_width_us);
+        let allowed = format!("at most {}, the train's `max_width_us`", train.max_width_us);
         item.report_out_of_range("width_us", allowed);
     } else {
         return Some(Stimulus {
@@ -170,7 +170,8 @@ pub(super) fn read_lists(
     for item in t.tables("list").iter().filter(|item| item.is_valid()) {
         let at_us = item.time("at_s", 1, duration_us)?;
         if let Some(&(before, _)) = all.last().filter(|(before, _)| at_us <= *before) {
-            item.report_not_after("at_s", format!("the list at {} s", before as f64 / 1e6));
+            let after = format!("the {} s of the list before it", before as f64 / 1e6);
+            item.report_not_after("at_s", after);
             return None;
         }
         let Some(found) = find_free(item, setup) else {
@@ -195,7 +196,7 @@ pub(super) fn read_lists(
             let after_us: u32 = pulse.integer("after_us");
             let least_us = found.spec.train.period_us;
             if !list.pulses.is_empty() && after_us < least_us {
-                let allowed = format!("at least the train's period of {least_us} after the first");
+                let allowed = format!("at least {least_us}, the train's period, after the first");
                 pulse.report_out_of_range("after_us", allowed);
             }
             // The checks allow no more pulses than a list may have.

@@ -257,7 +257,7 @@ fn read_bounds(t: &Table<'_>, setup: &SetupSpec, duration_us: u64) -> Option<Vec
         } else if !is_force && i64::from(bounds.most) > i64::from(limit.get()) {
             found.report_above_limit(item, "most");
         } else if bounds.shortest_us > duration_us {
-            item.report_out_of_range("shortest_s", "up to `duration_s`".into());
+            item.report_out_of_range("shortest_s", "at most `duration_s`".into());
         } else if let Some(slowest) = bounds.slowest(duration_us).filter(|_| item.has("per_s")) {
             item.report_out_of_range("per_s", slowest);
         } else if !is_force
@@ -276,7 +276,7 @@ impl Bounds {
         let least = f64::from(self.most - self.least) * 1e3 / duration_us as f64;
         let given = f64::from(self.per_s?) * 1e-3;
         (given < least)
-            .then(|| format!("{least:.3} at least, to go from `least` to `most` in the session"))
+            .then(|| format!("at least {least:.3}, to go from `least` to `most` in the session"))
     }
 }
 
@@ -332,7 +332,7 @@ fn check_angle(t: &Table<'_>, name: &str, joint: &Joint, deg: f64) -> Option<()>
     match joint.accept_setpoint(state, now, now, Angle::from_centideg(centideg), None) {
         Err(SetpointError::OutOfRange { min_mdeg, max_mdeg }) => {
             let (min, max) = (f64::from(min_mdeg) / 1e3, f64::from(max_mdeg) / 1e3);
-            let allowed = format!("what keeps the angle in the joint's {min}° to {max}°");
+            let allowed = format!("values that keep the angle within the joint's {min}° to {max}°");
             t.report_out_of_range(name, allowed);
             None
         }

@@ -15,9 +15,10 @@ pub(in super::super) fn read_time(
         // A time beyond a day was already reported, so the next entry is compared with the one
         // before.
         Some(before) if at_us > DAY_US as u64 => return Some(before),
-        None if at_us != 0 => item.report_out_of_range("at_s", "0 at first".into()),
+        None if at_us != 0 => item.report_out_of_range("at_s", "0 for the first entry".into()),
         Some(before) if at_us <= before => {
-            item.report_not_after("at_s", format!("the {what} at {} s", before as f64 / 1e6));
+            let after = format!("the {} s of the {what} before it", before as f64 / 1e6);
+            item.report_not_after("at_s", after);
         }
         _ => return Some(at_us),
     }
