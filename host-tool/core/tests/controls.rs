@@ -304,7 +304,7 @@ fn a_key_never_raises_above_the_limit() {
     let refused = markers.iter().filter(|marker| !marker.text.is_empty());
     let texts: Vec<_> = refused.map(|marker| marker.text.as_str()).collect();
     assert_eq!(texts.len(), 59 - 10, "9 mA are 150 % of 6 mA");
-    assert!(texts[0].contains("at its limit"), "{}", texts[0]);
+    assert!(texts[0].contains("would exceed its limit"), "{}", texts[0]);
     let codes = trace.edges_from(epoch_us).filter(|edge| edge.channel == 4);
     assert_eq!(codes.map(|code| code.dac_code).max(), Some(5_898)); // 9 mA of 100 mA
     std::fs::remove_dir_all(dir).unwrap();

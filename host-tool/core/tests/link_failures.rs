@@ -103,7 +103,7 @@ fn what_this_computer_slept_through_is_not_the_device_s_fault() {
         (
             1,
             AfterSleep::Silent,
-            "E501 no answer to Status within 500 ms",
+            "E501 the device did not answer Status within 500 ms",
         ),
         (1, AfterSleep::Gone, "E502 lost the device"),
     ] {
@@ -156,7 +156,9 @@ fn another_schema_in_hello_is_refused_by_both_names() {
         })
     };
     let other = 0x0123_4567_89AB_CDEF_u64;
-    let says = format!("E508 the device speaks schema {other:#018x}, this program {SCHEMA:#018x}");
+    let says = format!(
+        "E508 the device has protocol schema {other:#018x}, this program has {SCHEMA:#018x}"
+    );
     let same = hello_error(|asked| encode(&hello(asked.seq, SCHEMA)).unwrap().to_vec());
     assert!(same.is_none(), "{same:?}");
     let alike = hello_error(|asked| encode(&hello(asked.seq, other)).unwrap().to_vec());
@@ -241,7 +243,7 @@ fn events_without_end_make_no_run_longer() {
         assert!(events.len() <= most, "{}", events.len());
         let (_, left_out) = events.last().unwrap();
         assert!(
-            left_out.ends_with("more events, which are not recorded"),
+            left_out.ends_with("more events were not recorded"),
             "{left_out}"
         );
         assert!(outcome.trial.electrode_check.len() <= 100);

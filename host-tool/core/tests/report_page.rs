@@ -332,7 +332,7 @@ fn force_run(force_n: Option<f64>) -> Run {
 
 #[test]
 fn a_page_tells_limiting_and_that_no_model_ran() {
-    let limiting = "Limiting in 25 % of the samples with a wanted force";
+    let limiting = "Limiting in 25 % of the samples with a reference force";
     let no_model = "No muscle model ran on channel 1";
     let written = |name: &str, run: &Run| {
         let dir = folder(name);
@@ -357,7 +357,7 @@ fn page_and_comparison_tell_models_pulses_and_limit_cycles_alike() {
     run.trials[0].channels[0].model = Some("calcium-force".to_owned());
     run.trials[0].pulses = Some(800);
     run.trials[0].counters = vec![("pulses started".to_owned(), 802)];
-    let swung = "limit cycle: 6.0° wide, 400 ms long; feedback at 70 %";
+    let swung = "limit cycle: 6.0° peak to peak, period 400 ms; feedback at 70 %";
     run.trials[0].events = vec![(1.0, swung.to_owned()), (2.0, swung.to_owned())];
     let told = "calcium-force (channel 1)";
     let page = report::page(&Report::from_run(&run));

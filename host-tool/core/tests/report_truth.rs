@@ -35,10 +35,10 @@ fn page(trials: Vec<Trial>) -> String {
 #[test]
 fn a_silent_run_says_so_first() {
     let silent = Trial {
-        silent: Some("all amplitudes that it asks for are 0".to_owned()),
+        silent: Some("all amplitudes of the session are 0".to_owned()),
         ..trial("still", 200)
     };
-    let said = "Still: no pulse was played: all amplitudes that it asks for are 0.";
+    let said = "Still: no pulses were output: all amplitudes of the session are 0.";
     let alone = page(vec![silent.clone()]);
     assert!(
         alone.contains(said) && !alone.contains("followed"),
@@ -58,7 +58,7 @@ fn open_loop_is_said_only_of_open_loops() {
         measure: Some((10.0, 30.0)),
         ..trial("cut before it is judged", 200)
     };
-    assert!(page(vec![cut.clone()]).contains("not judged"));
+    assert!(page(vec![cut.clone()]).contains("not evaluated"));
     assert!(!page(vec![cut]).to_lowercase().contains("Open loop"));
     assert!(page(vec![trial("open", 200)]).contains("Open loop"));
 }

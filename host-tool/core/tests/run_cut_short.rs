@@ -93,7 +93,7 @@ type Row = (&'static str, Disturbance, &'static [&'static str], bool);
 #[rustfmt::skip]
 const ROWS: [Row; 6] = [
     ("gone", Disturbance::Gone, &["E502 lost the device", "reconnect and run again"], false),
-    ("silent", Disturbance::Silent, &["E501 no answer to setpoints", "is the device powered"], false),
+    ("silent", Disturbance::Silent, &["E501 the device did not answer setpoints", "is the device powered"], false),
     ("asleep", Disturbance::Asleep, &["E509 this computer did not run this program for 499", "HostSilent", "suspended, asleep or too busy", "run again", "is kept"], false),
     ("over-current", Disturbance::World(|world| world.sensors.over_current = true), &["E512", "fault 6: OverCurrent", "--acknowledge", "is kept"], true),
     ("electrode off", Disturbance::World(|world| world.body.loads_mut()[0] = Load::Open), &["E512", "fault 7: ElectrodeOff", "--acknowledge", "is kept"], true),

@@ -172,7 +172,8 @@ fn a_record_has_the_force_that_is_wanted_and_the_one_that_comes() {
         command: "flexor run",
     });
     assert!(page.contains("Force at the hand over time"));
-    let told = "Up to 4.4 N were wanted at the hand; the simulated arm's own force missed that by ";
+    let told = "The reference force at the hand reached 4.4 N; the force of the simulated arm \
+                differed from it by ";
     assert!(page.contains(told), "{page}");
 }
 

@@ -90,7 +90,7 @@ fn every_mistake_of_the_session_is_named() {
     let (numbers, lines) = mistakes(&too_strong, &[]);
     // Reported for the point itself, and for the next one, which starts from it.
     assert_eq!(numbers, [475, 475], "{lines}");
-    assert!(lines.contains("% can be made, [-"), "{lines}");
+    assert!(lines.contains("% of it, [-"), "{lines}");
     let nearest = lines.split("can be made, [").nth(1).unwrap();
     let nearest = nearest.split(']').next().unwrap();
     let made = format!("force_n = [{nearest}] }},\n    {{ at_s = 2.0");
@@ -124,7 +124,7 @@ fn every_mistake_of_the_session_is_named() {
     );
     assert!(lines.contains("0 to 130, this wearer's range"), "{lines}");
     assert!(
-        lines.contains("200 or 20 for a force at the hand"),
+        lines.contains("200 or 20 Hz for a force at the hand"),
         "{lines}"
     );
     let pair = [("[2.0, -2.0, 1.0]", "[2.0, -2.0]")];
@@ -183,7 +183,11 @@ fn every_mistake_of_the_wearer_s_arm_is_named() {
         lines.contains("from a segment before its `joint`"),
         "{lines}"
     );
-    for part in ["a bone of 10 mm", "the highest, within ±80", "limb.line"] {
+    for part in [
+        "a bone of at least 10 mm",
+        "highest angle, within ±80",
+        "limb.line",
+    ] {
         assert!(seen.contains(part), "{part}: {seen}");
     }
 }
@@ -209,7 +213,7 @@ fn where_no_muscle_helps_it_is_said() {
     let (numbers, lines) = told("[0, 0, -5]");
     assert_eq!(numbers, [476]);
     assert!(
-        lines.contains("no muscle of the session helps towards it as the arm is held"),
+        lines.contains("no muscle of the session pulls in this direction in this posture"),
         "{lines}"
     );
 }

@@ -431,15 +431,15 @@ fn a_sum_is_told_beside_other_mistakes() {
     };
     let little = "rise_ms = 200 → max_sum_rms_ma = 2.0";
     let alone = told(little);
-    let sum = "at their limits put 6.36 mA rms through the common return, allowed are 2 mA, \
-               `wearer.max_sum_rms_ma`; lower limits, widths or frequencies";
+    let sum = "at their limits, the common return carries 6.36 mA rms; allowed: at most 2 mA \
+               (`wearer.max_sum_rms_ma`); lower the limits, pulse widths or frequencies";
     assert!(alone.contains(&format!("all channels {sum}")), "{alone}");
     assert!(alone.starts_with("E456") && !alone.contains("return_area"));
     let dense = format!("{little}; limit = 13.0 → limit = 13.0 ⏎ area_mm2 = 10");
     let dense = told(&dense);
     for wanted in [
-        "E454 sums.toml:36:9: at `channel.limit` = 13 mA (13 mA) the train comes to 2.326 mA rms, \
-         allowed are 0.2 mA, 2 mA/cm² under `area_mm2` = 10",
+        "E454 sums.toml:36:9: at `channel.limit` = 13 mA (13 mA) the train has 2.326 mA rms; \
+         allowed: at most 0.2 mA (2 mA/cm² under `area_mm2` = 10)",
         &format!("all channels {sum}"),
     ] {
         assert!(dense.contains(wanted), "{wanted}\n{dense}");
@@ -448,12 +448,13 @@ fn a_sum_is_told_beside_other_mistakes() {
         "{little}; k = 0.2 → k = 0.2; limit = 36.0 → # no limit"
     ));
     assert!(
-        partly.contains("channels 1, 3 and 4 at their limits put 5.37 mA rms"),
+        partly.contains("channels 1, 3 and 4 at their limits, the common return carries 5.37 mA"),
         "{partly}"
     );
     let small = told("rise_ms = 200 → return_area_mm2 = 100");
-    let wanted = "allowed are 2 mA, 2 mA/cm² under `wearer.return_area_mm2` = 100; lower limits, \
-                  widths or frequencies, or say `wearer.return_area_mm2` of a larger electrode";
+    let wanted = "allowed: at most 2 mA (2 mA/cm² under `wearer.return_area_mm2` = 100); lower \
+                  the limits, pulse widths or frequencies, or enter the \
+                  `wearer.return_area_mm2` of a larger electrode";
     assert!(small.contains(wanted), "{small}");
 }
 
@@ -465,8 +466,9 @@ fn how_amplitudes_rise_is_noted() {
     };
     let plain = notes("rise_ms = 200 → rise_ms = 200");
     // 28 V in 200 ms is 2.8 V every 20 ms, so 8 V take three bursts.
-    let wanted = "channel 1: from `threshold` to `max` are 8 V, and a burst rises by 2.8 V at most \
-                  (`rise_ms`, `rise_bursts`): 3 bursts, 0.06 s";
+    let wanted = "channel 1: `max` is 8 V above `threshold`, and the amplitude rises by at most \
+                  2.8 V per burst (`rise_ms`, `rise_bursts`), so a full rise takes 3 bursts, \
+                  0.06 s";
     assert_eq!(plain.lines().next(), Some(wanted));
     assert_eq!(plain.lines().count(), 3);
     let at_once = notes("limit = 28.0 → limit = 28.0 ⏎ start = 28");
@@ -495,15 +497,15 @@ fn what_a_wearer_s_limits_make_of_a_session_is_noted() {
         session.notes.join("\n")
     };
     let own = notes("rise_ms = 200 → rise_ms = 200");
-    assert!(own.starts_with("channel 4: it is configured and never") && own.lines().count() == 1);
+    assert!(own.starts_with("channel 4: it is configured, but never") && own.lines().count() == 1);
     let rise = notes("rise_ms = 200 → rise_bursts = 500");
-    let wanted = "channel 1: the rise of `wearer.rise_bursts` = 500 takes 10 s, and the session \
-                  lasts 10 s";
+    let wanted = "channel 1: the rise of `wearer.rise_bursts` = 500 takes 10 s, but the session \
+                  lasts only 10 s";
     assert!(rise.starts_with(wanted), "{rise}");
     // 14 mA · 200 µs is 2.8 µC per burst, and 357 bursts are less than 1 mC.
     let dose = notes("rise_ms = 200 → max_dose_mc = 1");
-    let wanted = "channel 1: at its limit `wearer.max_dose_mc` = 1 is reached after 7.14 s, and \
-                  the device stops there";
+    let wanted = "channel 1: at its limit it reaches `wearer.max_dose_mc` = 1 mC after 7.14 s, \
+                  and the device then ends stimulation";
     assert!(dose.starts_with(wanted), "{dose}");
     // Seven bursts cannot reach the limit of the dose.
     assert!(!dose.contains("channel 4: at its limit"), "{dose}");
@@ -543,7 +545,7 @@ fn a_file_without_end_is_refused() {
     let file = std::fs::File::create(&long).unwrap();
     file.set_len(1 << 40).unwrap();
     let files = [
-        ("/dev/zero", "no regular file"),
+        ("/dev/zero", "not a regular file"),
         (long.to_str().unwrap(), "1 MiB"),
     ];
     for (file, why) in files {

@@ -47,7 +47,7 @@ fn a_channel_without_an_amplitude_is_noted() {
         [0; 0]
     );
     let session = Session::parse("two.toml", &values(one)).unwrap();
-    let wanted = "channel 2: it is configured and never receives an amplitude: it stays at 0 mA";
+    let wanted = "channel 2: it is configured, but never receives an amplitude, so it stays at";
     assert!(session.notes[0].starts_with(wanted), "{:?}", session.notes);
     // A live client raises the channel within its bounds.
     let bounds = "bounds = [{ channel = 2, least = 0, most = 5.0 }]";

@@ -83,6 +83,6 @@ fn a_rounded_frequency_is_said() {
     );
     let session = Session::parse("rounded.toml", &text).unwrap();
     assert_eq!(session.channels[3].spec.train.period_us, 33_333);
-    let note = "channel 4: 30 Hz is played with a period of 33333 µs, 30.0003 Hz";
+    let note = "channel 4: 30 Hz is rounded to a period of 33333 µs, 30.0003 Hz";
     assert_eq!(session.notes[0], note);
 }

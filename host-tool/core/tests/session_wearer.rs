@@ -157,28 +157,28 @@ fn a_session_may_tighten() {
 /// Contradictions to the wearer file: text, replacement, error number, and part of the message.
 #[rustfmt::skip]
 const REFUSED: [(&str, &str, u16, &str); 22] = [
-    ("name = \"extensors\"", "name = \"extensors\"\nlimit = 15.5", 659, "`channel.limit` is 15.5, and the wearer file allows at most 15 mA"),
-    ("name = \"extensors\"", "name = \"extensors\"\nstart = 0.1", 659, "`channel.start` is 0.1, and the wearer file allows at most 0 mA"),
+    ("name = \"extensors\"", "name = \"extensors\"\nlimit = 15.5", 659, "`channel.limit` is 15.5, but the wearer file allows at most 15 mA"),
+    ("name = \"extensors\"", "name = \"extensors\"\nstart = 0.1", 659, "`channel.start` is 0.1, but the wearer file allows at most 0 mA"),
     ("name = \"extensors\"", "name = \"extensors\"\narea_mm2 = 2501", 659, "at most 2500 mm²"),
-    ("K05.toml\"", "K05.toml\"\nhost_timeout_ms = 41", 659, "is 41, and the wearer file allows at most 40 ms"),
+    ("K05.toml\"", "K05.toml\"\nhost_timeout_ms = 41", 659, "is 41, but the wearer file allows at most 40 ms"),
     ("K05.toml\"", "K05.toml\"\nfall_ms = 51", 659, "at most 50 ms"),
     ("K05.toml\"", "K05.toml\"\nrise_ms = 499", 659, "at least 500 ms"),
     ("K05.toml\"", "K05.toml\"\nreturn_area_mm2 = 2600", 659, "at most 2500 mm²"),
-    ("K05.toml\"", "K05.toml\"\nname = \"K06\"", 660, "`wearer.name` is \"K06\", and the wearer file is K05's"),
+    ("K05.toml\"", "K05.toml\"\nname = \"K06\"", 660, "`wearer.name` is \"K06\", but the wearer file belongs to K05"),
     ("[setpoints]", "[study]\npseudonym = \"K06\"\n[setpoints]", 660, "`study.pseudonym` is \"K06\""),
     ("[setpoints]", "[[channel]]\nnumber = 2\nname = \"b\"\nlimit = 1.0\nstage = { kind = \"current\", full_scale_ma = 50.0 }\ntrain = { shape = \"biphasic-cathodic-first\", width_us = 400, frequency_hz = 30.0 }\n[setpoints]", 657, "`channel.number` is 2"),
     ("kind = \"current\", full_scale_ma = 50.0", "kind = \"voltage\", full_scale_v = 50.0, load_ohm = 2000", 658, "a current stage"),
-    ("width_us = 400", "width_us = 200", 658, "is 200, and channel 1's thresholds in the wearer file hold at 400 µs"),
-    ("frequency_hz = 30.0", "frequency_hz = 41.0", 658, "hold at 20 to 40 Hz"),
+    ("width_us = 400", "width_us = 200", 658, "is 200, but channel 1's thresholds in the wearer file hold only for 400 µs"),
+    ("frequency_hz = 30.0", "frequency_hz = 41.0", 658, "hold only for 20 to 40 Hz"),
     ("frequency_hz = 30.0", "period_us = 50001", 658, "`channel.train.period_us` is 50001"),
     ("muscle = {}", "muscle = {}\nforce = { max_frequency_hz = 60.0 }", 658, "`channel.force.max_frequency_hz`"),
-    ("K05.toml", "K99.toml", 650, "no wearer of the program has this name"),
+    ("K05.toml", "K99.toml", 650, "no built-in wearer has this name"),
     ("file = \"../wearers/K05.toml\"", "name = \"K05\"", 661, "`wearer.name` needs `wearer.file`"),
     ("file = \"../wearers/K05.toml\"", "haptic_range = true", 661, "`wearer.haptic_range`"),
     ("file = \"../wearers/K05.toml\"", "", 404, "`channel.limit` is missing"),
     ("value = 12.0", "value = 15.5", 453, "15 mA"),
     ("width_us = 400", "width_us = 501", 407, "10 to 500"),
-    ("rate_hz = 50", "rate_hz = 20", 462, "40 ms of silence"),
+    ("rate_hz = 50", "rate_hz = 20", 462, "host silence of 40 ms"),
 ];
 
 #[test]
@@ -269,7 +269,7 @@ fn another_width_is_converted_by_the_files_curve_and_noted() {
     let e = at(100, &bare).unwrap_err();
     assert_eq!(numbers(&e), [658]);
     assert!(
-        e.lines().contains("is not below what the wearer accepts"),
+        e.lines().contains("is not below the wearer's limit"),
         "{}",
         e.lines()
     );

@@ -86,58 +86,62 @@ fn too_few_are_refused_by_name() {
 fn unequal_lengths_are_refused_by_name() {
     assert_eq!(
         said(paired_t(&[1.0, 2.0], &[1.0])),
-        "second of the pairs: 1 where 2 are expected"
+        "second values of the pairs: 1 given, 2 expected"
     );
     assert_eq!(
         said(wilcoxon(&[1.0], &[])),
-        "second of the pairs: 0 where 1 are expected"
+        "second values of the pairs: 0 given, 1 expected"
     );
     assert_eq!(
         said(friedman(&[vec![1.0; 3], vec![1.0; 4]])),
-        "conditions: 4 where 3 are expected"
+        "conditions: 4 given, 3 expected"
     );
     let hole = [
         vec![vec![1.0, 2.0], vec![2.0]],
         vec![vec![1.0, 2.0], vec![3.0, 4.0]],
     ];
-    assert_eq!(said(two_way(&hole)), "trials: 1 where 2 are expected");
+    assert_eq!(said(two_way(&hole)), "trials: 1 given, 2 expected");
     assert_eq!(
         said(two_way_repeated(&hole)),
-        "second factor: 1 where 2 are expected"
+        "second factor: 1 given, 2 expected"
     );
     assert_eq!(
         said(kabsch(&[[0.0; 3]; 3], &[[0.0; 3]; 4])),
-        "points laid upon: 4 where 3 are expected"
+        "second set of points: 4 given, 3 expected"
     );
 }
 
 #[test]
 fn what_is_no_number_is_refused_with_its_place() {
-    let place = "second of the pairs: value number 1 (from 0) is not finite, or beyond 1e60";
+    let place = "second values of the pairs: value 1 (counted from 0) is not finite or its \
+                 magnitude exceeds 1e60";
     assert_eq!(said(paired_t(&[1.0, 2.0], &[1.0, NAN])), place);
     assert_eq!(said(wilcoxon(&[1.0, 2.0], &[1.0, 1e61])), place);
     assert_eq!(
         said(mann_whitney(&[NAN], &[1.0])),
-        "samples: value number 0 (from 0) is not finite, or beyond 1e60"
+        "samples: value 0 (counted from 0) is not finite or its magnitude exceeds 1e60"
     );
     assert_eq!(
         said(holm(&[0.5, NAN])),
-        "p-values: value number 1 (from 0) is not finite, or beyond 1e60"
+        "p-values: value 1 (counted from 0) is not finite or its magnitude exceeds 1e60"
     );
     let rows = [vec![1.0, 2.0, 3.0], vec![2.0, NAN, 1.0]];
     assert_eq!(
         said(friedman(&rows)),
-        "subjects: value number 4 (from 0) is not finite, or beyond 1e60"
+        "subjects: value 4 (counted from 0) is not finite or its magnitude exceeds 1e60"
     );
     assert_eq!(
         said(repeated_measures(&rows)),
-        "subjects: value number 4 (from 0) is not finite, or beyond 1e60"
+        "subjects: value 4 (counted from 0) is not finite or its magnitude exceeds 1e60"
     );
-    assert_eq!(said(student_t_p(NAN, 3.0)), "statistic is outside [0, ∞)");
+    assert_eq!(
+        said(student_t_p(NAN, 3.0)),
+        "the statistic is outside [0, ∞)"
+    );
     let nothing = |_: &[f64]| NAN;
     assert_eq!(
         said(bootstrap_bca(&[1.0, 2.0], nothing, 100, 0.95, 1)),
-        "statistic: value number 0 (from 0) is not finite, or beyond 1e60"
+        "statistic: value 0 (counted from 0) is not finite or its magnitude exceeds 1e60"
     );
 }
 
@@ -176,16 +180,16 @@ fn what_does_not_vary_is_refused_by_name() {
     );
     assert_eq!(
         said(bootstrap_bca(&[0.1; 9], mean, 100, 0.95, 1)),
-        "statistics of parts do not vary"
+        "statistics of the jackknife samples do not vary"
     );
     let line = [[0.0; 3], [1.0, 2.0, 3.0], [2.0, 4.0, 6.0], [3.0, 6.0, 9.0]];
     assert_eq!(
         said(kabsch(&line, &line)),
-        "the points' directions do not vary"
+        "the directions of the points do not vary"
     );
     assert_eq!(
         said(kabsch(&[[1.0; 3]; 4], &line)),
-        "the points' directions do not vary"
+        "the directions of the points do not vary"
     );
 }
 
@@ -193,31 +197,40 @@ fn what_does_not_vary_is_refused_by_name() {
 fn parameters_outside_their_range_are_refused_by_name() {
     assert_eq!(
         said(student_t_p(1.0, 0.0)),
-        "degrees of freedom is outside (0, 5000]"
+        "the number of degrees of freedom is outside (0, 5000]"
     );
     assert_eq!(
         said(fisher_f_p(1.0, 2.0, 5001.0)),
-        "degrees of freedom is outside (0, 5000]"
+        "the number of degrees of freedom is outside (0, 5000]"
     );
     assert_eq!(
         said(fisher_f_p(-1.0, 2.0, 3.0)),
-        "statistic is outside [0, ∞)"
+        "the statistic is outside [0, ∞)"
     );
     assert_eq!(
         said(chi_squared_p(1.0, NAN)),
-        "degrees of freedom is outside (0, 5000]"
+        "the number of degrees of freedom is outside (0, 5000]"
     );
     assert_eq!(said(holm(&[0.5, 1.1])), "a p-value is outside [0, 1]");
     for successes in [3.0, -0.5, NAN] {
         let refused = said(wilson_share(successes, 2, 0.95));
-        assert_eq!(refused, "successes is outside 0…trials");
+        assert_eq!(
+            refused,
+            "the number of successes is outside 0 to the number of trials"
+        );
     }
-    assert_eq!(said(wilson_share(1.0, 2, 1.0)), "level is outside (0, 1)");
-    assert_eq!(said(wilson_share(1.0, 2, NAN)), "level is outside (0, 1)");
+    assert_eq!(
+        said(wilson_share(1.0, 2, 1.0)),
+        "the confidence level is outside (0, 1)"
+    );
+    assert_eq!(
+        said(wilson_share(1.0, 2, NAN)),
+        "the confidence level is outside (0, 1)"
+    );
     let sample = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
     let least = |values: &[f64]| if values == sample { -1.0 } else { mean(values) };
     let found = bootstrap_bca(&sample, least, 100, 0.95, 2);
-    assert!(said(found).starts_with("statistic is outside what its resamples give"));
+    assert!(said(found).starts_with("statistic is outside the range of its resamples"));
 }
 
 /// The same seed gives the same interval, another seed another one.

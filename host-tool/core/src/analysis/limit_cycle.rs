@@ -41,6 +41,6 @@ mod tests {
         let counted = limit_cycles(&trial).map(|(t_s, _)| t_s);
         assert_eq!(counted.collect::<Vec<_>>(), [1.0, 3.0, 5.0]);
         let (_, first) = limit_cycles(&trial).next().unwrap();
-        assert_eq!(first, "6.1° wide, 400 ms long; feedback at 70 %");
+        assert_eq!(first, "6.1° peak to peak, period 400 ms; feedback at 70 %");
     }
 }

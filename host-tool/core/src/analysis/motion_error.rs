@@ -5,14 +5,14 @@
 pub enum MotionError {
     /// The samples are not a speed profile; their number is given (E763).
     #[error(
-        "E763 a movement of {0} samples has no smoothness: give two or more, no speed below zero, \
-         not all of them zero"
+        "E763 cannot compute the smoothness (number of speed samples: {0}): give two or more \
+         finite speeds, none of them negative and not all zero"
     )]
     Speed(usize),
     /// The movement is shorter than the filter that is to smooth it (E764).
     #[error(
-        "E764 a movement of {samples} samples is shorter than the filter's {window}: record more \
-         of it, or take a higher cutoff"
+        "E764 the movement has {samples} samples, fewer than the {window} of the filter's window: \
+         record more of it, or choose a higher cutoff"
     )]
     Short {
         /// Number of samples recorded.
@@ -21,7 +21,10 @@ pub enum MotionError {
         window: usize,
     },
     /// No filter has the requested cutoff (E765).
-    #[error("E765 no filter of order {order} ends at {cutoff_hz} Hz of {rate_hz} samples a second")]
+    #[error(
+        "E765 no smoothing filter of order {order} has a cutoff of {cutoff_hz} Hz at {rate_hz} \
+         samples per second: choose another order or cutoff"
+    )]
     Filter {
         /// Order of the polynomial.
         order: usize,

@@ -138,7 +138,7 @@ impl Procedure for Checking<'_> {
                 Ok(vec![Action::Give(channel, level), Action::Record(given)])
             }
             Order::Yes | Order::No if !self.presentation.has_question => {
-                Err(Refusal::not_now("nothing was asked"))
+                Err(Refusal::not_now("no question is open"))
             }
             Order::Yes => Ok(self.conclude(Some(self.level))),
             Order::No => {
@@ -149,7 +149,7 @@ impl Procedure for Checking<'_> {
                 }
             }
             _ => Err(Refusal::not_now(
-                "a check knows raise, yes, no, lower and abort",
+                "a check accepts raise, yes, no, lower and abort only",
             )),
         }
     }
@@ -259,10 +259,10 @@ fn check_drifts(drifts: &[Drift]) -> Result<(), CalibrationError> {
             let symbol = unit.symbol();
             match drift.found {
                 Some(found) => format!(
-                    "channel {channel} moves at {} {symbol}, the file has {expected}",
+                    "channel {channel}: threshold {} {symbol}, but {expected} {symbol} in the file",
                     milli(found.get())
                 ),
-                None => format!("channel {channel} does not move around {expected} {symbol}"),
+                None => format!("channel {channel}: no movement near {expected} {symbol}"),
             }
         })
         .collect();

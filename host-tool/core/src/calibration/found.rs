@@ -73,7 +73,7 @@ impl ElectrodeResult {
             (Step::Points, _) | (_, Value::Moves(_)) => {
                 return Err(Refusal::out_of_order(
                     step,
-                    "it has another kind of result".into(),
+                    "this step has a different kind of result".into(),
                 ));
             }
             (_, Value::Level(level)) => *level,
@@ -99,17 +99,17 @@ impl ElectrodeResult {
         );
         let wrong = match step {
             Step::Placement | Step::Threshold if level == Level(0) => {
-                Some("nothing was given: raise it".to_owned())
+                Some("no level was given; raise first".to_owned())
             }
             Step::Comfort if level <= threshold => Some(format!(
                 "the limit of {level} is not above the motor threshold of {threshold}; move the \
-                 electrode, or leave it out"
+                 electrode, or leave the electrode out"
             )),
             Step::Minimum if level < threshold => Some(format!(
                 "the minimum of {level} is below the motor threshold of {threshold}"
             )),
             Step::Minimum if level >= limit => Some(format!(
-                "the minimum of {level} leaves nothing below the limit of {limit}"
+                "the minimum of {level} is not below the limit of {limit}"
             )),
             Step::Maximum if level > limit => Some(format!(
                 "the maximum of {level} is above the limit of {limit}"

@@ -59,20 +59,23 @@ impl Head {
     /// The wearer, the plan or the simulated wearer differs.
     pub fn check_continuation(&self, path: &Path, next: &Self) -> Result<(), CalibrationError> {
         let known = |body: &Option<String>, seed: Option<u64>| match (body, seed) {
-            (Some(body), Some(seed)) => format!("the simulated {body} of seed {seed}"),
-            _ => "a device's wearer".to_owned(),
+            (Some(body), Some(seed)) => format!("the simulated {body} with seed {seed}"),
+            _ => "the wearer of a device".to_owned(),
         };
         let why = if self.wearer != next.wearer {
             format!(
-                "it is the journal of {}, the plan is for {}; give that person's --out",
+                "it is the journal of {}, but the plan is for {}; give the --out of that wearer",
                 self.wearer, next.wearer
             )
         } else if self.plan != next.plan {
-            "the plan was changed since; give it as it was, or begin anew with another --out"
+            "the plan has changed since; restore the old plan, or start a new calibration with \
+             another --out"
                 .to_owned()
         } else if (&self.body, self.seed) != (&next.body, next.seed) {
             let (was, is) = (known(&self.body, self.seed), known(&next.body, next.seed));
-            format!("it was {was}, and now it is {is}; give the same --device, --body and --seed")
+            format!(
+                "it belongs to {was}, but this is {is}; give the same --device, --body and --seed"
+            )
         } else {
             return Ok(());
         };

@@ -152,7 +152,7 @@ impl Files for OnDisk {
         let file = OpenOptions::new().append(true).create(true).open(path)?;
         // The lock is held until the file is closed, however the program ends.
         if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
-            return Err(io::Error::other("another flexor writes it"));
+            return Err(io::Error::other("another flexor is writing it"));
         }
         Ok(Box::new(file))
     }
@@ -274,19 +274,19 @@ pub fn read(path: &Path) -> Result<JournalContents, CalibrationError> {
     let text = input::read(path, input::LONGEST_DOCUMENT).map_err(|why| {
         unusable(match why.kind() {
             io::ErrorKind::NotFound => {
-                "there is no journal; without --resume it begins anew".to_owned()
+                "there is no journal; run without --resume to start one".to_owned()
             }
             _ => why.to_string(),
         })
     })?;
     if !text.contains(&b'\n') {
-        let why = "nothing was recorded in it; begin anew without --resume";
+        let why = "it is empty; start again without --resume";
         return Err(unusable(why.to_owned()));
     }
     let kept = parse_journal(path, &text)?;
     if kept.head.format > FORMAT {
         return Err(unusable(format!(
-            "its format is {}, and this flexor knows {FORMAT}: use a later one",
+            "its format is {}, but this flexor reads formats up to {FORMAT}; use a newer flexor",
             kept.head.format
         )));
     }
@@ -321,19 +321,19 @@ pub fn parse_journal(path: &Path, text: &[u8]) -> Result<JournalContents, Calibr
         if read.n != number {
             return Err(damaged(
                 number,
-                &format!("it is line {} of what was written", read.n),
+                &format!("it was written as line {}", read.n),
             ));
         }
         let text = String::from_utf8_lossy(line); // JSON that was read is UTF-8
         sum = chained_checksum(&sum, text.rsplit_once(SUM).map_or("", |(told, _)| told));
         if read.sum != sum {
-            return Err(damaged(number, "it was changed since it was written"));
+            return Err(damaged(number, "it was changed after it was written"));
         }
         entries.push(read.entry);
         whole += line.len();
     }
     let Some(Entry::Begun(head)) = entries.first().cloned() else {
-        return Err(damaged(1, "it does not say whose it is"));
+        return Err(damaged(1, "it does not begin with the wearer and the plan"));
     };
     Ok(JournalContents {
         head,
@@ -388,20 +388,21 @@ mod tests {
                 .unwrap_err()
                 .to_string()
         };
-        assert!(told(&whole.replace("\"n\":2", "\"n\":9")).contains("line 2: it is line 9"));
+        let renumbered = whole.replace("\"n\":2", "\"n\":9");
+        assert!(told(&renumbered).contains("line 2: it was written as line 9"));
         let line = text(2);
         let second = line.lines().nth(1).unwrap();
         let missing = whole.replace(&format!("{second}\n"), "");
-        assert!(told(&missing).contains("line 2: it is line 3"));
+        assert!(told(&missing).contains("line 2: it was written as line 3"));
         assert!(
             told(&whole.replace("threshold", "thr"))
                 .starts_with("E674 the journal x.journal, line 3")
         );
-        assert!(told("").contains("does not say whose"));
+        assert!(told("").contains("does not begin with the wearer"));
         for (line, was, is) in [(1, "K05", "K06"), (2, "3}", "4}"), (3, "7.5", "24.0")] {
             let changed = whole.replace(was, is);
             assert_ne!(changed, whole, "{was}");
-            let wanted = format!("line {line}: it was changed since it was written");
+            let wanted = format!("line {line}: it was changed after it was written");
             assert!(told(&changed).contains(&wanted), "{}", told(&changed));
         }
     }

@@ -55,7 +55,7 @@ impl TryFrom<f64> for Level {
 
     fn try_from(units: f64) -> Result<Self, String> {
         Self::from_units(units)
-            .ok_or_else(|| format!("{units} is no whole thousandth from 0 to 100"))
+            .ok_or_else(|| format!("a level is {units}; allowed: 0 to 100 in steps of 0.001"))
     }
 }
 

@@ -45,8 +45,8 @@ pub enum Order {
 pub enum OrderError {
     /// The line is not a valid order (E678).
     #[error(
-        "E678 this is no order ({0}): nothing was changed; send one JSON object a line, such \
-         as {{\"order\":\"raise\"}}"
+        "E678 the line is not a valid order ({0}); nothing was changed; send one JSON object \
+         per line, such as {{\"order\":\"raise\"}}"
     )]
     Nonsense(String),
 }
@@ -75,8 +75,8 @@ impl Order {
             };
             if moves.len() > MOST || !moves.iter().all(is_name) {
                 let why = format!(
-                    "moves are at most {MOST} names of 1 to {LONGEST} characters without control \
-                     characters"
+                    "`moves` allows at most {MOST} names of 1 to {LONGEST} characters, without \
+                     control characters"
                 );
                 return Err(OrderError::Nonsense(why));
             }

@@ -236,11 +236,11 @@ impl Plan {
         if self.wearer.is_empty() || self.wearer.len() > 60 || !self.wearer.chars().all(is_plain) {
             let wearer = crate::session::escape_control_chars(&self.wearer);
             told.push(format!(
-                "wearer is \"{wearer}\": a pseudonym of 1 to 60 letters, digits and hyphens"
+                "wearer is \"{wearer}\"; allowed: a pseudonym of 1 to 60 letters, digits and hyphens"
             ));
         }
         if self.electrodes.is_empty() && told.is_empty() {
-            told.push("there is no [[electrode]]".to_owned());
+            told.push("the plan has no [[electrode]]".to_owned());
         }
         let mut seen = BTreeSet::new();
         for electrode in &self.electrodes {
@@ -253,7 +253,9 @@ impl Plan {
 
 fn millis(name: &str, seconds: f64, [least, most]: [f64; 2], told: &mut Vec<String>) -> u32 {
     if !(least..=most).contains(&seconds) {
-        told.push(format!("{name} is {seconds}: allowed is {least} to {most}"));
+        told.push(format!(
+            "{name} is {seconds} s; allowed: {least} to {most} s"
+        ));
     }
     (seconds * 1e3).round() as u32 // saturates
 }
@@ -274,7 +276,7 @@ fn complete_limits(mut limits: Table, told: &mut Vec<String>) -> Table {
         let said = limits.entry(name).or_insert(most.into());
         if said.as_integer().is_some_and(|said| said > most) {
             told.push(format!(
-                "limits.{name} is {said}: a calibration needs {most} or less"
+                "limits.{name} is {said}; a calibration needs {most} or less"
             ));
         }
     }
@@ -322,8 +324,7 @@ fn plan_electrode(
         let level = Level::from_units(value).filter(|level| level.0 > 0);
         if level.is_none() {
             told.push(format!(
-                "channel {channel}: {name} is {value}: allowed are whole thousandths above 0, to \
-                 100"
+                "channel {channel}: {name} is {value}; allowed: above 0 to 100, in steps of 0.001"
             ));
         }
         level
@@ -361,26 +362,26 @@ fn check_electrode(plan: &PlannedElectrode, told: &mut Vec<String>) {
     }
     if plan.start >= plan.ceiling {
         say(format!(
-            "start is {}, not below the ceiling of {}",
+            "start is {}; it must be below the ceiling of {}",
             plan.start, plan.ceiling
         ));
     }
     if plan.step > plan.coarse {
         say(format!(
-            "step is {}, above coarse of {}",
+            "step is {}; allowed: at most coarse, which is {}",
             plan.step, plan.coarse
         ));
     }
     if plan.ceiling.0.saturating_sub(plan.start.0) / plan.step.0.max(1) > 200 {
         say(format!(
-            "step is {}: more than 200 levels to the ceiling",
+            "step is {}, which makes more than 200 levels up to the ceiling; choose a larger step",
             plan.step
         ));
     }
     if !(LEAST_HZ..=MOST_HZ).contains(&plan.frequency_hz) {
         say(format!(
-            "frequency_hz is {}: allowed is {LEAST_HZ} to {MOST_HZ}, so that an electrode that \
-             falls off is silent within 100 ms",
+            "frequency_hz is {}; allowed: {LEAST_HZ} to {MOST_HZ} Hz, so that stimulation ends \
+             within 100 ms if an electrode falls off",
             plan.frequency_hz
         ));
     }
@@ -394,9 +395,10 @@ fn rate(electrode: &Electrode) -> Result<f64, String> {
     match (from_hz..=to_hz).contains(&nearest) {
         true => Ok(nearest),
         false => Err(format!(
-            "channel {}: its threshold holds from {from_hz} to {to_hz} Hz, and pulses are given \
-             at {LEAST_HZ} to {MOST_HZ} Hz, so that an electrode that falls off is silent within \
-             100 ms: widen `from_hz` and `to_hz` if it holds there, or calibrate anew",
+            "channel {}: its threshold is valid from {from_hz} to {to_hz} Hz, but a check uses \
+             {LEAST_HZ} to {MOST_HZ} Hz, so that stimulation ends within 100 ms if an electrode \
+             falls off; widen `from_hz` and `to_hz` if the threshold is valid there, or \
+             calibrate again",
             electrode.channel
         )),
     }

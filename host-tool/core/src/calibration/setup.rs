@@ -38,8 +38,12 @@ pub fn sessions(plan: &Plan) -> Result<Vec<Session>, CalibrationError> {
 pub fn board_session(plan: &Plan) -> Result<Session, CalibrationError> {
     let refused = |why: String| CalibrationError::Plan(plan.wearer.clone(), why);
     let worn = merge_sessions(&sessions(plan)?);
-    let worn = worn.map_err(|field| refused(format!("two electrodes differ in {field}")))?;
-    worn.ok_or_else(|| refused("there is no [[electrode]]".to_owned()))
+    let worn = worn.map_err(|field| {
+        refused(format!(
+            "two electrodes differ in {field}, which must be equal on one board"
+        ))
+    })?;
+    worn.ok_or_else(|| refused("the plan has no [[electrode]]".to_owned()))
 }
 
 /// Returns the text of the session file for an electrode.

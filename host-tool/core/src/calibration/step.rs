@@ -51,11 +51,11 @@ impl Step {
     pub const fn question(self) -> &'static str {
         match self {
             Self::Placement => "does the right muscle contract clearly?",
-            Self::Threshold => "did it move?",
+            Self::Threshold => "did you see a movement?",
             Self::Comfort => "does the wearer accept this?",
-            Self::Minimum => "is this the minimum to work with?",
-            Self::Maximum => "is this the maximum to work with?",
-            Self::Points => "what did it move? (names, separated by commas)",
+            Self::Minimum => "is this the lowest level to use?",
+            Self::Maximum => "is this the highest level to use?",
+            Self::Points => "what moved? (names, separated by commas)",
         }
     }
 
@@ -64,11 +64,11 @@ impl Step {
     pub const fn task(self) -> &'static str {
         match self {
             Self::Placement => "move the electrode until the right muscle contracts",
-            Self::Threshold => "raise until it moves for the first time",
-            Self::Comfort => "raise until the wearer wants no more",
-            Self::Minimum => "choose the least level to work with",
-            Self::Maximum => "choose the largest level to work with",
-            Self::Points => "give it once more and name what it moves",
+            Self::Threshold => "raise until you see the first movement",
+            Self::Comfort => "raise until the wearer does not want a higher level",
+            Self::Minimum => "choose the lowest level to use",
+            Self::Maximum => "choose the highest level to use",
+            Self::Points => "give the level once more and name what moves",
         }
     }
 

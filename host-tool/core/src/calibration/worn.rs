@@ -130,7 +130,7 @@ pub fn check_planned_wearer(
     });
     let found: Vec<ElectrodeResult> = results.collect();
     let text = compose_wearer(plan, &[], head, limits, &found).to_toml();
-    let read = Wearer::parse("its wearer file", &text);
+    let read = Wearer::parse("planned wearer file", &text);
     read.map(drop)
         .map_err(|error| CalibrationError::Plan(plan.wearer.clone(), error.lines()))
 }
@@ -148,7 +148,7 @@ pub fn write(files: &dyn Files, out: &Path, wearer: &Wearer) -> Result<(), Calib
     let wrong = |why: String| CalibrationError::Wrong(out.to_owned(), why);
     let parsed = Wearer::parse(&name, &text).map_err(|error| wrong(error.lines()))?;
     if parsed.to_toml() != text {
-        return Err(wrong("it reads back as another".to_owned()));
+        return Err(wrong("it does not read back unchanged".to_owned()));
     }
     let written = files.replace(out, &text);
     written.map_err(|why| CalibrationError::Write(out.to_owned(), why))

@@ -204,11 +204,14 @@ impl Fidelity {
             (&mut session.body, coarsest(&self.step, tolerance))
         {
             finger.step_us = effect.us;
-            note.push_str(&format!(", finger in steps of {} ms", effect.us / 1_000));
+            note.push_str(&format!(
+                ", finger simulated in steps of {} ms",
+                effect.us / 1_000
+            ));
         }
         if let (Some(joint), Some(effect)) = (&mut session.joint, coarsest(&self.law, tolerance)) {
             joint.law_period_ms = (effect.us / 1_000) as u8; // at most 20
-            note.push_str(&format!(", law every {} ms", effect.us / 1_000));
+            note.push_str(&format!(", controller every {} ms", effect.us / 1_000));
         }
         note
     }

@@ -84,8 +84,8 @@ pub enum ChoiceError {
     Unplayed(PlayError),
     /// No model level is within the tolerance (E553).
     #[error(
-        "E553 channel {channel}: no model is within a tolerance of {tolerance}: the least possible here is \
-         {least_percent:.2} % ({best}); tolerate that, or set `report = false` where nobody reads the force"
+        "E553 channel {channel}: no model level has an error within the tolerance of {tolerance}; the smallest error is \
+         {least_percent:.2} % ({best}); allow that error, or set `report = false` if nobody reads the force"
     )]
     NoRung {
         /// Channel, counted from 1.
@@ -239,7 +239,7 @@ pub fn resolve_auto_models(session: &mut Session) -> Result<(), ChoiceError> {
         Ok(found) => found,
         Err(error) => {
             session.notes.push(format!(
-                "{error}; \"auto\" is the fullest model that each muscle allows"
+                "{error}; \"auto\" therefore uses the most detailed model that each muscle allows"
             ));
             return Ok(());
         }
@@ -251,7 +251,7 @@ pub fn resolve_auto_models(session: &mut Session) -> Result<(), ChoiceError> {
     }
     if tried_us < session.duration_us {
         session.notes.push(format!(
-            "muscle models were chosen by the first {} s of {} s; `fidelity.try_s` says how much",
+            "muscle models were chosen from the first {} s of {} s; `fidelity.try_s` sets this time",
             tried_us as f64 * 1e-6,
             session.duration_us as f64 * 1e-6,
         ));
@@ -306,7 +306,7 @@ impl Choice {
         let coarse = |need: &&Need| need.together > self.tolerance.fraction();
         let told = self.needs.iter().filter(coarse).map(|need| {
             format!(
-                "channel {}: `{}`, as the file says, errs by {:.2} %: more than the tolerance of {}",
+                "channel {}: the file's model `{}` has an error of {:.2} %, above the tolerance of {}",
                 session.channels[need.place].number,
                 level_name(need.level),
                 100.0 * need.together,

@@ -269,7 +269,7 @@ impl<P: Port> Connection<P> {
             let until_us = sent_us + ANSWER_US + stalled_us;
             if self.port.now_us() >= until_us {
                 return Err(match stalled_us >= ANSWER_US {
-                    true => host_stalled(stalled_us, &format!("no answer to {name} came then")),
+                    true => host_stalled(stalled_us, &format!("the device did not answer {name}")),
                     false => no_answer(name),
                 });
             }

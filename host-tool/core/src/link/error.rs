@@ -14,7 +14,7 @@ pub enum Error {
     Refused(RefusalInWords),
     /// E501: the device did not answer in time.
     #[error(
-        "E501 no answer to {request} within {waited_ms} ms; is the device powered and is this its port?"
+        "E501 the device did not answer {request} within {waited_ms} ms; is the device powered and is this its port?"
     )]
     NoAnswer {
         /// Name of the request.
@@ -24,18 +24,18 @@ pub enum Error {
     },
     /// E502: the path to the device broke.
     #[error(
-        "E502 lost the device: {0}; outputs isolate by themselves after the host timeout; reconnect and run again"
+        "E502 lost the device: {0}; the device disconnects its outputs by itself after the host timeout; reconnect and run again"
     )]
     Lost(io::Error),
     /// E503: the named request does not fit a frame.
-    #[error("E503 {0} does not fit a frame")]
+    #[error("E503 the request {0} is too long for one frame; send fewer items")]
     TooLarge(&'static str),
     /// E580: a signal arrived while the host waited.
-    #[error("E580 {0} came: nothing is waited for any more")]
+    #[error("E580 {0} came while the program waited for the device; run the command again")]
     Interrupted(Signal),
     /// E508: the device's messages are of another version.
     #[error(
-        "E508 the device speaks schema {device:#018x}, this program {SCHEMA:#018x}; {}",
+        "E508 the device has protocol schema {device:#018x}, this program has {SCHEMA:#018x}; {}",
         advice(Code::SchemaMismatch)
     )]
     OtherSchema {
@@ -128,6 +128,26 @@ impl RefusalInWords {
         matches!(self.code(), Some(Code::SumLimit | Code::SumRmsLimit))
     }
 
+    /// Returns the unit of the two numbers after a space; an empty text if the field gives it.
+    fn unit(&self) -> &'static str {
+        match self.code() {
+            Some(Code::CurrentLimit | Code::RmsLimit | Code::DensityLimit) => " µA",
+            Some(Code::ChargeLimit) => " nC",
+            Some(Code::TimeOver) => " s",
+            Some(Code::DoseReached) => " mC",
+            Some(Code::TooFarAhead | Code::TimeGoesBack) => " µs",
+            // Thousandths of the stage's unit.
+            Some(
+                Code::AboveWearerLimit
+                | Code::TooLargeStep
+                | Code::ChargeAtWidth
+                | Code::AboveStart
+                | Code::ListTooSteep,
+            ) => " µA or mV",
+            _ => "",
+        }
+    }
+
     /// Returns whether the first number is the joint concerned.
     fn names_joint(&self) -> bool {
         matches!(self.code(), Some(Code::NoPhaseJoint | Code::NoAngle))
@@ -147,21 +167,30 @@ impl fmt::Display for RefusalInWords {
             self.code().map_or("refused", meaning)
         )?;
         if let Some((min, max)) = self.allowed {
-            match self.fault() {
-                Some(fault) => write!(f, " ({min}: {fault:?})")?,
-                None if self.code() == Some(Code::ForceOutOfReach) => {
-                    write!(f, " (allowed 0, and {min} to {max} mN)")?;
+            match (self.fault(), self.code()) {
+                (Some(fault), _) => write!(f, " (fault {min}: {fault:?})")?,
+                (None, Some(Code::ForceOutOfReach)) => {
+                    write!(f, " (allowed: 0, and {min} to {max} mN)")?;
                 }
-                None if self.code() == Some(Code::WrenchOutOfReach) => {
-                    write!(f, " ({max} \u{2030} of it can be made)")?;
+                (None, Some(Code::WrenchOutOfReach)) => {
+                    write!(f, " ({max} \u{2030} of it is possible)")?;
                 }
-                None if self.code() == Some(Code::OppositePhases) => {
+                (None, Some(Code::OppositePhases)) => {
                     write!(f, " (with channel {})", min.saturating_add(1))?;
                 }
-                None if self.names_joint() => write!(f, " (joint {min})")?,
-                None if self.is_sum() => write!(f, " ({min} µA, allowed {max})")?,
-                None if min == max => write!(f, " (allowed only {min})")?,
-                None => write!(f, " (allowed {min} to {max})")?,
+                (None, Some(Code::LoadTooLow)) => write!(f, " (measured: {max} Ω)")?,
+                (None, Some(Code::OtherStage)) => write!(f, " (the board has {max})")?,
+                (None, Some(Code::ShareLimit)) => {
+                    write!(f, " (share: {min}; bound: {max}; in millionths)")?;
+                }
+                (None, Some(Code::AboveStart)) => {
+                    let unit = self.unit();
+                    write!(f, " ({min} pulses would be lower; start: {max}{unit})")?;
+                }
+                _ if self.names_joint() => write!(f, " (joint {min})")?,
+                _ if self.is_sum() => write!(f, " ({min} µA; allowed: {max} µA)")?,
+                _ if min == max => write!(f, " (allowed: only {min}{})", self.unit())?,
+                _ => write!(f, " (allowed: {min} to {max}{})", self.unit())?,
             }
         }
         if let Some(code) = self.code() {
@@ -187,84 +216,84 @@ pub fn advice(code: Code) -> &'static str {
 #[rustfmt::skip]
 const fn words(code: Code) -> (&'static str, &'static str) {
     match code {
-        Code::BadCrc => ("a frame arrived with a wrong CRC", "check the cable and send it again"),
-        Code::MalformedFrame => ("bytes between delimiters are no frame", "check the cable and send it again"),
-        Code::FrameTooLong => ("a frame is longer than any message", "check the cable and send it again"),
-        Code::UnknownMessage => ("a frame holds no message of this protocol", "use the flexor and firmware of one version"),
-        Code::SchemaMismatch => ("host and device speak different versions", "use the flexor and firmware of one version"),
+        Code::BadCrc => ("a frame arrived with a wrong CRC", "check the cable and send the request again"),
+        Code::MalformedFrame => ("the bytes between two delimiters are not a valid frame", "check the cable and send the request again"),
+        Code::FrameTooLong => ("a frame is longer than any message of the protocol", "check the cable and send the request again"),
+        Code::UnknownMessage => ("a frame does not contain a message of this protocol", "use flexor and firmware of the same version"),
+        Code::SchemaMismatch => ("host and device use different versions of the protocol", "use flexor and firmware of the same version"),
         Code::NoSession => ("no session is open", "send Hello first"),
-        Code::SessionTaken => ("another host holds the session", "close the other program, or wait for the host timeout"),
-        Code::DeviceBusy => ("the device cannot take more requests now", "send setpoints at most once per millisecond"),
-        Code::SimulatorOnly => ("only who serves a simulator takes this", "send it to flexor serve with a simulator"),
-        Code::OutOfRange => ("outside the allowed range", "choose a value in the range"),
-        Code::BurstOverlaps => ("pulses of a burst would overlap", "lengthen burst_interval_us or shorten the pulse"),
-        Code::BurstTooLong => ("the burst does not end two windows before the next", "lower the frequency or shorten the burst"),
-        Code::CurrentLimit => ("the limit exceeds the current limit in µA", "lower the channel's limit, its width or its rate"),
-        Code::ChargeLimit => ("the limit exceeds the charge limit per phase in nC", "lower the channel's limit, its width or its rate"),
-        Code::RmsLimit => ("the limit exceeds the rms current limit in µA", "lower the channel's limit, its width or its rate"),
-        Code::AboveWearerLimit => ("above the wearer's limit for this channel", "ask for less, or agree on a new limit with the wearer"),
+        Code::SessionTaken => ("another host has the session open", "close the other program, or wait for its host timeout"),
+        Code::DeviceBusy => ("the device cannot accept more requests at the moment", "send setpoints at most once per millisecond"),
+        Code::SimulatorOnly => ("only a simulator accepts this request", "send it to flexor serve with a simulator"),
+        Code::OutOfRange => ("the value is outside the allowed range", "choose a value within the range"),
+        Code::BurstOverlaps => ("the pulses of a burst would overlap", "lengthen burst_interval_us or shorten the pulse"),
+        Code::BurstTooLong => ("the burst must end at least 500 µs before the next one begins", "lower the frequency or shorten the burst"),
+        Code::CurrentLimit => ("the channel's limit exceeds the wearer's current limit", "lower the channel's limit"),
+        Code::ChargeLimit => ("the channel's limit exceeds the wearer's charge limit per phase", "lower the channel's limit or its pulse width"),
+        Code::RmsLimit => ("the channel's limit exceeds the wearer's rms current limit", "lower the channel's limit, its pulse width or its pulse rate"),
+        Code::AboveWearerLimit => ("the amplitude is above the wearer's limit for this channel", "request a lower amplitude, or agree on a new limit with the wearer"),
         Code::NoTrain => ("this channel has no train in the setup", "configure the channel before arming"),
         Code::TwoGroups => ("the channel is in two groups", "name each channel once"),
-        Code::IsolationOverlaps => ("isolated pulses would overlap, which isolation makes impossible", "separate the pulses by their offsets, or use a conducted group"),
-        Code::NoTimeToGround => ("isolation leaves too little time to ground after a pulse", "lower the rate, shorten ground_us or move the offsets"),
+        Code::IsolationOverlaps => ("pulses in an isolated group would overlap, but only one of its channels can be connected at a time", "separate the pulses by phase offsets, or use a conducted group"),
+        Code::NoTimeToGround => ("the isolated group leaves too little time to ground the output after a pulse", "lower the rate, shorten ground_us or move the phase offsets"),
         Code::ChannelTwice => ("the channel is named twice", "name each channel once"),
         Code::Controlled => ("a joint, a wall, an arm or force control drives this channel", "set the joint's angle, the hand's force or the channel's force instead"),
-        Code::RateChanges => ("its pulse rate may change, and in an isolated group that would make pulses meet", "fix its rate (min_period_us = period_us, no max_period_us), or use a conducted group"),
-        Code::NoMuscle => ("force control needs the channel's muscle", "configure the channel's muscle before arming"),
+        Code::RateChanges => ("the pulse rate may change, and then pulses of the isolated group could overlap", "fix the rate (min_period_us = period_us, no max_period_us), or use a conducted group"),
+        Code::NoMuscle => ("force control needs a muscle on this channel", "configure the channel's muscle before arming"),
         Code::AmplitudeCount => ("there must be one amplitude per channel in the mask", "send as many values as the mask has bits"),
         Code::NothingToArm => ("no channel is configured", "configure at least one channel"),
-        Code::JointAndWall => ("a joint and a wall cannot run together: the device measures one angle", "send Clear and configure one of them"),
-        Code::WrongState => ("not possible in the device's present state", "ask for Status and stop, acknowledge or arm first"),
-        Code::NotArmed => ("a setpoint before arming", "arm and start first"),
+        Code::JointAndWall => ("a joint and a wall cannot run together, because the device measures one angle", "send Clear and configure one of them"),
+        Code::WrongState => ("the request is not possible in the device's present state", "request Status, then stop, acknowledge or arm first"),
+        Code::NotArmed => ("a setpoint arrived before the device was armed", "arm and start first"),
         Code::ArmInputOpen => ("neither the arm input nor the hand-held stop is closed", "close the arm switch or press the hand-held stop"),
-        Code::ElectrodeOff => ("the electrode check saw too little current", "check electrode, gel and lead of this channel"),
-        Code::ElectrodeShort => ("the electrode check saw too much current", "check this channel's electrodes for contact with each other"),
-        Code::Cancelled => ("arming was cancelled by a stop", "arm again"),
-        Code::FaultLatched => ("a fault is latched", "find the fault's cause, then acknowledge it (flexor run --acknowledge)"),
-        Code::Stopped => ("a stop came before this was carried out", "arm and start again if that is wanted"),
-        Code::NoJoint => ("no joint and no wall is configured", "configure a joint before arming"),
-        Code::SetpointTime => ("the setpoint's time is too far off or out of order", "refresh the clock offset and send in order"),
-        Code::MeasurementTime => ("the measurement's time is ahead or out of order", "refresh the clock offset and send in order"),
-        Code::SensorNotHost => ("the host does not measure this angle", "configure the joint's sensor as host, or the arm's posture as measured"),
+        Code::ElectrodeOff => ("the electrode check measured too little current", "check electrode, gel and lead of this channel"),
+        Code::ElectrodeShort => ("the electrode check measured too much current", "check whether this channel's electrodes touch each other"),
+        Code::Cancelled => ("a stop cancelled arming", "arm again"),
+        Code::FaultLatched => ("a fault is latched", "find the cause of the fault, then acknowledge it (flexor run --acknowledge)"),
+        Code::Stopped => ("a stop arrived before the request was carried out", "arm and start again to continue"),
+        Code::NoJoint => ("neither a joint nor a wall is configured", "configure a joint or a wall before arming"),
+        Code::SetpointTime => ("the setpoint's time is too far off or out of order", "estimate the clock offset again, and send setpoints in order"),
+        Code::MeasurementTime => ("the measurement's time is in the future or out of order", "estimate the clock offset again, and send measurements in order"),
+        Code::SensorNotHost => ("the setup does not say that the host measures this angle", "set the joint's sensor to host, or the arm's posture to measured"),
         Code::NoForceControl => ("this channel is not under force control", "put the channel under force control before arming"),
-        Code::ForceOutOfReach => ("the wearer's limits cannot give this force", "ask for less, or agree on a new limit or a higher pulse rate with the wearer"),
-        Code::StagesUnknown => ("the board does not know its output stages", "store its stage table: flexor stages --store (docs/hardware.md)"),
-        Code::OtherStage => ("the board's output stage is another than was declared", "declare the stage that the board has: flexor stages"),
-        Code::DensityLimit => ("the limit exceeds the rms current in µA that this electrode takes at 2 mA/cm²", "use a larger electrode and say its area, or lower the limit, the width or the rate"),
-        Code::SumLimit => ("all channels at their limits put more through the common return at once than is allowed", "lower limits, or move pulses apart: one period and offsets a pulse apart"),
-        Code::SumRmsLimit => ("all channels at their limits put more rms current through the common return than is allowed", "lower limits, widths or rates, or use a larger return electrode and say its area"),
-        Code::TimeOver => ("the wearer's time of stimulation is over until power comes up anew", "end the day's session; switch off and on for another wearer"),
-        Code::AllowanceLost => ("the device lost count of the wearer's time and charge in a reset", "end the day's session; switch off and on for another wearer"),
-        Code::DoseReached => ("the channel has put out the wearer's largest charge until power comes up anew", "end the day's session; switch off and on for another wearer"),
-        Code::TooLargeStep => ("the amplitude rises faster than the wearer allows from burst to burst or in a second", "raise it in smaller steps; lower is always taken"),
-        Code::ChargeAtWidth => ("at this width the amplitude exceeds the charge limit per phase", "ask for less, or for a shorter phase"),
-        Code::NoLists => ("this channel's train takes no lists of pulses", "say lists in its train before arming"),
-        Code::ListPlays => ("a list of pulses is under way", "wait for its last pulse; a setpoint of its channel ends it"),
-        Code::NotRisen => ("the channel has not risen from zero, which no list of pulses does", "set an amplitude of the channel and wait for the wearer's rise"),
-        Code::WidthChanges => ("its pulse width may change, and its muscle's recruitment holds at one", "leave the muscle out, or max_width_us"),
-        Code::NoStageMemory => ("this device keeps no table of its output stages", "store it on a board; a simulator has the stages its session declares"),
-        Code::OtherSetup => ("the setup that was armed is not the one the device holds", "send Clear and the whole setup again, then arm"),
-        Code::LoadTooLow => ("through the load measured at arming, the channel's limit is more than the wearer's limits allow", "lower the channel's limit or its full scale, or check electrodes and gel"),
-        Code::PhaseLost => ("the electrode check saw current in one phase of the pulses only", "check this channel's output stage and the line of the lost phase"),
-        Code::HandStopOpen => ("this wearer is stimulated only while the hand-held stop is held closed", "press the hand-held stop and hold it: the arm key alone does not do"),
-        Code::JointAndLimb => ("an arm cannot run beside a joint or a wall: a measurement would be of both", "send Clear and configure one of them"),
+        Code::ForceOutOfReach => ("the muscle cannot give this force within the wearer's limits", "request less force, or agree on a new limit or a higher pulse rate with the wearer"),
+        Code::StagesUnknown => ("the board does not know its output stages", "store its stage table with flexor stages --store (docs/hardware.md)"),
+        Code::OtherStage => ("the board's output stage differs from the one in the setup", "configure the stage that the board has; flexor stages prints it"),
+        Code::DensityLimit => ("the channel's limit exceeds the rms current that its electrode allows (2 mA/cm²)", "use a larger electrode and give its area, or lower the limit, the pulse width or the rate"),
+        Code::SumLimit => ("with all channels at their limits, the peak current through the common return is too large", "lower the limits, or separate the pulses in time: one period for all channels, and phase offsets at least one pulse apart"),
+        Code::SumRmsLimit => ("with all channels at their limits, the rms current through the common return is too large", "lower limits, pulse widths or rates, or use a larger return electrode and give its area"),
+        Code::TimeOver => ("the wearer's stimulation time is used up; it counts until power is removed", "end the day's session; for another wearer, switch the device off and on"),
+        Code::AllowanceLost => ("a reset erased the device's count of the wearer's stimulation time and charge", "end the day's session; for another wearer, switch the device off and on"),
+        Code::DoseReached => ("the channel has delivered the wearer's largest total charge; it counts until power is removed", "end the day's session; for another wearer, switch the device off and on"),
+        Code::TooLargeStep => ("the amplitude rises faster than the wearer's limits allow, from one burst to the next or within a second", "raise it in smaller steps; it may be lowered at once"),
+        Code::ChargeAtWidth => ("at this pulse width the amplitude exceeds the charge limit per phase", "request a lower amplitude or a shorter pulse width"),
+        Code::NoLists => ("this channel's train does not accept pulse lists", "set lists in its train before arming"),
+        Code::ListPlays => ("a pulse list is still playing", "wait for its last pulse, or end it with a setpoint for its channel"),
+        Code::NotRisen => ("the channel has not finished its rise from zero, and a pulse list cannot raise it", "set an amplitude of the channel and wait until its rise has ended"),
+        Code::WidthChanges => ("the pulse width may change, but the recruitment of the channel's muscle is known at one width only", "remove the muscle or max_width_us"),
+        Code::NoStageMemory => ("this device stores no table of its output stages", "store the table on a board; a simulator has the stages of its session"),
+        Code::OtherSetup => ("the setup to be armed differs from the setup in the device", "send Clear and the whole setup again, then arm"),
+        Code::LoadTooLow => ("with the load measured at arming, the channel's limit exceeds the wearer's limits", "lower the channel's limit or its full scale, or check electrodes and gel"),
+        Code::PhaseLost => ("the electrode check measured current in only one phase of the pulses", "check this channel's output stage and the line of the missing phase"),
+        Code::HandStopOpen => ("this wearer is stimulated only while the hand-held stop is held closed", "press the hand-held stop and hold it; the arm key alone is not enough"),
+        Code::JointAndLimb => ("an arm cannot run beside a joint or a wall, because a measurement would apply to both", "send Clear and configure one of them"),
         Code::NoLimb => ("no arm is configured", "configure the arm and its lines before arming"),
-        Code::WrenchOutOfReach => ("the arm's muscles cannot give this force within the wearer's limits", "ask for the share of it that can be made, or hold the arm otherwise"),
-        Code::NoMuscleHelps => ("no muscle of the arm helps towards this force", "ask for another direction, or give the arm a line that pulls that way"),
-        Code::NoPosture => ("an angle of the arm is not measured, or stale", "send a measurement of each of the nine angles first"),
-        Code::JointAndModulation => ("joints that are modulated cannot run beside a joint, a wall or an arm: a measurement would be of both", "send Clear and configure one of them"),
-        Code::ShareLimit => ("a share of a muscle's intensity is, in millionths, below 0 or above 1 at some angle of the joint", "choose another quartic, or a narrower range of angles"),
-        Code::NoPhaseJoint => ("the joint that is to tell the phase is not in the setup", "configure it too, or name another"),
-        Code::OppositePhases => ("two channels can drive in opposite directions at the same time, and the board's stages share one supply or do not say so", "move their pulses apart, in one period, or give both the same direction; on stages with a supply each: flexor stages --store ... --supply separate"),
-        Code::NoModulation => ("no such joint is modulated", "configure it before arming"),
-        Code::NoAngle => ("a modulated joint has no fresh angle within its range, so nothing can be held", "send a measurement of each joint first"),
-        Code::HoldExpired => ("the object was held for longer than it may be", "say that it is released, then that it is held"),
-        Code::TooFarAhead => ("the setpoint's time is more than 1 s ahead of the device's (to: µs ahead)", "send it later, or check the host's idea of the device's clock"),
-        Code::TooManyWaiting => ("as many timed setpoints wait as may (to: how many)", "send it when the first of them is due"),
-        Code::TimeGoesBack => ("the setpoint's time is less than 250 µs after the latest that waits (from: the soonest, µs ahead)", "send timed setpoints in order, those of one time in one request"),
-        Code::AboveStart => ("the amplitude is above the channel's start, and a fixed number of pulses would begin below it (from: how many pulses; to: the largest that is played at once)", "ask for at most start, or agree on a larger one with the wearer"),
-        Code::ListTooSteep => ("a pulse of the list is further above the one before than the wearer's rise allows", "list smaller steps, or agree on a larger start with the wearer"),
-        Code::CountedControlled => ("this channel is controlled, and its train has a fixed number of pulses", "leave repeats out"),
-        Code::NoFatigue => ("this muscle has no fatigue parameters", "configure the muscle with its fatigue, or choose another rung"),
+        Code::WrenchOutOfReach => ("the arm's muscles cannot give this force within the wearer's limits", "request a smaller force, or change the posture of the arm"),
+        Code::NoMuscleHelps => ("no muscle of the arm helps to produce this force", "request another direction, or configure a muscle that pulls in this direction"),
+        Code::NoPosture => ("an angle of the arm has not been measured, or its measurement is too old", "send a measurement of each of the nine angles first"),
+        Code::JointAndModulation => ("modulated joints cannot run beside a joint, a wall or an arm, because a measurement would apply to both", "send Clear and configure one of them"),
+        Code::ShareLimit => ("the share of a muscle's intensity is below 0 or above 1 at some angle of the joint", "choose another quartic, or a narrower range of angles"),
+        Code::NoPhaseJoint => ("the joint that gives the phase is not in the setup", "configure that joint too, or name another"),
+        Code::OppositePhases => ("two channels can drive in opposite directions at the same time, but the board's stages share one supply or their supply is not stored", "move their pulses apart within one period, or give both the same direction; if each stage has its own supply, store that: flexor stages --store ... --supply separate"),
+        Code::NoModulation => ("this joint is not modulated", "configure its modulation before arming"),
+        Code::NoAngle => ("a modulated joint has no recent angle within its range, so no object can be held", "send a measurement of each joint first"),
+        Code::HoldExpired => ("the object was held for longer than allowed", "send that it is released, then that it is held"),
+        Code::TooFarAhead => ("the setpoint is due too long after the device's present time", "send it later, or check the host's estimate of the device's clock"),
+        Code::TooManyWaiting => ("the queue of timed setpoints is full", "send the setpoint when the first one in the queue is due"),
+        Code::TimeGoesBack => ("the setpoint is due less than 250 µs after the latest one in the queue", "send timed setpoints in order, and those for the same time in one request"),
+        Code::AboveStart => ("the amplitude is above the channel's start, so the first of the fixed number of pulses would be lower than requested", "request at most start, or agree on a larger start with the wearer"),
+        Code::ListTooSteep => ("a pulse of the list is further above the previous one than the wearer's limits allow", "list smaller steps, or agree on a larger start with the wearer"),
+        Code::CountedControlled => ("a controller drives this channel, so its train cannot have a fixed number of pulses", "remove repeats"),
+        Code::NoFatigue => ("this muscle has no fatigue parameters", "configure the muscle with its fatigue parameters, or choose another model level"),
     }
 }

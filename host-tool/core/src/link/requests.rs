@@ -30,17 +30,17 @@ macro_rules! requests {
 requests! {
     "Tells the device that the host is alive."
     "KeepAlive" keep_alive() Request::KeepAlive;
-    "Empties the draft setup."
+    "Clears the draft setup."
     "Clear" clear() Request::Clear;
     "Sets the wearer's limits in the draft."
     "Wearer" wearer(spec: WearerSpec) Request::Wearer(spec);
     "Configures a channel (from 0) in the draft."
     "Channel" channel(channel: u8, spec: ChannelSpec) Request::Channel { channel, spec };
-    "Chooses the channel that drives sync out."
+    "Chooses the channel that drives the sync output."
     "Sync" sync(channel: Option<u8>) Request::Sync { channel };
-    "Gives a channel a muscle whose force is predicted."
+    "Configures a muscle on a channel, whose force the device predicts."
     "Muscle" muscle(channel: u8, spec: MuscleSpec) Request::Muscle { channel, spec };
-    "Changes the level of an armed muscle."
+    "Changes the model level of an armed muscle."
     "MuscleLevel" muscle_level(channel: u8, level: MuscleLevel) Request::MuscleLevel { channel, level };
     "Configures the controlled joint in the draft."
     "Joint" joint(spec: JointSpec) Request::Joint(spec);
@@ -53,13 +53,13 @@ requests! {
     Request::StoreStages { stages, supply };
     "Acknowledges a fault."
     "Acknowledge" acknowledge() Request::Acknowledge;
-    "Sets the wanted angle, 0.01° and 0.01 °/s."
+    "Sets the reference angle, 0.01°, and its rate, 0.01 °/s."
     "Angle" angle(at: Option<Micros>, centideg: i16, rate: Option<i32>)
     Request::Angle { at, centideg, centideg_per_s: rate };
     "Sends an angle that the host measured, 0.01°."
     "Measurement" measurement(centideg: i16, at: Micros)
     Request::Measurement { joint: 0, centideg, at };
-    "Sets the wanted force at the hand, mN."
+    "Sets the reference force at the hand, mN."
     "Wrench" wrench(at: Option<Micros>, force_mn: [i32; 3]) Request::Wrench { at, force_mn };
     "Subscribes to telemetry every `period_ms`; 0 ends it."
     "Subscribe" subscribe(period_ms: u16) Request::Subscribe { period_ms };

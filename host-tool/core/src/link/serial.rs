@@ -20,16 +20,16 @@ impl SerialPort {
             advice: match e.kind() {
                 // The library reports this kind when another program has locked the port.
                 serialport::ErrorKind::NoDevice => {
-                    "another program uses it (a serial monitor, another flexor): close that one"
+                    "another program uses this port (a serial monitor, another flexor): close it"
                 }
                 serialport::ErrorKind::Io(ErrorKind::NotFound) => {
-                    "plug the board in and look for its port, on Linux /dev/ttyACM0 or similar; \
-                     without --device the native simulator runs"
+                    "plug the board in and check its port (on Linux /dev/ttyACM0 or similar); \
+                     without --device, flexor uses the native simulator"
                 }
                 serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => {
-                    "on Linux add yourself to the group `dialout` and log in again"
+                    "on Linux, add yourself to the group `dialout` and log in again"
                 }
-                _ => "give the port of a board, on Linux /dev/ttyACM0 or similar",
+                _ => "give the port of a board (on Linux /dev/ttyACM0 or similar)",
             },
         })?;
         Ok(Self::begin(stream))

@@ -35,7 +35,7 @@ impl TcpPort {
         let stream = connect().map_err(|e| Error::Open {
             port: format!("tcp:{address}"),
             reason: e.to_string(),
-            advice: "start a simulated board there with `flexor serve --tcp ADDR`",
+            advice: "start a simulated board at that address with `flexor serve --tcp ADDR`",
         })?;
         Ok(Self::begin(stream))
     }

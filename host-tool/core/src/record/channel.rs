@@ -53,7 +53,7 @@ fn known_model<'de, D: Deserializer<'de>>(from: D) -> Result<Option<String>, D::
     };
     match name.as_ref().filter(|name| !is_known(name)) {
         Some(name) => Err(serde::de::Error::custom(format!(
-            "`{name}` is no muscle model"
+            "`{name}` is not a muscle model"
         ))),
         None => Ok(name),
     }

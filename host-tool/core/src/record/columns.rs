@@ -61,51 +61,51 @@ const fn column(
 /// Columns of `samples.csv`, in order.
 #[rustfmt::skip]
 pub const SAMPLES: [Column; 24] = [
-    column(ColumnScope::Table, "t_s", "s", "time since the start of the trains, rising, with six decimals", "device clock, 1 µs"),
-    column(ColumnScope::Table, "target_deg", "°", "wanted joint angle, or where the wall stands; empty before the first setpoint and without joint or wall", "device: the setpoint it follows, held or extrapolated"),
-    column(ColumnScope::Table, "measured_deg", "°", "joint angle; empty before the first measurement and without joint or wall", "the session's sensor, as the device took it"),
-    column(ColumnScope::Table, "true_deg", "°", "joint angle of the simulated body; empty unless one runs in this program", "simulated body"),
-    column(ColumnScope::Table, "effort", "", "what the control law asks for, 1 is all; at a wall the penetration in °; empty while neither runs", "device: control law"),
-    column(ColumnScope::Table, "limiting", "0, 1", "1 while the device cannot give what is wanted, on any channel: a computed amplitude is held at the wearer's limit, or a force is wanted that is below that of threshold or beyond what the muscle, perhaps tired, gives", "device: guard, force control"),
-    column(ColumnScope::Table, "state", "", "the device's state: boot, idle, armed, stimulating, stopping or fault", "device"),
-    column(ColumnScope::Channel, "amplitude", "", "amplitude in force, in whole steps of 0.001; empty while the channel plays nothing", "device: as sent to the DAC; no measurement"),
-    column(ColumnScope::Width, "width", "µs", "pulse width in force; empty while the channel plays nothing", "device: as played; no measurement"),
-    column(ColumnScope::Muscle, "force", "N", "force that the muscle model predicts from the pulses played; empty where none runs", "device: muscle model; no measurement"),
-    column(ColumnScope::Force, "wanted", "N", "wanted force; empty before its first setpoint", "device: the setpoint it follows"),
-    column(ColumnScope::Force, "rate", "Hz", "pulse rate in force; empty while the channel plays nothing", "device: force control"),
-    column(ColumnScope::Force, "below", "N", "force below the wanted one that the limits can give; empty unless they cannot give the wanted one", "device: force control"),
-    column(ColumnScope::Force, "above", "N", "force above the wanted one that the limits can give; empty as before", "device: force control"),
-    column(ColumnScope::Arm, "hand_x_n", "N", "wanted force at the hand, backward; empty before the first", "device: the setpoint it follows"),
-    column(ColumnScope::Arm, "hand_y_n", "N", "the same, to the right", "device: the setpoint it follows"),
-    column(ColumnScope::Arm, "hand_z_n", "N", "the same, upward", "device: the setpoint it follows"),
-    column(ColumnScope::Arm, "hand_made", "", "part of that force that can be made as the arm is held, the least since the row before: 1 is all, and given; less is not given at all", "device: recruitment"),
-    column(ColumnScope::Arm, "hand_fx_n", "N", "force at the hand, backward: what the arm pushes the cuff near its wrist with beside its weight; empty unless a simulated arm in a cuff runs in this program", "simulated body: its truth, without its force sensor's noise; no measurement"),
-    column(ColumnScope::Arm, "hand_fy_n", "N", "the same, to the right", "simulated body, likewise"),
-    column(ColumnScope::Arm, "hand_fz_n", "N", "the same, upward", "simulated body, likewise"),
-    column(ColumnScope::Lift, "held", "0, 1, 2", "1 while an object is held, 0 while not, 2 if it was for too long and is to be released; empty before the start", "device: the setpoint it follows"),
-    column(ColumnScope::Joint, "angle", "°", "angle of the joint; empty without a fresh one that can be believed", "the host, as the device took it"),
-    column(ColumnScope::Joint, "phase", "1, -1", "1 since its elbow flexed last, -1 since it extended; empty before it moves", "device: sign of the elbow's velocity"),
+    column(ColumnScope::Table, "t_s", "s", "time since the start of the pulse trains, in increasing order, with six decimals", "device clock, 1 µs"),
+    column(ColumnScope::Table, "target_deg", "°", "reference of the joint angle, or position of the wall; empty before the first setpoint and without joint or wall", "device: its present setpoint, held or extrapolated"),
+    column(ColumnScope::Table, "measured_deg", "°", "measured joint angle; empty before the first measurement and without joint or wall", "the session's sensor, as the device received it"),
+    column(ColumnScope::Table, "true_deg", "°", "true joint angle of the simulated limb; empty unless this program simulates one", "simulated limb"),
+    column(ColumnScope::Table, "effort", "", "output of the control law, at most 1; at a wall the penetration in °; empty while neither is active", "device: control law"),
+    column(ColumnScope::Table, "limiting", "0, 1", "1 while at least one channel cannot reach its reference: a computed amplitude is held at the wearer's limit, or the reference force is below the force at threshold or above the force that the muscle, possibly fatigued, can produce", "device: guard, force control"),
+    column(ColumnScope::Table, "state", "", "state of the device: boot, idle, armed, stimulating, stopping or fault", "device"),
+    column(ColumnScope::Channel, "amplitude", "", "present amplitude, in whole steps of 0.001; empty while the channel outputs no pulses", "device: as sent to the DAC; not measured"),
+    column(ColumnScope::Width, "width", "µs", "present pulse width; empty while the channel outputs no pulses", "device: as output; not measured"),
+    column(ColumnScope::Muscle, "force", "N", "force that the muscle model predicts from the pulses; empty while no model runs", "device: muscle model; not measured"),
+    column(ColumnScope::Force, "wanted", "N", "reference force; empty before its first setpoint", "device: its present setpoint"),
+    column(ColumnScope::Force, "rate", "Hz", "present pulse rate; empty while the channel outputs no pulses", "device: force control"),
+    column(ColumnScope::Force, "below", "N", "nearest force below the reference that the limits allow; empty if they allow the reference itself", "device: force control"),
+    column(ColumnScope::Force, "above", "N", "nearest force above the reference that the limits allow; empty if they allow the reference itself", "device: force control"),
+    column(ColumnScope::Arm, "hand_x_n", "N", "reference force at the hand, backward component; empty before the first setpoint", "device: its present setpoint"),
+    column(ColumnScope::Arm, "hand_y_n", "N", "the same, component to the right", "device: its present setpoint"),
+    column(ColumnScope::Arm, "hand_z_n", "N", "the same, upward component", "device: its present setpoint"),
+    column(ColumnScope::Arm, "hand_made", "", "share of that force that the muscles can produce in this posture of the arm, minimum since the previous row; at 1 the force is produced, below 1 no force is produced", "device: recruitment"),
+    column(ColumnScope::Arm, "hand_fx_n", "N", "true force at the hand, backward component: the force of the arm on the cuff near its wrist, without its weight; empty unless this program simulates an arm in a cuff", "simulated arm: true value, without the noise of a force sensor; not measured"),
+    column(ColumnScope::Arm, "hand_fy_n", "N", "the same, component to the right", "simulated arm, likewise"),
+    column(ColumnScope::Arm, "hand_fz_n", "N", "the same, upward component", "simulated arm, likewise"),
+    column(ColumnScope::Lift, "held", "0, 1, 2", "1 while an object is held, 0 while none is held, 2 if it was held too long and must be released; empty before the start", "device: its present setpoint"),
+    column(ColumnScope::Joint, "angle", "°", "angle of the joint; empty without a recent and plausible measurement", "the host, as the device received it"),
+    column(ColumnScope::Joint, "phase", "1, -1", "direction of the elbow's latest movement: 1 flexion, -1 extension; empty before it moves", "device: sign of the elbow's velocity"),
 ];
 
 /// Columns of `edges.csv`, in order.
 #[rustfmt::skip]
 pub const EDGES: [Column; 4] = [
-    column(ColumnScope::Table, "t_us", "µs", "time since the start of the period drawn", "simulated pins"),
-    column(ColumnScope::Table, "channel", "", "channel, from 1", "simulated pins"),
-    column(ColumnScope::Table, "state", "", "from now on: isolated, cathodic, anodic or grounded; isolated before the first row", "simulated pins"),
+    column(ColumnScope::Table, "t_us", "µs", "time since the start of the recorded period", "simulated pins"),
+    column(ColumnScope::Table, "channel", "", "channel number, from 1", "simulated pins"),
+    column(ColumnScope::Table, "state", "", "new state: isolated (disconnected), cathodic, anodic or grounded; isolated before the first row", "simulated pins"),
     column(ColumnScope::Table, "dac_code", "0–65535", "amplitude code of the channel's DAC", "simulated pins"),
 ];
 
 /// Columns of `markers.csv`, in order.
 #[rustfmt::skip]
 pub const MARKERS: [Column; 7] = [
-    column(ColumnScope::Table, "t_s", "s", "device time since the start of the trains, with six decimals", "device clock, 1 µs"),
-    column(ColumnScope::Table, "device_us", "µs", "device time since its boot, which does not wrap", "device clock; of a key estimated from its latest answers where the device is no part of this program"),
-    column(ColumnScope::Table, "host_us", "µs", "host time since the start of the trains: of a key when it took effect, of an edge when the host heard of it", "host clock; of a simulated device its own"),
-    column(ColumnScope::Table, "kind", "", "`pause`, `resume`, `raise`, `lower`, `mark` or `stop` by hand; `trigger` and `sync` for an edge of that line", "keyboard; device"),
+    column(ColumnScope::Table, "t_s", "s", "device time since the start of the pulse trains, with six decimals", "device clock, 1 µs"),
+    column(ColumnScope::Table, "device_us", "µs", "device time since its boot, which does not wrap", "device clock; for a key it is estimated from the latest answers, unless this program simulates the device"),
+    column(ColumnScope::Table, "host_us", "µs", "host time since the start of the pulse trains at which a key took effect, or at which the host received the edge", "host clock; simulated time if this program simulates the device"),
+    column(ColumnScope::Table, "kind", "", "`pause`, `resume`, `raise`, `lower`, `mark` or `stop` for a key; `trigger` or `sync` for an edge of that line", "keyboard; device"),
     column(ColumnScope::Table, "channel", "", "channel of `raise` and `lower`, from 1", "keyboard"),
-    column(ColumnScope::Table, "intensity_percent", "%", "the channel's intensity from then on, of the session's own amplitudes", "host"),
-    column(ColumnScope::Table, "text", "", "what was typed with `mark`; why a key had no effect", "keyboard; host"),
+    column(ColumnScope::Table, "intensity_percent", "%", "intensity of the channel from then on, relative to the session's amplitudes", "host"),
+    column(ColumnScope::Table, "text", "", "text typed with `mark`, or the reason why a key had no effect", "keyboard; host"),
 ];
 
 impl Column {

@@ -93,7 +93,7 @@ pub(super) fn altered_files(folder: &Path, trial: &mut Trial) -> Vec<String> {
     let mut tell = |name: &str, text: &str| {
         let what = match text.is_empty() {
             true => "is missing",
-            false => "was changed since it was run",
+            false => "was changed after the run",
         };
         altered.push(format!("{}/{name} {what}", file_name(folder)));
     };

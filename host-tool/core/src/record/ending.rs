@@ -86,7 +86,7 @@ impl Ending {
             _ if !self.is_incomplete() => return None,
             Some(reason) => reason.trim_end_matches('.'),
             None => {
-                "nothing was written of why: the program was killed, lost its disk, or still runs"
+                "the reason was not recorded: the program was killed, lost its disk, or still runs"
             }
         };
         Some(format!("Incomplete: {why}."))

@@ -7,13 +7,13 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// The file system refused access to this file or folder.
-    #[error("E583 {0} cannot be used: {1}; mend that, or give another folder")]
+    #[error("E583 {0} cannot be used: {1}; correct this, or give another path")]
     Io(PathBuf, std::io::Error),
     /// A file could not be written, because the disk is full or for another reason of the file
     /// system.
     #[error(
-        "E582 cannot write {path}: {why}; make room there or choose another --out; what was \
-         recorded before is kept"
+        "E582 cannot write {path}: {why}; free space on that disk or choose another --out; \
+         everything recorded so far is kept"
     )]
     Write {
         /// File or folder that could not be written.
@@ -23,43 +23,43 @@ pub enum RecordError {
     },
     /// The folder for a new record is not empty; the text names an entry.
     #[error(
-        "E590 {0} is not empty: it holds {1}; choose another --out; where a command has \
-         --overwrite, that replaces a record"
+        "E590 {0} is not empty: it contains {1}; choose another --out, or replace a record with \
+         --overwrite if the command has that option"
     )]
     Taken(PathBuf, String),
     /// Another program writes the record in this folder.
-    #[error("E591 another flexor writes in {0}: wait for its end, or choose another folder")]
+    #[error("E591 another flexor is writing to {0}: wait until it ends, or choose another folder")]
     Busy(PathBuf),
     /// The folder to be replaced is not a record; the text names an entry.
     #[error(
-        "E592 {0} is no record, so --overwrite leaves it alone: it holds {1} and no run.json \
-         of flexor's; choose another --out"
+        "E592 {0} is not a record, so --overwrite does not replace it: it contains {1} but no \
+         run.json from flexor; choose another --out"
     )]
     NotOurs(PathBuf, String),
     /// The folder contains no record.
-    #[error("E593 {0} is no record: it has no run.json; give a folder that flexor run wrote")]
+    #[error("E593 {0} is not a record: it has no run.json; give a folder that flexor run wrote")]
     Absent(PathBuf),
     /// The record has this later format, written by this version of the program.
     #[error(
-        "E594 the record in {0} has format {1}, and this flexor knows formats up to \
-         {FORMAT}: use the flexor that wrote it ({2}), or a later one"
+        "E594 the record in {0} has format {1}, but this flexor reads only formats up to \
+         {FORMAT}: use flexor {2}, which wrote the record, or a later version"
     )]
     Newer(PathBuf, u64, String),
     /// A closed record has lost the data that the text names.
-    #[error("E585 the record in {0} is damaged: {1}; take it from where it was kept whole")]
+    #[error("E585 the record in {0} is damaged: {1}; restore it from an undamaged copy")]
     Damaged(PathBuf, String),
     /// The place for a new file, named with its option if that is needed, is a file that is read or
     /// recorded, or is part of one.
-    #[error("E586 {0} is {1}, which is to be read and not replaced: choose another place")]
+    #[error("E586 {0} is {1}, which must not be overwritten: choose another path")]
     Source(String, String),
     /// The file to be written already exists.
-    #[error("E587 {0} is there already: choose another name; --overwrite replaces it")]
+    #[error("E587 {0} already exists: choose another name, or replace it with --overwrite")]
     FileTaken(PathBuf),
     /// The file differs from what this program writes: its line, from 1 for the header, and the
     /// column with the reason.
     #[error(
-        "E584 {0}, line {1}: {2}; flexor does not write it so: take the record from where \
-         it was kept unchanged"
+        "E584 {0}, line {1}: {2}; flexor did not write this: restore the record from an \
+         unchanged copy"
     )]
     Format(PathBuf, usize, String),
 }

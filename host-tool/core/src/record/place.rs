@@ -180,7 +180,7 @@ fn check_not_dangling(path: &Path) -> Result<(), RecordError> {
     match path.is_symlink() && !path.exists() {
         false => Ok(()),
         true => Err(RecordError::io(path)(std::io::Error::other(
-            "it is a link that leads nowhere",
+            "it is a symbolic link to a missing file",
         ))),
     }
 }

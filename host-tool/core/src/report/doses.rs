@@ -19,11 +19,11 @@ pub(super) const HEADS: [&str; 8] = [
 ];
 
 /// Explanation of the columns, shown below a table.
-pub(super) const NOTE: &str = "Computed from the record; nothing measures current while pulses \
-     play. Charge is that of all pulses: − in cathodic phases, + in anodic ones, ± as much in \
-     both. Rms is over the whole length. A channel is on while each burst follows within a \
-     period. Charge and rms of a voltage stage are those through the load that its session \
-     declares.";
+pub(super) const NOTE: &str = "Computed from the record; current is not measured during \
+     stimulation. Charge is the sum over all pulses: − in cathodic phases, + in anodic phases, \
+     ± the same in both. Rms is taken over the whole trial. A channel counts as on while each \
+     burst follows the previous one within a period. Charge and rms of a voltage stage are \
+     computed with the load that the session file gives.";
 
 const UNKNOWN: &str = "–";
 

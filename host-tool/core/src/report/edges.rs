@@ -60,7 +60,7 @@ pub fn edges_figure(trial: &Trial, alike: &[&Trial]) -> Svg {
     let legend = [
         (
             Key::Line(stroke(INK, 1.0)),
-            "up: anodic · middle: isolated · down: cathodic",
+            "up: anodic · middle: isolated (disconnected) · down: cathodic",
         ),
         (Key::Box(Paint::Full(GRID)), "grounded"),
     ];

@@ -54,9 +54,9 @@ pub(super) fn figure(trials: &[Trial]) -> Svg {
         };
         (0..AXES.len()).map(panel).collect()
     };
-    let mut legend = vec![(Key::Line(WANTED), "wanted at the hand".to_owned())];
+    let mut legend = vec![(Key::Line(WANTED), "reference".to_owned())];
     if samples().any(|s| !s.hand_true_n.is_empty()) {
-        legend.push((Key::Line(CAME), "what the simulated arm gives".to_owned()));
+        legend.push((Key::Line(CAME), "force of the simulated arm".to_owned()));
     }
     Figure {
         description: "Force at the hand over time".to_owned(),
@@ -74,19 +74,21 @@ pub(super) fn hand_result(run: &Run) -> Option<String> {
         .filter_map(|s| known_vector(&s.hand_n))
         .map(length);
     let most = wanted.reduce(f64::max)?;
-    let mut text = format!("Up to {most:.1} N were wanted at the hand");
+    let mut text = format!("The reference force at the hand reached {most:.1} N");
     let unmade = samples().filter(|s| s.hand_made.is_some_and(|made| made < 1.0));
     let (unmade, all) = (unmade.count(), samples().filter(is_wanted).count());
     if unmade > 0 {
         let percent = 100.0 * unmade as f64 / all as f64; // one at least
-        text +=
-            &format!(", which for {percent:.1} % of the time could not be made and was not given");
+        text += &format!(
+            "; for {percent:.1} % of the time the arm could not produce the reference and \
+             produced no force"
+        );
     }
     let both =
         samples().filter_map(|s| Some((known_vector(&s.hand_n)?, known_vector(&s.hand_true_n)?)));
     let both: Vec<_> = both.collect();
     if both.is_empty() {
-        return Some(text + "; nothing measured the force that came.");
+        return Some(text + "; the actual force was not measured.");
     }
     let rms = |of: fn(&([f64; 3], [f64; 3])) -> f64| {
         let squares: f64 = both.iter().map(|pair| of(pair).powi(2)).sum();
@@ -94,9 +96,9 @@ pub(super) fn hand_result(run: &Run) -> Option<String> {
     };
     let missed = rms(|(wanted, came)| length(std::array::from_fn(|n| came[n] - wanted[n])));
     let wanted = rms(|(wanted, _)| length(*wanted));
-    text += &format!("; the simulated arm's own force missed that by {missed:.1} N rms");
+    text += &format!("; the force of the simulated arm differed from it by {missed:.1} N rms");
     if wanted > 0.0 {
-        text += &format!(", {:.0} % of the wanted", 100.0 * missed / wanted);
+        text += &format!(", {:.0} % of the reference", 100.0 * missed / wanted);
     }
     Some(text + ".")
 }

@@ -1,6 +1,6 @@
 //! The picture in the README: an arm with ten electrodes, the pulses of ten channels over one
-//! period, and the angle of a finger under the device's default control law and under the paper's.
-//! It is narrow and has large letters, so that a phone shows it too.
+//! period, and the angle of a finger under the default controller and under the paper's
+//! controller. It is narrow and has large letters, so that a phone shows it too.
 
 use super::limb::draw_bones;
 use super::tables::degrees;
@@ -13,6 +13,7 @@ use crate::plot::panel::LetterScale;
 use crate::plot::series::range;
 use crate::plot::{At, Axis, Canvas, Key, Mark, Paint, Panel, Shape, Words};
 use crate::record::{Edge, Sample, State, Trial};
+use crate::session::LawName;
 
 /// Size of the picture, CSS pixels. On a screen of 360 pixels a README has 328: the smallest
 /// letters are then 9.7 pixels high.
@@ -30,8 +31,8 @@ const BONES: [f64; 2] = [46.0, 62.0];
 /// Part of the trials that is shown, s: two periods of the reference.
 const SHOWN_S: (f64, f64) = (10.0, 20.0);
 
-/// Returns one picture of the same session under the device's default law, with the edges of one
-/// period, and under the paper's law.
+/// Returns one picture of the same session under the default controller, with the edges of one
+/// period, and under the paper's controller.
 #[must_use]
 pub fn picture(default: &Trial, paper: &Trial) -> String {
     let mut canvas = Canvas::default();
@@ -43,11 +44,12 @@ pub fn picture(default: &Trial, paper: &Trial) -> String {
     canvas.text((SIZE.0 / 2.0, 20.0), words, title);
     draw_arm(&mut canvas, default);
     let (left, top) = (LANES.0.0 - 22.0, LANES.0.1 - 32.0);
-    canvas.text((left, top), "ten pulse lanes, one period", WORDS);
+    canvas.text((left, top), "ten channels, one period", WORDS);
     lanes(&default.edges).draw(&mut canvas, LETTERS, 0.0, LANES);
     draw_angles(&mut canvas, default, paper);
-    let what = "Simulated: ten channels of pulses drive a finger, whose angle follows its target \
-                under the device's default law, and less well under the paper's";
+    let what = "Simulated: ten channels of pulses drive a finger, whose angle follows its \
+                reference closely under the default controller and less closely under the \
+                paper's controller";
     standalone(&canvas.svg(SIZE, what))
 }
 
@@ -124,7 +126,7 @@ fn lanes(edges: &[Edge]) -> Panel {
     panel
 }
 
-/// Draws the reference and the angle under both laws, each with its RMSE.
+/// Draws the reference and the angle under both controllers, each with its RMSE.
 fn draw_angles(canvas: &mut Canvas, default: &Trial, paper: &Trial) {
     let error =
         |trial: &Trial| metrics_without_lag(trial).map_or(String::new(), |m| degrees(m.rmse_deg));
@@ -133,12 +135,12 @@ fn draw_angles(canvas: &mut Canvas, default: &Trial, paper: &Trial) {
     let keys = [
         (
             Key::Line(blue),
-            format!("device's default, RMSE {}", error(default)),
+            format!("{}, RMSE {}", LawName::Recommended.title(), error(default)),
         ),
-        (Key::Line(ink), "target".to_owned()),
+        (Key::Line(ink), "reference".to_owned()),
         (
             Key::Line(red),
-            format!("paper's law, RMSE {}", error(paper)),
+            format!("{}, RMSE {}", LawName::Paper.title(), error(paper)),
         ),
     ];
     draw_legend(

@@ -34,10 +34,7 @@ pub fn page(report: &Report) -> String {
         ("Stimulation", stimulation(run)),
         ("Edges of one period", periods(run)),
         ("Comparison with the paper", comparison(report)),
-        (
-            "What was put in and what came out",
-            assumptions(report.assumptions),
-        ),
+        ("Assumptions and outcomes", assumptions(report.assumptions)),
         ("Counters and events", log),
         ("How to reproduce", reproduce(report)),
     ] {
@@ -76,7 +73,7 @@ fn headline(run: &Run) -> String {
     let silent: Vec<_> = run.trials.iter().filter_map(silent).collect();
     let told = silent
         .iter()
-        .map(|(name, why)| format!("{name}: no pulse was played: {why}."));
+        .map(|(name, why)| format!("{name}: no pulses were output: {why}."));
     let mut all: Vec<String> = run.caveat().into_iter().chain(told).collect();
     // Without stimulation there is nothing to assess.
     if silent.is_empty() || silent.len() < run.trials.len() {
@@ -110,13 +107,14 @@ fn result(run: &Run) -> String {
         .collect();
     match others.as_slice() {
         [] => {
-            format!("{name}: the joint followed its target with an RMSE of {rmse} over {window}.")
+            format!("{name}: the joint followed its reference with RMSE {rmse} over {window}.")
         }
         [.., last] if count > 4 => format!(
-            "{name}: RMSE {rmse} over {window}, the lowest of {count}; the highest is {last}."
+            "{name} had the lowest RMSE of {count} trials, {rmse} over {window}; the highest was \
+             {last}."
         ),
         all => format!(
-            "{name}: RMSE {rmse} over {window}, the lowest, against {}.",
+            "{name} had the lowest RMSE, {rmse} over {window}, compared with {}.",
             all.join(" and ")
         ),
     }
@@ -125,9 +123,9 @@ fn result(run: &Run) -> String {
 /// Returns the reason why there is nothing to assess.
 fn no_result_reason(run: &Run) -> &'static str {
     if run.trials.iter().any(Trial::has_reference) {
-        "Nothing was recorded of the time that is judged."
+        "Nothing was recorded in the time window that is evaluated."
     } else {
-        "Open loop: nothing was to be followed."
+        "Open loop: the session has no reference to follow."
     }
 }
 
@@ -145,11 +143,11 @@ fn force_result(run: &Run) -> Option<String> {
     let remarks: String = remarks.map(|remark| format!(" {remark}")).collect();
     let which = match all.len() {
         1 => String::new(),
-        count => format!(" of channel {}, the furthest off of {count},", m.channel),
+        count => format!(" of channel {}, the least accurate of {count},", m.channel),
     };
     Some(format!(
-        "{}: the predicted force{which} followed the wanted one with an RMSE of {} over {}–{} s. \
-         Nothing measures force.{remarks}",
+        "{}: the predicted force{which} followed the reference with an RMSE of {} over {}–{} s. \
+         No force was measured.{remarks}",
         capitalised(&trial.name),
         newtons(m.rmse_n),
         seconds(m.from_s),
@@ -179,9 +177,10 @@ fn wall_result(run: &Run) -> Option<String> {
     };
     let (name, least) = (capitalised(name), depth(*least));
     Some(match others.last() {
-        None => format!("{name}: at its deepest the limb was {least}."),
+        None => format!("{name}: greatest depth {least}."),
         Some((other, most)) => format!(
-            "{name}: at its deepest the limb was {least}, the least of {}; the most is {} ({other}).",
+            "{name}: greatest depth {least}, the smallest of {} trials; the largest was {} \
+             ({other}).",
             depths.len(),
             depth(*most)
         ),
@@ -244,11 +243,11 @@ pub fn figure(svg: &Svg, caption: &str) -> Html {
 fn forces_caption(run: &Run) -> &'static str {
     let mut samples = run.trials.iter().flat_map(|trial| &trial.samples);
     if samples.any(|sample| sample.forces_n.iter().any(Option::is_some)) {
-        "Force that the device's muscle model predicts from the pulses emitted; dark: the \
-         wanted force, where it is controlled."
+        "Force that the device's muscle model predicts from the output pulses. Dark line: \
+         reference of each channel under force control."
     } else {
-        "No muscle model ran, so no force was predicted; dark: the wanted force, where it is \
-         controlled."
+        "No muscle model ran, so no force was predicted. Dark line: reference of each channel \
+         under force control."
     }
 }
 
@@ -273,7 +272,7 @@ fn stimulation(run: &Run) -> Html {
         + figure(&lanes::forces(&run.trials), forces_caption(run))
         + figure(
             &lanes::rates(&run.trials),
-            "Pulse rate that force control gives each channel.",
+            "Pulse rate that force control sets for each channel.",
         )
 }
 
@@ -304,9 +303,9 @@ fn comparison(report: &Report) -> Html {
     let mut text = figure(&bars::figure(trials, report.paper), "") + table;
     if report.run.is_simulated() {
         text += html!(
-            "<p class=\"note\">The paper's numbers come from people, these from a simulated \
-             body. Agreement shows that the simulation is plausible; it is no evidence about \
-             people and does not confirm the paper.</p>\n",
+            "<p class=\"note\">The paper's values come from people, those of this run from a \
+             simulated wearer. Agreement shows that the simulation is plausible; it is no \
+             evidence about people and does not confirm the paper.</p>\n",
         );
     }
     text
@@ -323,7 +322,7 @@ fn assumptions(all: &[Assumption]) -> Html {
         }
         html!("<div><h3>{}</h3><ul>\n{}</ul></div>\n", title, items)
     };
-    let both = list(Role::PutIn, "Put in") + list(Role::CameOut, "Came out");
+    let both = list(Role::PutIn, "Assumptions") + list(Role::CameOut, "Outcomes");
     if both.is_empty() {
         return both;
     }
@@ -333,11 +332,11 @@ fn assumptions(all: &[Assumption]) -> Html {
 fn reproduce(report: &Report) -> Html {
     let run = report.run;
     if run.trials.iter().all(|trial| trial.identity.is_none()) {
-        return html!("<p>No device answered: there is nothing to repeat.</p>\n");
+        return html!("<p>No device answered, so there is nothing to reproduce.</p>\n");
     }
     let mut text = html!(
-        "<pre>{}</pre>\n<p>Seed {}, Flexor {}. The data are beside this page: a folder per \
-         trial with <code>samples.csv</code> and <code>edges.csv</code>, and \
+        "<pre>{}</pre>\n<p>Seed {}, Flexor {}. The data are beside this page: one folder for \
+         each trial with <code>samples.csv</code> and <code>edges.csv</code>, and \
          <code>summary.json</code>.</p>\n",
         report.command,
         run.seed_in_words(),

@@ -105,10 +105,10 @@ pub(super) fn hits_table(trials: &[Trial]) -> Html {
         row(&trial.name, cells)
     });
     table(
-        "Trial|Hit|Approach|Deepest|Turns|Swing late|Depth late".split('|'),
+        "Trial|Contact|Approach|Deepest|Reversals|Late swing|Late depth".split('|'),
         &rows.collect(),
-        "Depths are inside the wall itself, negative in front of it. Late is the third quarter of \
-         a hit.",
+        "Depths are measured from the surface of the wall: positive inside it, negative in front \
+         of it. Late swing and late depth are taken in the third quarter of a contact.",
     )
 }
 
@@ -128,7 +128,9 @@ pub(super) fn metrics_table(trials: &[Trial]) -> Html {
         "Trial|Window|RMSE|RMSE, true angle|Mean error|Largest error|Lag|Limiting|Samples"
             .split('|'),
         &rows.collect(),
-        "",
+        "Errors are measured angle minus reference within the window; mean and largest error are \
+         absolute values. Limiting: share of samples in which a computed amplitude was held at the \
+         wearer's limit.",
     )
 }
 
@@ -153,10 +155,11 @@ pub(super) fn force_table(trials: &[Trial]) -> Html {
         row(&trial.name, cells)
     });
     table(
-        "Trial|Channel|Window|RMSE|Largest error|Most wanted|Gap|Samples".split('|'),
+        "Trial|Channel|Window|RMSE|Largest error|Largest reference|Gap|Samples".split('|'),
         &rows.collect(),
-        "Of the force that the muscle model predicts; nothing measures force. Gap: how often a \
-         force between two was wanted that the limits cannot give, and the nearer of the two given.",
+        "Errors of the force that the muscle model predicts; no force is measured. Gap: share of \
+         the samples in which the limits allowed no force between these two. The reference lay \
+         between them, and the nearer of the two was produced.",
     )
 }
 
@@ -192,7 +195,7 @@ pub fn force_remarks(trial: &Trial) -> Vec<String> {
         .collect();
     if !numbers.is_empty() {
         all.push(format!(
-            "No muscle model ran on channel {}: its force was not predicted and is not judged.",
+            "No muscle model ran on channel {}, so its force was neither predicted nor evaluated.",
             numbers.join(", ")
         ));
     }
@@ -202,8 +205,8 @@ pub fn force_remarks(trial: &Trial) -> Vec<String> {
             percent => format!("{percent:.0}"),
         };
         all.push(format!(
-            "Limiting in {percent} % of the samples with a wanted force: the device could not give \
-             all that was wanted of it, on one channel or more."
+            "Limiting in {percent} % of the samples with a reference force: at least one channel \
+             could not produce its reference."
         ));
     }
     all
@@ -291,8 +294,9 @@ pub(super) fn counter_table(trials: &[Trial]) -> Html {
     table(
         heads,
         &rows.collect(),
-        "Pulses are those of more than 0 that the session played, as everywhere; pulses started \
-         are the device's count, with those of 0 and of the electrode check.",
+        "“pulses” counts the pulses of the session with an amplitude above 0, as in every other \
+         table. “pulses started” is the device's own count, which includes pulses of amplitude 0 \
+         and those of the electrode check.",
     )
 }
 

@@ -140,7 +140,7 @@ pub(super) fn figure_from_traces(trials: &[TrialTrace]) -> Svg {
             .collect()
     };
     Figure {
-        description: "Target and measured angle over time".to_owned(),
+        description: "Reference and measured angle over time".to_owned(),
         legend: legend(trials),
         rows: (0..rows).map(row).collect(),
         ..Figure::default()
@@ -152,9 +152,9 @@ fn legend(trials: &[TrialTrace]) -> Vec<(Key, String)> {
     let walls = || trials.iter().filter_map(|trial| trial.wall);
     let shade = Key::Box(Paint::Full(SHADE));
     let target = match (walls().next(), trials.iter().any(|trial| trial.joint)) {
-        (Some(_), true) => "target or wall",
+        (Some(_), true) => "reference or wall",
         (Some(_), false) => "wall",
-        (None, _) => "target",
+        (None, _) => "reference",
     };
     let mut keys = vec![
         (Key::Line(TARGET), target),
@@ -199,7 +199,7 @@ fn result(trial: &Trial) -> String {
             format!("RMSE {} ({from}–{to} s)", degrees(m.rmse_deg))
         }
         (None, None) if trial.samples.is_empty() => "no samples".to_owned(),
-        (None, None) if trial.has_reference() => "not judged".to_owned(),
+        (None, None) if trial.has_reference() => "not evaluated".to_owned(),
         (None, None) => "open loop".to_owned(),
     }
 }

@@ -165,9 +165,9 @@ impl DeviceName {
 #[cfg(feature = "serial")]
 fn with_suggestion(path: &str, error: Error) -> Error {
     let advice = match nearest(path, ["native", "chip", "qemu"]) {
-        Some("native") => "did you mean `native`, the simulator?",
+        Some("native") => "did you mean `native`, the native simulator?",
         Some("chip") => "did you mean `chip`, the chip simulator?",
-        Some("qemu") => "did you mean `qemu`?",
+        Some("qemu") => "did you mean `qemu`, the QEMU simulator?",
         _ => return error,
     };
     match error {

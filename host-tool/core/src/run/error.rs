@@ -26,7 +26,9 @@ pub enum RunError {
         advice: String,
     },
     /// The session declares output stages that differ from those of the board (E505).
-    #[error("E505 {0}; declare the stages that the board has, or use the board it was made for")]
+    #[error(
+        "E505 {0}; configure the stages that the board has, or use the board that the session was made for"
+    )]
     OtherStages(String),
     /// The board does not know its output stages (E506).
     #[error(
@@ -36,28 +38,28 @@ pub enum RunError {
     /// Two channels can drive in opposite directions at once, which the board's stages cannot do
     /// (E507).
     #[error(
-        "E507 {0}; move their pulses apart, in one period, or give both the same direction; on stages with a supply each, store that: `flexor stages --store ... --supply separate`"
+        "E507 {0}; move their pulses apart within one period, or give both the same direction; if each stage has its own supply, store that: `flexor stages --store ... --supply separate`"
     )]
     Opposed(String),
     /// The session measures the angles of an arm, and only a simulated wearer has that arm (E550).
     #[error(
-        "E550 the session's posture is measured by the host, and {0} has no simulated arm; say posture_deg, or [body] kind = \"arm\""
+        "E550 the session expects the host to measure the posture, but {0} has no simulated arm; set posture_deg, or [body] kind = \"arm\" on a simulator"
     )]
     NoPosture(String),
     /// The session takes its joint angles from the session file, which only a simulated device may
     /// be sent (E755).
     #[error(
-        "E755 the session's joint angles are a script, and {0} may have a wearer: stimulate by angles that a client measures (docs/protocol.md), or run it on a simulator"
+        "E755 the session's joint angles are scripted, but {0} may have a real wearer; use angles that a client measures (docs/protocol.md), or run the session on a simulator"
     )]
     ScriptedAngles(String),
     /// The session measures its angle with a glove, and only a simulated wearer has that glove
     /// (E513).
     #[error(
-        "E513 the session's angle is measured by the host, and {0} has no simulated glove; use sensor = \"adc\""
+        "E513 the session expects the host to measure the angle, but {0} has no simulated glove; set sensor = \"adc\", or run the session on a simulator"
     )]
     NoGlove(String),
     /// The observer asked for the end of the session (E516).
-    #[error("E516 the session was stopped by hand at {t_s:.2} s; what was recorded is kept")]
+    #[error("E516 the operator stopped the session at {t_s:.2} s; what was recorded is kept")]
     Interrupted {
         /// Time from the start of the trains, s.
         t_s: f64,
@@ -65,8 +67,8 @@ pub enum RunError {
     /// The currents of the simulated hand could not be computed in some stretches of time; their
     /// number is given (E567).
     #[error(
-        "E567 in {0} stretches of time the simulated hand's circuit has no consistent currents, \
-         so that none flowed there and its angle means nothing; what was recorded is kept"
+        "E567 the circuit of the simulated hand could not be solved in {0} intervals; no current \
+         flowed there, so the angle is not valid; what was recorded is kept"
     )]
     Unsettled(u64),
     /// A signal ended the session (E580).

@@ -44,7 +44,10 @@ fn build_listener(image: &'static str) -> impl FnMut(&str) {
                 .any(|verb| line.trim_start().starts_with(verb))
         {
             is_told = true;
-            eprintln!("note: building the image `{image}`, once after each change of its sources");
+            eprintln!(
+                "note: building the image `{image}`, which is needed once after each change of its \
+                 sources"
+            );
         }
         if is_told && is_shown {
             eprintln!("{line}");

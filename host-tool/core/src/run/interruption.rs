@@ -50,14 +50,16 @@ pub enum Stopped {
 pub(super) fn describe_signal(signal: Signal, t_s: Option<f64>, stopped: &Stopped) -> String {
     let what = match t_s {
         Some(t_s) => format!("{signal} came at {t_s:.2} s"),
-        None => format!("{signal} came before the stimulation had begun"),
+        None => format!("{signal} came before stimulation began"),
     };
     match stopped {
-        Stopped::NotOpen => format!("{what}: nothing was asked of the device"),
+        Stopped::NotOpen => {
+            format!("{what}: no session was open on the device, so no Stop was sent")
+        }
         Stopped::Acknowledged => format!("{what}: the device was stopped"),
         Stopped::Unanswered(error) => format!(
-            "{what}: Stop was sent but not acknowledged ({error}), so the device stops by itself \
-             after wearer.host_timeout_ms; see that it does"
+            "{what}: the device did not acknowledge Stop ({error}); it stops by itself after \
+             wearer.host_timeout_ms; check that it does"
         ),
     }
 }

@@ -31,10 +31,16 @@ pub enum OpenError {
     #[error(transparent)]
     Body(#[from] BodyError),
     /// The name is that of a simulator, which does nothing without a session (E517).
-    #[error("E517 {0} does nothing without a session")]
+    #[error(
+        "E517 {0}: a simulator needs a session; give one if the command takes one, or give the port \
+         of a board"
+    )]
     NoPort(String),
     /// The program was built without the feature that opens this device (E578).
-    #[error("E578 this program cannot open {device}: it was built without the feature `{feature}`")]
+    #[error(
+        "E578 this program cannot open {device}: it was built without the feature `{feature}`; use \
+         a build with this feature, or choose another device"
+    )]
     LeftOut {
         /// Name of the device, as messages show it.
         device: String,

@@ -14,16 +14,16 @@ pub fn describe_option_bytes(found: &OptionBytes) -> Vec<String> {
             level => format!("at level {level}"),
         };
         told.push(format!(
-            "brown-out reset is {level}, not at level 3: a low supply is watched only while the \
-             program runs"
+            "brown-out reset is {level}, not at level 3: the supply voltage is monitored only \
+             while the program runs"
         ));
     }
     if found.hardware_watchdog != wanted.hardware_watchdog {
-        told.push("the watchdog is started by hardware, not by the program".to_owned());
+        told.push("the hardware starts the watchdog; the program should start it".to_owned());
     }
     if found.read_protection != wanted.read_protection {
         told.push(format!(
-            "read protection is at level {}, not 0",
+            "read protection is at level {}; it should be at level 0",
             found.read_protection
         ));
     }

@@ -53,7 +53,10 @@ pub enum ProfileError {
     #[error(transparent)]
     Run(#[from] RunError),
     /// The session ended before the first telemetry sample, which starts the profile (E544).
-    #[error("E544 the session is too short to be profiled: no telemetry came (10 ms)")]
+    #[error(
+        "E544 the session is too short to profile: it ended before the first telemetry row (after \
+         10 ms)"
+    )]
     TooShort,
 }
 

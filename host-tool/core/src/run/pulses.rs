@@ -33,19 +33,19 @@ pub(super) fn silence_reason(
     let trains = || session.channels.iter().map(|c| c.spec.train);
     if trains().all(|train| train.trigger.is_some()) {
         return if idle_triggers > 0 {
-            "edges came to the trigger input when no train was ready for them"
+            "trigger edges arrived while no train was waiting for them"
         } else {
-            "every channel waits for a trigger, and none came before the end; \
-             [simulated_trigger] in the session file gives a simulator edges"
+            "every channel waits for a trigger, and none arrived before the end; \
+             [simulated_trigger] in the session file simulates trigger edges"
         };
     }
     let first = trains().filter(|train| train.trigger.is_none());
     let first = first.map(|train| u64::from(train.offset_us)).min();
     if first.is_some_and(|offset| offset >= length_us) {
-        return "it ended before the first channel's offset_us";
+        return "the session ended before the first pulse was due (offset_us of the first channel)";
     }
     if trains().all(|train| u64::from(train.offset_us + train.period_us) >= length_us) {
-        return "it ended with the first pulses, and amplitudes rise from 0";
+        return "the session ended within the first pulse period, and amplitudes rise from 0";
     }
     let setpoints = &session.setpoints;
     let is_nothing = |wanted: &ForceCourse| match wanted {
@@ -64,29 +64,27 @@ pub(super) fn silence_reason(
     };
     match &setpoints.course {
         Course::Amplitudes(values) if is_zero(values) && is_zero(&setpoints.beside) => {
-            "all amplitudes that it asks for are 0"
+            "all amplitudes of the session are 0"
         }
         Course::KeepAlive if !setpoints.programs.is_empty() => {
-            "its programs ask for no amplitude above 0 before its end"
+            "the session's programs contain no amplitude above 0 before its end"
         }
         Course::KeepAlive if session.wall.is_none() => {
-            "nothing asks for an amplitude: the session has neither amplitudes nor a wall"
+            "the session has neither amplitudes nor a virtual wall"
         }
-        Course::KeepAlive => "nothing asked for an amplitude: the wall was not touched",
+        Course::KeepAlive => "the joint did not touch the virtual wall",
         Course::AngleSine { .. } | Course::AngleSteps(_) => {
-            "the control law asked for no amplitude above 0: the joint was where it should be, or \
-             nothing measured it"
+            "the controller requested no amplitude above 0: the joint was already at its \
+             reference, or its angle was not measured"
         }
-        Course::Force(_, wanted) if is_nothing(wanted) => "the wanted force is 0",
+        Course::Force(_, wanted) if is_nothing(wanted) => "the reference force is 0",
         Course::Force(..) => {
-            "the wanted force is nearer to none than to the least that the muscle gives; a lower \
-             min_frequency_hz lets it give less"
+            "the reference force is nearer to 0 than to the smallest force of the muscle; a lower \
+             min_frequency_hz allows a smaller force"
         }
         Course::Held(points) if points.iter().all(|(_, is_held)| !is_held) => "no object was held",
-        Course::Held(_) => {
-            "no share was above 0 while an object was held, or no elbow had moved yet"
-        }
-        Course::Wrench(_) => "no force at the hand was wanted that recruits a muscle",
+        Course::Held(_) => "while an object was held, every share was 0, or no elbow had moved yet",
+        Course::Wrench(_) => "the reference force at the hand needs no muscle",
         Course::Amplitudes(_) | Course::Stimulus(..) => {
             "every amplitude was below the first step of its DAC, or the ramp \
                                   had not begun"

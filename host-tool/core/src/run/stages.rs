@@ -15,9 +15,11 @@ use std::convert::Infallible;
 pub fn describe_stages(stages: &Stages) -> Vec<String> {
     let table = match stages {
         Stages::AsConfigured => {
-            return vec!["a simulator: the stages are those that a session declares".to_owned()];
+            return vec![
+                "a simulator, which has the stages that the session configures".to_owned(),
+            ];
         }
-        Stages::Unknown(fault) => return vec![format!("unknown: {}", describe_fault(*fault))],
+        Stages::Unknown(fault) => return vec![format!("not known: {}", describe_fault(*fault))],
         Stages::Stored(table) => table,
     };
     let mut lines: Vec<String> = Vec::new();
@@ -37,7 +39,7 @@ pub fn describe_stages(stages: &Stages) -> Vec<String> {
     }
     lines.push(format!("supply: {}", describe_supply(table.supply)));
     if table.origin == Origin::Session {
-        lines.push("taken from the session: a simulated board".to_owned());
+        lines.push("simulated board: the stages are those of the session".to_owned());
     }
     lines
 }
@@ -57,7 +59,7 @@ pub(super) fn check_stages(session: &Session, stages: &Stages) -> Result<(), Run
             };
             let (number, declared) = (channel.number, describe_stage(declared.kind()));
             Some(format!(
-                "channel {number} is declared {declared}, the board has {has}"
+                "channel {number}: the session has {declared}, the board has {has}"
             ))
         })
         .collect();
@@ -72,7 +74,7 @@ pub(super) fn check_stages(session: &Session, stages: &Stages) -> Result<(), Run
 const fn describe_supply(supply: Option<StageSupply>) -> &'static str {
     match supply {
         None => {
-            "not declared, taken as common: no two channels may drive in opposite directions at the same time"
+            "not stored, so treated as common: no two channels may drive in opposite directions at the same time"
         }
         Some(StageSupply::Common) => {
             "common: no two channels may drive in opposite directions at the same time"
@@ -119,11 +121,11 @@ pub(super) fn check_opposition(session: &Session, stages: &Stages) -> Result<(),
     });
     let supply = match stages {
         _ if pairs.is_empty() => return Ok(()),
-        Stages::Stored(StageTable { supply: None, .. }) => "do not declare their supply",
+        Stages::Stored(StageTable { supply: None, .. }) => "have no stored supply",
         _ => "share one supply",
     };
     Err(RunError::Opposed(format!(
-        "{} can drive in opposite directions at the same time, and the board's stages {supply}",
+        "{} can drive in opposite directions at the same time, but the board's stages {supply}",
         pairs.join(", ")
     )))
 }
@@ -150,7 +152,7 @@ fn describe_stage(kind: StageKind) -> String {
 const fn describe_fault(fault: StagesFault) -> &'static str {
     match fault {
         StagesFault::Erased => "no table has been stored",
-        StagesFault::Incomplete => "the table is half written: storing it was cut off",
+        StagesFault::Incomplete => "the table is incomplete: storing it was interrupted",
         StagesFault::Damaged => "the table is damaged",
         StagesFault::Version => "the table was stored by another version of the firmware",
         StagesFault::OtherBoard => "the table was stored for another board",
@@ -174,7 +176,7 @@ mod tests {
         let session = Session::parse("opposed.toml", &text).unwrap();
         assert!(check_supply(&session, Some(StageSupply::Separate)).is_ok());
         assert!(check_opposition(&session, &Stages::AsConfigured).is_ok());
-        for (supply, why) in [(None, "do not declare"), (common, "share one supply")] {
+        for (supply, why) in [(None, "no stored supply"), (common, "share one supply")] {
             let told = check_supply(&session, supply).unwrap_err().to_string();
             let pairs = "E507 channels 1 and 2, channels 3 and 4 can drive";
             assert!(told.starts_with(pairs) && told.contains(why), "{told}");
@@ -200,7 +202,7 @@ mod tests {
         let told = check_stages(&session, &stored([Some(volts); 10])).unwrap_err();
         let told = told.to_string();
         assert!(
-            told.starts_with("E505 channel 1 is declared current"),
+            told.starts_with("E505 channel 1: the session has current"),
             "{told}"
         );
         let count = told.matches("voltage, 60 V full scale").count();

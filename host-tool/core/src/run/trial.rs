@@ -186,13 +186,15 @@ pub fn describe_event(event: &Event) -> String {
         } => format!("electrode {}: {current_ua} µA", channel.saturating_add(1)),
         Event::TriggerEdge => "edge of the trigger input".to_owned(),
         Event::SyncEdge => "edge of the sync output".to_owned(),
-        Event::HoldExpired => "held for too long: let go until it is released".to_owned(),
+        Event::HoldExpired => {
+            "object held for too long: stimulation ended until it is released".to_owned()
+        }
         Event::LimitCycle {
             swing_centideg,
             period_ms,
             gain_milli,
         } => format!(
-            "{LIMIT_CYCLE}{:.1}° wide, {period_ms} ms long; feedback at {:.0} %",
+            "{LIMIT_CYCLE}{:.1}° peak to peak, period {period_ms} ms; feedback at {:.0} %",
             f64::from(*swing_centideg) * 1e-2,
             f64::from(*gain_milli) * 1e-1
         ),
@@ -204,23 +206,24 @@ pub fn advice(event: &Event) -> &'static str {
     if let Event::Faulted(record) = event
         && record.fault == Fault::LimitCycle
     {
-        return "the joint swung whatever the gain: check the sensor and what shakes the joint, \
-                fit the wearer's model (strength, lead_ms), then run again with --acknowledge";
+        return "the joint oscillated at every feedback gain: check the sensor and what moves the \
+                joint, fit the wearer's model (strength, lead_ms), then run again with \
+                --acknowledge";
     }
     let (Event::Stopping(cause) | Event::Stopped(cause)) = event else {
-        return "find the fault's cause, then run again with --acknowledge";
+        return "find the cause of the fault, then run again with --acknowledge";
     };
     match cause {
-        StopCause::Request => "something else asked it to stop; run again",
+        StopCause::Request => "another program or request stopped it; run again",
         StopCause::HostSilent => {
             "the link or this computer stalled for longer than wearer.host_timeout_ms; run again"
         }
         StopCause::HandStop => "the hand-held stop was opened; close it and run again",
         StopCause::ArmKey => "the arm key was opened; close it and run again",
-        StopCause::ArmExpired => "it waited too long for a start; run again",
-        StopCause::TimeOver => "the wearer's max_session_s is over; it counts from power-up",
+        StopCause::ArmExpired => "the device was armed too long without a start; run again",
+        StopCause::TimeOver => "the wearer's max_session_s is used up; it counts from power-up",
         StopCause::DoseReached => {
-            "a channel has put out the wearer's max_dose_mc; it counts from power-up"
+            "a channel has delivered the wearer's max_dose_mc; it counts from power-up"
         }
         StopCause::Finished => "every train of a fixed number of pulses has played",
     }

@@ -18,16 +18,16 @@ use std::io;
 #[derive(Debug, thiserror::Error)]
 pub enum BodyError {
     /// The parameters of the finger are not possible (E511).
-    #[error("E511 the session's body cannot be: {0}")]
+    #[error("E511 the session's [body] is not possible: {0}")]
     Finger(InvalidSpec),
     /// The parameters of the hand are not possible (E566).
-    #[error("E566 the session's body cannot be: {0}")]
+    #[error("E566 the session's [body] is not possible: {0}")]
     Hand(InvalidHand),
     /// The parameters of the elbow are not possible (E570).
-    #[error("E570 the session's body cannot be: {0}")]
+    #[error("E570 the session's [body] is not possible: {0}")]
     Elbow(InvalidElbow),
     /// The parameters of the arm are not possible (E740).
-    #[error("E740 the session's body cannot be: {0}")]
+    #[error("E740 the session's [body] is not possible: {0}")]
     Arm(InvalidArm),
 }
 

@@ -28,9 +28,9 @@ const LEAST_GAP: f64 = 1e-5;
 /// points for which several rotations are equally good.
 pub fn kabsch(from: &[[f64; 3]], to: &[[f64; 3]]) -> Result<Alignment, StatisticsError> {
     check_count("points", from.len(), 3)?;
-    check_equal_length("points laid upon", to.len(), from.len())?;
+    check_equal_length("second set of points", to.len(), from.len())?;
     check_finite("points", from.iter().flatten())?;
-    check_finite("points laid upon", to.iter().flatten())?;
+    check_finite("second set of points", to.iter().flatten())?;
     let (from_centre, to_centre) = (centre(from), centre(to));
     let mut products = Matrix3::zeros();
     for (a, b) in from.iter().zip(to) {
@@ -71,7 +71,7 @@ fn best_rotation(products: &Matrix3<f64>) -> Result<Matrix3<f64>, StatisticsErro
     let largest = eigen.eigenvalues[best];
     if largest <= 0.0 || largest - next <= LEAST_GAP * largest {
         return Err(StatisticsError::NoVariance {
-            what: "the points' directions",
+            what: "the directions of the points",
         });
     }
     let [w, i, j, k] = eigen.eigenvectors.column(best).into_owned().into();

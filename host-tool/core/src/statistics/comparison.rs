@@ -47,9 +47,9 @@ pub fn cohens_d_paired(first: &[f64], second: &[f64]) -> Result<f64, StatisticsE
 /// Returns mean and standard deviation of first − second, and the number of pairs.
 fn differences(first: &[f64], second: &[f64]) -> Result<(f64, f64, usize), StatisticsError> {
     check_count("pairs", first.len(), 2)?;
-    check_equal_length("second of the pairs", second.len(), first.len())?;
-    check_finite("first of the pairs", first)?;
-    check_finite("second of the pairs", second)?;
+    check_equal_length("second values of the pairs", second.len(), first.len())?;
+    check_finite("first values of the pairs", first)?;
+    check_finite("second values of the pairs", second)?;
     let differences: Vec<f64> = first.iter().zip(second).map(|(a, b)| a - b).collect();
     let (squares, n) = (sum_squares(&differences), first.len());
     check_varies(

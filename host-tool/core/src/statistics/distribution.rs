@@ -15,7 +15,7 @@ fn check_degrees_of_freedom(df: f64) -> Result<(), StatisticsError> {
         return Ok(());
     }
     Err(StatisticsError::OutOfRange {
-        what: "degrees of freedom",
+        what: "the number of degrees of freedom",
         range: "(0, 5000]",
     })
 }
@@ -67,7 +67,7 @@ fn check_not_negative(value: f64) -> Result<(), StatisticsError> {
         return Ok(());
     }
     Err(StatisticsError::OutOfRange {
-        what: "statistic",
+        what: "the statistic",
         range: "[0, ∞)",
     })
 }

@@ -38,8 +38,8 @@ pub fn wilson_share(successes: f64, trials: u64, level: f64) -> Result<Share, St
     check_count("trials", usize::try_from(trials).unwrap_or(usize::MAX), 1)?;
     if !(0.0..=trials as f64).contains(&successes) {
         return Err(StatisticsError::OutOfRange {
-            what: "successes",
-            range: "0…trials",
+            what: "the number of successes",
+            range: "0 to the number of trials",
         });
     }
     let z = two_sided_quantile(level)?;
@@ -65,8 +65,8 @@ pub fn share_upper_bound(successes: u64, trials: u64, level: f64) -> Result<f64,
     two_sided_quantile(level)?;
     if successes > trials {
         return Err(StatisticsError::OutOfRange {
-            what: "successes",
-            range: "0…trials",
+            what: "the number of successes",
+            range: "0 to the number of trials",
         });
     }
     if successes == trials {
@@ -103,7 +103,7 @@ fn two_sided_quantile(level: f64) -> Result<f64, StatisticsError> {
         return Ok(-normal_quantile((1.0 - level) / 2.0));
     }
     Err(StatisticsError::OutOfRange {
-        what: "level",
+        what: "the confidence level",
         range: "(0, 1)",
     })
 }
@@ -143,7 +143,7 @@ pub fn bootstrap_bca<T: Clone>(
     if not_above == 0 || below == resamples {
         return Err(StatisticsError::OutOfRange {
             what: "statistic",
-            range: "what its resamples give",
+            range: "the range of its resamples",
         });
     }
     let bias = normal_quantile((below + not_above) as f64 / (2 * resamples) as f64);
@@ -171,12 +171,12 @@ fn acceleration<T: Clone>(
         statistic(&[before, after].concat())
     };
     let values: Vec<f64> = (0..sample.len()).map(without).collect();
-    check_finite("statistic of a part", &values)?;
+    check_finite("statistic of a jackknife sample", &values)?;
     let middle = mean(&values);
     let power = |n: i32| values.iter().map(|v| (middle - v).powi(n)).sum::<f64>();
     let squares = power(2);
     check_varies(
-        "statistics of parts",
+        "statistics of the jackknife samples",
         squares,
         largest(&values),
         values.len(),

@@ -31,8 +31,8 @@ pub fn shapiro_wilk(sample: &[f64]) -> Result<ShapiroWilk, StatisticsError> {
     check_count("sample", sample.len(), 3)?;
     if sample.len() > MOST {
         return Err(StatisticsError::OutOfRange {
-            what: "number of values",
-            range: "3…5000",
+            what: "the number of values",
+            range: "3 to 5000",
         });
     }
     check_finite("sample", sample)?;

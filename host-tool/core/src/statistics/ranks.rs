@@ -84,9 +84,9 @@ pub struct Wilcoxon {
 /// No pair, unequal lengths, values that are not finite, no difference other than zero.
 pub fn wilcoxon(first: &[f64], second: &[f64]) -> Result<Wilcoxon, StatisticsError> {
     check_count("pairs", first.len(), 1)?;
-    check_equal_length("second of the pairs", second.len(), first.len())?;
-    check_finite("first of the pairs", first)?;
-    check_finite("second of the pairs", second)?;
+    check_equal_length("second values of the pairs", second.len(), first.len())?;
+    check_finite("first values of the pairs", first)?;
+    check_finite("second values of the pairs", second)?;
     let differences = first.iter().zip(second).map(|(a, b)| a - b);
     let differences: Vec<f64> = differences.filter(|d| *d != 0.0).collect();
     if differences.is_empty() {

@@ -16,7 +16,7 @@ pub enum StatisticsError {
         least: usize,
     },
     /// Lengths differ that must be equal.
-    #[error("{what}: {given} where {expected} are expected")]
+    #[error("{what}: {given} given, {expected} expected")]
     UnequalLengths {
         /// Name of the elements that are counted.
         what: &'static str,
@@ -26,7 +26,7 @@ pub enum StatisticsError {
         expected: usize,
     },
     /// A value is infinite, not a number, or so large that its cube may overflow.
-    #[error("{what}: value number {index} (from 0) is not finite, or beyond 1e60")]
+    #[error("{what}: value {index} (counted from 0) is not finite or its magnitude exceeds 1e60")]
     NotFinite {
         /// Name of the argument.
         what: &'static str,

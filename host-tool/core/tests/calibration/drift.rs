@@ -144,7 +144,7 @@ fn thresholds_of_other_rates_are_not_checked() {
         let told = Plan::from_wearer(&wearer).unwrap_err().to_string();
         assert!(told.starts_with("E670 "), "{told}");
         let [_, from_hz, to_hz] = rates;
-        let holds = format!("channel 1: its threshold holds from {from_hz} to {to_hz} Hz");
+        let holds = format!("channel 1: its threshold is valid from {from_hz} to {to_hz} Hz");
         assert!(told.contains(&holds), "{told}");
     }
     let wearer = Wearer::read(calibrated_at("fast", [60.0, 40.0, 100.0])).unwrap();

@@ -121,7 +121,7 @@ fn every_refusal_says_what_to_do() {
     };
     assert_eq!(
         told(&mut machine, t_us, Order::Yes),
-        "E671 not now: nothing was asked"
+        "E671 not now: no question is open"
     );
     machine.execute_order(t_us, &Order::Raise).unwrap();
     assert!(told(&mut machine, t_us, Order::Raise).contains("being given"));

@@ -100,7 +100,7 @@ fn silence_raises_nothing() {
     let port = array_port(&order.0, SEED, SensorSpec::default());
     let (result, spent, port) = run_calibration(port, &order, &out, &OnDisk, &mut Once(false));
     let told = result.unwrap_err().to_string();
-    assert!(told.starts_with("E684 nobody orders"), "{told}");
+    assert!(told.starts_with("E684 the calibration ended"), "{told}");
     assert_eq!(spent.given, 1);
     let mut port = port.unwrap();
     // The level rises, lasts a second and falls; in the following half minute there is no pulse of

@@ -128,8 +128,9 @@ fn advice(event: &Event) -> &'static str {
             "find the cause (an electrode, its lead), acknowledge the fault with --acknowledge"
         }
         Event::Stopping(StopCause::HostSilent) | Event::Stopped(StopCause::HostSilent) => {
-            "it did not hear this computer: check the cable and what else uses the port"
+            "the device received nothing from this computer; check the cable, close other \
+             programs that use the port"
         }
-        _ => "find out why (the hand-held stop)",
+        _ => "find the cause (for example the opened hand-held stop)",
     }
 }

@@ -200,23 +200,23 @@ impl Machine {
         self.presentation.check_ready(t_us)?;
         if self.moved.is_some() {
             return Err(Refusal::not_now(
-                "it moved: give the same level again to confirm",
+                "a movement was seen: give the same level again to confirm it",
             ));
         }
         if self.step == Step::Points {
             return Err(Refusal::not_now(
-                "points are found at the maximum: give it again",
+                "this step uses the maximum level only: give it again",
             ));
         }
         match self.next_level(at) {
             Some(level) => Ok(self.present_level(t_us, level)),
             None => Err(Refusal::NotNow(format!(
-                "{} is the highest level here; {}",
+                "{} is the highest level allowed here; {}",
                 self.level,
                 match self.step {
                     Step::Placement | Step::Threshold =>
-                        "move the electrode and begin lower, or leave it out",
-                    _ => "answer, lower it, or leave the electrode out",
+                        "move the electrode and start lower, or leave the electrode out",
+                    _ => "answer, lower the level, or leave the electrode out",
                 }
             ))),
         }
@@ -226,7 +226,7 @@ impl Machine {
         self.presentation.check_ready(t_us)?;
         let is_new = self.step == Step::Threshold && self.first.is_none();
         if self.level == Level(0) || is_new {
-            return Err(Refusal::not_now("nothing was given yet: raise"));
+            return Err(Refusal::not_now("no level was given yet: raise first"));
         }
         Ok(self.present_level(t_us, self.level))
     }
@@ -303,22 +303,26 @@ impl Machine {
         }
         match (self.step, self.accepted) {
             (Step::Comfort, Some(level)) => self.store_result(at, Value::Level(level)),
-            (Step::Comfort, None) => Err(Refusal::not_now("nothing was accepted yet")),
-            _ => Err(Refusal::not_now("only the comfort limit is set so")),
+            (Step::Comfort, None) => Err(Refusal::not_now("the wearer accepted no level yet")),
+            _ => Err(Refusal::not_now(
+                "`enough` applies to the comfort step only",
+            )),
         }
     }
 
     fn answer(&mut self, at: usize, t_us: u64, order: &Order) -> Result<Vec<Action>, Refusal> {
         if !self.presentation.has_question {
-            return Err(Refusal::not_now("nothing was asked"));
+            return Err(Refusal::not_now("no question is open"));
         }
         match (self.step, order) {
             (Step::Points, Order::Moves { moves }) => {
                 let named = moves.iter().map(|name| name.trim().to_owned());
                 self.store_result(at, Value::Moves(named.collect()))
             }
-            (Step::Points, _) => Err(Refusal::not_now("name what moves")),
-            (_, Order::Moves { .. }) => Err(Refusal::not_now("nobody asked what moves")),
+            (Step::Points, _) => Err(Refusal::not_now("answer with the names of what moved")),
+            (_, Order::Moves { .. }) => Err(Refusal::not_now(
+                "names are asked for in the points step only",
+            )),
             (Step::Comfort, Order::No) => Ok(self.reject_level(at, t_us)),
             (_, Order::Yes) => self.answer_yes(at),
             _ => {

@@ -80,9 +80,9 @@ impl FileDifference {
             text += &format!("{}\n", truncate_line(&line));
         }
         text + &match self.keys.len() {
-            0 => "    no key has another value: see the lines on the page\n".to_owned(),
+            0 => "    no key differs in value: see the lines on the page\n".to_owned(),
             count if count > MOST_KEYS => {
-                format!("    and {} more keys: on the page\n", count - MOST_KEYS)
+                format!("    and {} more keys: see the page\n", count - MOST_KEYS)
             }
             _ => String::new(),
         }
@@ -106,7 +106,7 @@ impl FileDifference {
         let rows: Html = rows.collect();
         let to: Vec<String> = self.to.iter().map(usize::to_string).collect();
         let keys = match rows.is_empty() {
-            true => html!("<p>No key has another value.</p>\n"),
+            true => html!("<p>The keys have the same values; only other lines differ.</p>\n"),
             false => html!(
                 "<table><thead><tr><th>Key</th><th class=\"words\">Record {}</th>\
                  <th class=\"words\">Record {}</th></tr></thead><tbody>\n{}</tbody></table>\n",

@@ -62,7 +62,7 @@ pub fn compare_body(all: &[ComparedRecord]) -> Html {
     out += headed(HEADS.into_iter(), &rows.collect());
     let groups = groups(all);
     for (title, body) in [
-        ("What channels put out", stimulation(&groups)),
+        ("Output of the channels", stimulation(&groups)),
         ("Angle over time", angles(all)),
         ("Session files", sessions(&groups)),
     ] {
@@ -112,12 +112,12 @@ fn stimulation(groups: &[Group<'_>]) -> Html {
             let lines = overlay::MOST_LINES;
             let caption = match group.trials.len() > lines {
                 true => {
-                    "Amplitude of the latest burst; of the first six records. Of lines that \
-                         lie on each other the edges of the wider ones show."
+                    "Amplitude of the latest burst, for the first six records. Where lines \
+                         coincide, the edges of the wider ones remain visible."
                 }
                 false => {
-                    "Amplitude of the latest burst. Of lines that lie on each other the edges \
-                          of the wider ones show."
+                    "Amplitude of the latest burst. Where lines coincide, the edges of the \
+                          wider ones remain visible."
                 }
             };
             out += figure(&overlay::figure(group), caption);
@@ -128,12 +128,10 @@ fn stimulation(groups: &[Group<'_>]) -> Html {
         (true, _) => out,
         (false, is_many) => {
             let more = match is_many {
-                true => {
-                    " Of many trials the first eight are drawn, those that differ before others."
-                }
+                true => " Figures show only eight trials, first those whose output differs.",
                 false => "",
             };
-            let note = format!("{NOTE} In bold: other than in the first row of the channel.{more}");
+            let note = format!("{NOTE} Bold: differs from the first row of the channel.{more}");
             out + html!("<p class=\"note\">{}</p>\n", note)
         }
     }
@@ -179,7 +177,7 @@ fn angles(all: &[ComparedRecord]) -> Html {
     });
     let traced: Vec<_> = traced.collect();
     let caption = match traced.len() > MOST_ANGLES {
-        true => "The first 24 trials.",
+        true => "Only the first 24 trials are shown.",
         false => "",
     };
     match traced.is_empty() {
@@ -196,7 +194,7 @@ fn sessions(groups: &[Group<'_>]) -> Html {
     let all: Vec<FileDifference> = groups.iter().flat_map(group_differences).collect();
     let are_held = groups.iter().any(|group| group.trials.len() > 1);
     match all.is_empty() && are_held {
-        true => html!("<p>They are the same.</p>\n"),
+        true => html!("<p>The session files are the same.</p>\n"),
         false => all.iter().map(FileDifference::html).collect(),
     }
 }

@@ -84,14 +84,14 @@ fn stimulation(groups: &[Group<'_>]) -> String {
     }
     if count > MOST_TRIALS {
         let more = count - MOST_TRIALS;
-        text += &format!("\n{more} more trials differ in what channels put out: on the page.\n");
+        text += &format!("\nThe output of {more} more trials differs: see the page.\n");
     }
     if alike > 0 {
         let same = match (alike, count) {
-            (1, 0) => "Every channel put out the same in each record.".to_owned(),
-            (1, _) => "In 1 other trial every channel put out the same.".to_owned(),
-            (_, 0) => format!("In {alike} trials every channel put out the same."),
-            _ => format!("In {alike} other trials every channel put out the same."),
+            (1, 0) => "The output of every channel is the same in each record.".to_owned(),
+            (1, _) => "In 1 other trial the output of every channel is the same.".to_owned(),
+            (_, 0) => format!("In {alike} trials the output of every channel is the same."),
+            _ => format!("In {alike} other trials the output of every channel is the same."),
         };
         text += &format!("\n{same}\n");
     }
@@ -100,7 +100,7 @@ fn stimulation(groups: &[Group<'_>]) -> String {
             1 => "1 trial is in one record only".to_owned(),
             count => format!("{count} trials are in one record only"),
         };
-        text += &format!("\n{words}: on the page.\n");
+        text += &format!("\n{words}: see the page.\n");
     }
     if count > 0 {
         text += &format!("\n{}\n", wrap_columns(NOTE, 80));
@@ -157,7 +157,7 @@ fn sessions(groups: &[Group<'_>]) -> String {
         .collect();
     if differences.len() > MOST_TRIALS {
         let more = differences.len() - MOST_TRIALS;
-        text += &format!("\n{more} more session or wearer files differ: on the page.\n");
+        text += &format!("\n{more} more session or wearer files differ: see the page.\n");
     }
     let are_held = groups.iter().any(|group| group.trials.len() > 1);
     if differences.is_empty() && are_held {

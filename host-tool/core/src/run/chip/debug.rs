@@ -21,7 +21,7 @@ pub(super) fn boot_under_gdb(
     let port = options.gdb.unwrap_or_default(); // 0: any that is free
     let listener = TcpListener::bind(("127.0.0.1", port)).map_err(outside)?;
     let at = listener.local_addr().map_err(outside)?;
-    eprintln!("the core is halted at reset; gdb: target remote {at}");
+    eprintln!("the core is halted at reset; in gdb: target remote {at}");
     let mut debugger = Debugger::new(listener, board, options.outlives);
     debugger.boot(&Sensors::default())?;
     let boot_us = debugger.board().now_us();

@@ -182,14 +182,14 @@ impl<P: Port> Stepper<'_, P> {
     /// Pauses the session, and returns the reason if that had no effect.
     fn pause(&mut self) -> Result<Option<String>, RunError> {
         if self.is_paused() {
-            return Ok(Some("paused already".to_owned()));
+            return Ok(Some("the session is already paused".to_owned()));
         }
         if self.session.has_pulse_count() {
             // A new start would play trains with a fixed number of pulses again from the first
             // pulse.
             self.is_stopped = true;
             return Ok(Some(
-                "trains with `repeats` cannot be resumed: the session ends".to_owned(),
+                "trains with `repeats` cannot be resumed, so the session ends".to_owned(),
             ));
         }
         self.paused = Paused::Falling;
@@ -199,8 +199,8 @@ impl<P: Port> Stepper<'_, P> {
 
     fn resume(&mut self) -> Result<Option<String>, RunError> {
         match self.paused {
-            Paused::No => return Ok(Some("not paused".to_owned())),
-            Paused::Falling => return Ok(Some("not isolated yet".to_owned())),
+            Paused::No => return Ok(Some("the session is not paused".to_owned())),
+            Paused::Falling => return Ok(Some("the outputs are not yet disconnected".to_owned())),
             Paused::Isolated => {}
         }
         let resumed = self.arm().and_then(|()| self.start_trains());
@@ -228,7 +228,7 @@ impl<P: Port> Stepper<'_, P> {
         };
         if raised > most {
             return Some(format!(
-                "channel {channel} is at its limit: {raised} % of its amplitudes is above it"
+                "at {raised} % an amplitude of channel {channel} would exceed its limit"
             ));
         }
         self.set_intensity(channel, raised);
@@ -240,7 +240,7 @@ impl<P: Port> Stepper<'_, P> {
             return Some(describe_no_intensity(channel));
         }
         if self.intensity_percent(channel) == 0 {
-            return Some(format!("channel {channel} is at 0 % already"));
+            return Some(format!("channel {channel} is already at 0 %"));
         }
         let lowered = self
             .intensity_percent(channel)
@@ -293,7 +293,7 @@ impl<P: Port> Stepper<'_, P> {
 }
 
 fn describe_no_intensity(channel: u8) -> String {
-    format!("channel {channel} has no intensity: a control law drives it, or nothing does")
+    format!("channel {channel} has no intensity: a controller drives it, or it is not used")
 }
 
 /// Actions at the controls in a record, to be repeated.

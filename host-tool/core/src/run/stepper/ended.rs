@@ -30,7 +30,7 @@ impl<P: Port> Stepper<'_, P> {
         let error = if stalled_us > SILENCE_US {
             Error::HostStalled {
                 stalled_ms: stalled_us / 1000,
-                then: "nothing came from the device then; what was recorded is kept".to_owned(),
+                then: "afterwards the device sent nothing; what was recorded is kept".to_owned(),
             }
         } else {
             Error::NoAnswer {
@@ -56,9 +56,9 @@ impl<P: Port> Stepper<'_, P> {
         {
             // The host sent requests until the end, and the device refused them.
             let advice = format!(
-                "it heard this program, and refused what it asked for ({refused}): no refused \
-                 setpoint counts towards wearer.host_timeout_ms ({timeout_ms} ms); ask for what \
-                 may be, and run again"
+                "the device refused this program's setpoints ({refused}), and a refused setpoint \
+                 does not restart wearer.host_timeout_ms ({timeout_ms} ms); correct the \
+                 setpoints and run again"
             );
             return RunError::Ended { t_s, why, advice };
         }
@@ -66,15 +66,15 @@ impl<P: Port> Stepper<'_, P> {
         // The time since the last setpoint counts towards the silence, too.
         if stalled_ms >= timeout_ms / 2 {
             let then = format!(
-                "after {timeout_ms} ms without it the device ended the session at {t_s:.2} s, as \
-                 it must ({why}); what was recorded is kept"
+                "the device received no setpoint for {timeout_ms} ms and therefore ended the session \
+                 at {t_s:.2} s ({why}); what was recorded is kept"
             );
             return Error::HostStalled { stalled_ms, then }.into();
         }
         let advice = format!(
-            "nothing reached it for longer than wearer.host_timeout_ms ({timeout_ms} ms), though \
-             this program was never more than {} ms late: look at the cable, the hub or the \
-             network, and run again",
+            "the device received no setpoint for longer than wearer.host_timeout_ms \
+             ({timeout_ms} ms), although this program was at most {} ms late: check the cable, \
+             the hub or the network, and run again",
             stalled_ms.max(10)
         );
         RunError::Ended { t_s, why, advice }

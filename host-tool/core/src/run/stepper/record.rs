@@ -232,7 +232,7 @@ impl<P: Port> Stepper<'_, P> {
         let (_, wanted) = wishes.find(|(known, _)| Some(*known) == seq)?;
         let made = possible_part(*wanted, u16::try_from(permille).ok()?);
         Some(format!(
-            "; asked for {}, the nearest is {}",
+            "; requested: {}; nearest possible force: {}",
             newtons(*wanted),
             newtons(made)
         ))
@@ -243,7 +243,7 @@ impl<P: Port> Stepper<'_, P> {
         if self.left_out == 0 {
             return;
         }
-        let text = format!("{} more events, which are not recorded", self.left_out);
+        let text = format!("{} more events were not recorded", self.left_out);
         let t_s = self.t_s();
         if let Some(recorder) = &mut self.attached.recorder {
             let _ = recorder.record_event(t_s, &text); // written again at the end
