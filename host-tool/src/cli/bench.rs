@@ -95,11 +95,12 @@ fn write_cycles(out: &mut String, chip: &OnChip, differing: &[String]) {
         ));
     }
     out.push_str(&format!(
-        "Cycles: chip simulator, 5 wait states, prefetch and caches on, if prefetched\n\
-         lines enter the instruction cache (the default) and if they do not; which is\n\
-         right no board has told (docs/hil.md). The markers' {} and {} are taken off. A\n\
-         tick is 168,000 cycles (1 ms), a window 42,000 (250 us): the worse reading of\n\
-         it. Same: checksums on host, QEMU and chip.\n\n",
+        "Cycles on the chip simulator with 5 wait states, prefetch and caches on. Cached:\n\
+         prefetched lines enter the instruction cache (the default); not cached: they do\n\
+         not. Only a board can show which is right (docs/hil.md). The cycles of the\n\
+         markers, {} and {}, are subtracted. A tick is 168,000 cycles (1 ms), a window\n\
+         42,000 (250 us); the percentage uses the larger maximum. Same: the checksums on\n\
+         host, QEMU and chip are equal.\n\n",
         chip.overhead, chip.overhead_not_cached
     ));
 }
@@ -120,7 +121,7 @@ fn write_speeds(out: &mut String, found: &bench::Bench) {
     }
     let ratio = found.qemu_speed.mips() / found.chip.speed.mips().max(1e-9);
     out.push_str(&format!(
-        "QEMU is {ratio:.1} times as fast, not counting its start.\n\n"
+        "QEMU is {ratio:.1} times as fast as the chip simulator, not counting its start.\n\n"
     ));
 }
 
@@ -143,11 +144,12 @@ fn write_coremark(out: &mut String, found: &CoreMark) {
     ));
     let theirs = 1e6 / high;
     out.push_str(&format!(
-        "Nothing is fitted to it. The port to Rust executes up to {} instructions per\n\
-         iteration, where {high:.2}/MHz leaves {theirs:.0} cycles and a cycle is at most one\n\
-         instruction: lists are walked by index into an array where C follows pointers,\n\
-         matrices are bounds-checked, and the compiler is another. Compare it with a\n\
-         board that runs this very program, not with the published number.\n",
+        "The simulator is not fitted to the published number. The port to Rust executes\n\
+         up to {} instructions per iteration, but {high:.2}/MHz means {theirs:.0} cycles per\n\
+         iteration, and a cycle is at most one instruction. The port needs more\n\
+         instructions because it walks lists by array index where C follows pointers,\n\
+         checks the bounds of matrices, and has another compiler. Compare it with a board\n\
+         that runs this same program, not with the published number.\n",
         found.instructions_per_iteration
     ));
 }

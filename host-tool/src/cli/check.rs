@@ -181,7 +181,7 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
         output.print(people, || Value::Null)?;
     }
     let error = anyhow::anyhow!(
-        "E524 {mistakes} mistake{} in {} of {} files; mend what is told of each",
+        "E524 {mistakes} mistake{} in {} of {} files; correct each mistake that is listed",
         if mistakes == 1 { "" } else { "s" },
         wrong_files,
         checked.len()

@@ -44,7 +44,7 @@ impl Folder {
         }
         match NamedResult::read(dir)? {
             None => usage_error(format!(
-                "{} holds a sweep without a result: the command that began it goes on with it",
+                "{} holds an unfinished sweep; run the command that started it again to finish it",
                 dir.display()
             )),
             result => Ok(Self {

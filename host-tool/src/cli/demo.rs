@@ -164,7 +164,7 @@ impl Port for Stopwatch {
 }
 
 /// Returns docs/demo.svg, the README's picture: ten channels and the forearm in one session, under
-/// the device's default control law and under the paper's.
+/// the default controller and under the paper's controller.
 ///
 /// # Errors
 /// Fails if a session does not run.
@@ -218,7 +218,7 @@ fn text_report(told: &serde_json::Value) -> String {
     let number = |value: &serde_json::Value| value.as_f64().unwrap_or(f64::NAN);
     let mut text = format!(
         "{:<34} {:>10} {:>18} {:>8}\n",
-        "each trial: RMSE, degrees", "simulated", "paper, table 8", "pulses"
+        "RMSE of each trial, degrees", "simulated", "paper, table 8", "pulses"
     );
     for row in told["trials"].as_array().into_iter().flatten() {
         let name = row["trial"].as_str().unwrap_or_default();
@@ -227,11 +227,12 @@ fn text_report(told: &serde_json::Value) -> String {
         text += &format!("{name:<34} {rmse:>10.2} {mean:>12.1} (mean) {pulses:>8}\n");
     }
     text + &format!(
-        "\nSimulated, so no evidence about people: a multibody forearm model, drawn, chosen\n\
-         for its reach; no participant of the paper. What two points do is computed, most of\n\
-         the forearm's numbers are assumed. Six 30 s sessions, {:.0} x real time each; ten\n\
-         channels at 50 Hz with ten muscles and a finger: simulator {:.0} x, with the host\n\
-         program {:.0} x real time. All in {:.2} s.\n\
+        "\nSimulated, no evidence about people: a randomly generated multibody forearm\n\
+         model, chosen because its fingers bend far enough; no participant of the paper.\n\
+         The effect of two points is computed; most parameters of the forearm are\n\
+         assumed. Six 30 s sessions ran at {:.0} x real time. Ten channels at 50 Hz with\n\
+         ten muscles and a finger: simulator alone {:.0} x, with the host program {:.0} x\n\
+         real time. Total: {:.2} s.\n\
          Report: {}",
         number(&told["speed_factor"]),
         number(&told["ten_channel_simulator_speed_factor"]),

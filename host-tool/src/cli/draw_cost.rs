@@ -56,7 +56,10 @@ impl Cost {
         let cells = population.cells();
         let number = cell.unwrap_or(CELL);
         let Some(cell) = cells.get(number) else {
-            return usage_error(format!("--cell is {number}, there is none"));
+            return usage_error(format!(
+                "--cell is {number}; allowed: 0 to {}",
+                cells.len().saturating_sub(1)
+            ));
         };
         let draws = draws.unwrap_or(DRAWS);
         let bar = output.bar("two-points");
@@ -173,20 +176,20 @@ impl Cost {
     /// Formats the results in at most 80 columns.
     fn to_text(&self) -> String {
         let head = format!(
-            "{} draws of `{}`, {} of them with all numbers",
+            "{} draws of `{}`; {} of them have every value",
             self.draws.len(),
             self.cell.name(),
             self.whole
         );
         let mut text = format!(
             "{head}\n{:<52}{:>9}{:>9}\n",
-            "s on one core", "mean", "most"
+            "seconds on one core", "mean", "max"
         );
         let meaning = [
-            "searches: places, thresholds, greatest voltages, r",
+            "searches: points, thresholds, largest voltages, r",
             "trials: 29 patterns, 5 times each, and postures",
             "experiment 3: nine intensities, 5 times each",
-            "a draw",
+            "the whole draw",
         ];
         for ((_, [mean, most]), meaning) in self.parts().into_iter().zip(meaning) {
             text += &format!("{meaning:<52}{mean:>9.3}{most:>9.3}\n");
@@ -195,7 +198,7 @@ impl Cost {
             searches, trials, ..
         } = self.four;
         let (count, searched) = (self.stimulations, self.searched);
-        text += &format!("\n{:<52}{:>9}\n", "P, Q, R and S, s on one core", "all");
+        text += &format!("\n{:<52}{:>9}\n", "P to S, seconds on one core", "total");
         for (what, spent) in [
             (
                 format!("searches of {searched} draws, until each has points"),
@@ -209,8 +212,8 @@ impl Cost {
             text += &format!("{what:<52}{:>9.3}\n", spent.as_secs_f64());
         }
         let told = format!(
-            "Wanted: {DRAW_S} s a draw, {FOUR_S} s for the patterns of all four on two cores. \
-             Processor time of this computer: no part of any result."
+            "Budget: {DRAW_S} s for a draw, {FOUR_S} s for the patterns of all four on two cores. \
+             These are processor times of this computer; no result depends on them."
         );
         text + "\n" + &wrap_columns(&told, 80)
     }

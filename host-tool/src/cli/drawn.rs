@@ -11,7 +11,7 @@ use studies::catalog::{Entry, StudyRequest};
 use studies::laboratory::{Outcome, RunProgress, Runnable, Shard, Sweep, seed_and_draws};
 
 /// Advice after an interruption, if the folder keeps the finished work.
-pub(super) const GOES_ON: &str = "the same command goes on from there";
+pub(super) const GOES_ON: &str = "run the same command again to continue";
 
 /// Prepares the requested study, after a check of its arguments.
 fn prepare_study(entry: &Entry, asked: &StudyRequest<'_>) -> anyhow::Result<Box<dyn Runnable>> {
@@ -205,7 +205,7 @@ fn capitalize(name: &str) -> String {
 /// Returns the advice after a complete shard of `command`.
 pub(super) fn shard_complete_text(command: &str, dir: &Path) -> String {
     let dir = dir.display();
-    format!("the shard is whole; merge all of them: flexor {command} --merge {dir} … --out DIR")
+    format!("the shard is complete; merge all shards: flexor {command} --merge {dir} … --out DIR")
 }
 
 /// Prints that a shard of `command` is complete.

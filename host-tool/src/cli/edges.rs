@@ -24,7 +24,7 @@ pub struct Edges {
     /// Seed of the simulated wearer
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// File for the edges; times count from the trains' epoch
+    /// File for the edges (CSV); times count from the start of the trains
     #[arg(long)]
     csv: PathBuf,
     /// Replace an existing --csv file
@@ -51,7 +51,7 @@ pub fn main(args: &Edges, output: Output) -> anyhow::Result<()> {
     let mut port = port.context("the device is gone")?;
     let Some(world) = port.world() else {
         bail!(
-            "E514 {} cannot be looked into; use --device native, chip or qemu",
+            "E514 the outputs of {} cannot be recorded; use --device native, chip or qemu",
             args.device
         );
     };

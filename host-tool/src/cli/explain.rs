@@ -46,7 +46,7 @@ pub fn main(args: &Explain, output: Output) -> anyhow::Result<()> {
     });
     let Some(entry) = found else {
         return usage_error(format!(
-            "{} is not an error number: they are E{} to E{}, all in docs/errors.md",
+            "{} is not an error number; the numbers are E{} to E{}, listed in docs/errors.md",
             args.number,
             table.first().map_or(0, |entry| entry.number),
             table.last().map_or(0, |entry| entry.number),

@@ -33,7 +33,8 @@ pub fn main(args: &ExplainModel, output: Output) -> anyhow::Result<()> {
     }
     ensure!(
         session.channels.iter().any(|c| c.muscle.is_some()),
-        "E554 {}: no channel has a `muscle`, so no force is predicted; docs/sessions.md says how to give it one",
+        "E554 {}: no channel has a `muscle`, so no force is predicted; add a `muscle` to a channel \
+         (docs/sessions.md)",
         args.session.display()
     );
     let tolerance = asked.unwrap_or(session.tolerance);
@@ -50,7 +51,7 @@ fn parse_tolerance(percent: f64) -> anyhow::Result<Share> {
     let hundredths = (percent * 100.0).round();
     if !(1.0..=60_000.0).contains(&hundredths) || (percent * 100.0 - hundredths).abs() > 1e-6 {
         return usage_error(format!(
-            "--tolerance is {percent}: allowed is 0.01 to 600 percent, in steps of 0.01"
+            "--tolerance is {percent}; allowed: 0.01 to 600 percent in steps of 0.01"
         ));
     }
     Ok(Share(hundredths as u16))
@@ -64,28 +65,39 @@ fn text_report(session: &Session, choice: &Choice) -> String {
     };
     let more = match choice.sessions {
         1 => String::new(),
-        n => format!(", and the {} worst within its bounds", n - 1),
+        n => format!(" and on the {} worst sessions within its bounds", n - 1),
     };
     let mut out = format!(
-        "{}\n{} within {}.\n\
-         Tried: {part}{} s{more}; {} {}. Errors are parts of the largest true force;\n\
-         cycles: of a 1 ms tick without/with a pulse, at most.\n",
+        "{}\n{} {}.\n\
+         Tried on {part}{} s{more},\n\
+         in {} {}. Errors are relative to the largest true force; cycles are the\n\
+         largest number in a 1 ms tick without/with a pulse.\n",
         truncate(&escape_control_chars(&session.title), 78),
         match choice.needs.iter().all(|need| is_given(session, need)) {
-            true => "Models at the session's start are the file's; each is to err in\nwhat it uses",
-            false => "Models at the session's start: the cheapest whose error in what\nit uses is",
+            true => {
+                "Models at the session's start, from the session file. The error in the\nvalues \
+                 that the session uses should be at most"
+            }
+            false => {
+                "Models at the session's start: the cheapest whose error in the values\nthat the \
+                 session uses is at most"
+            }
         },
         choice.tolerance,
         choice.tried_us as f64 / 1e6,
         choice.plays,
-        if choice.plays == 1 { "play" } else { "plays" },
+        if choice.plays == 1 {
+            "simulation"
+        } else {
+            "simulations"
+        },
     );
     for need in &choice.needs {
         write_channel(&mut out, session, need, choice.tolerance);
     }
     let tried = &choice.fidelity;
     for (name, all) in [
-        ("law", &tried.law),
+        ("controller", &tried.law),
         ("telemetry", &tried.telemetry),
         ("finger", &tried.step),
     ] {
@@ -94,10 +106,10 @@ fn text_report(session: &Session, choice: &Choice) -> String {
         };
         let each = all.iter().map(|effect| match effect.error.is_finite() {
             true => format!("{} {:.2} %", effect.us / 1_000, effect.error * 100.0),
-            false => format!("{} swings", effect.us / 1_000),
+            false => format!("{} oscillates", effect.us / 1_000),
         });
         out.push_str(&format!(
-            "\n{name}: every {} ms; changes by ms: {}\n",
+            "\n{name}: every {} ms; change of the result at each period in ms:\n  {}\n",
             own.us / 1_000,
             each.collect::<Vec<_>>().join(", ")
         ));
@@ -144,23 +156,23 @@ fn write_channel(out: &mut String, session: &Session, need: &Need, tolerance: Sh
         let at_s = *at_us as f64 / 1e6;
         let name = level_name(*level);
         out.push_str(&format!(
-            "  from {at_s} s on the file says {name}, which is not judged\n"
+            "  from {at_s} s on: {name}, set in the file and not checked\n"
         ));
     }
     if need.raised {
-        out.push_str("  raised: all channels together erred by more with the cheaper\n");
+        out.push_str("  raised: with the cheaper model, all channels together err too much\n");
     }
     if is_given(session, need) {
-        out.push_str("  the session file says so\n");
+        out.push_str("  the session file sets this model\n");
     }
 }
 
 /// Describes how the session uses the channel's force.
 fn uses_text(uses: ModelUses) -> &'static str {
     match (uses.report, uses.steering) {
-        (true, true) => "the reported force, and the force that it steers",
+        (true, true) => "the reported force and the force that controls its pulses",
         (true, false) => "the reported force",
-        (false, true) => "the force that it steers",
+        (false, true) => "the force that controls its pulses",
         (false, false) => "nothing",
     }
 }

@@ -102,7 +102,7 @@ pub fn check_interrupted(
     match (cut_short, interruption.received_signal()) {
         (Some(error), _) => Err(error.into()),
         (None, Some(signal)) => {
-            let when = "after the last stimulation: the rest was not computed".to_owned();
+            let when = "after the last stimulation; the results were not computed".to_owned();
             Err(EndedBySignal(signal, when).into())
         }
         (None, None) => Ok(()),

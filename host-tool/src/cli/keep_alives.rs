@@ -24,7 +24,8 @@ pub struct KeepAliveOptions {
 pub fn main(options: &KeepAliveOptions, seconds: u32, output: Output) -> anyhow::Result<()> {
     if !(1..=86_400).contains(&seconds) || options.busy > 1_000 {
         return usage_error(format!(
-            "--keep-alives is {seconds}: allowed is 1 to 86400 s, and up to 1000 loops"
+            "--keep-alives is {seconds} with --busy {}; allowed: 1 to 86400 s, 0 to 1000 loops",
+            options.busy
         ));
     }
     let timeout = Duration::from_millis(HOST_TIMEOUT_MS.into());
@@ -67,13 +68,13 @@ fn text_report(found: &KeepAlives, (period, timeout): (Duration, Duration), busy
     };
     let (period_ms, timeout_ms) = (period.as_millis(), timeout.as_millis());
     let verdict = match is_in_time(found, timeout - period) {
-        true => "none was too late",
-        false => "some were too late: a calibration would have been silent, and gone on",
+        true => "no keep-alive was too late",
+        false => "some keep-alives were too late: the device would have stopped stimulating",
     };
     format!(
-        "how late, ms, with {busy} busy loops beside it:\n\
+        "lateness, ms, while {busy} busy loops run:\n\
          {:<30} {:>8} {:>9} {:>9} {:>9}\n{}{}\
-         a calibration's device waits {timeout_ms} ms; {verdict}",
+         during a calibration the device waits {timeout_ms} ms for a message;\n{verdict}",
         "",
         "count",
         "p50",
@@ -83,7 +84,7 @@ fn text_report(found: &KeepAlives, (period, timeout): (Duration, Duration), busy
             &format!("keep-alives every {period_ms} ms"),
             &found.keep_alives
         ),
-        row("looks every 5 ms", &found.looks),
+        row("loop that wakes every 5 ms", &found.looks),
     )
 }
 

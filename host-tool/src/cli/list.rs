@@ -91,7 +91,7 @@ fn text_report(groups: &[Group]) -> String {
         }
         text += "\n";
     }
-    text + "Copy one out: flexor new FILE --from NAME"
+    text + "To copy one: flexor new FILE --from NAME"
 }
 
 /// Shortens a line to at most `most` characters.

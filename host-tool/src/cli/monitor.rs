@@ -45,7 +45,7 @@ impl Drop for QuitAtEnd<'_> {
 pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
     if args.device.is_port() && args.seed.is_some() {
         return usage_error(
-            "--seed needs --device native or chip: a device behind a port has its own",
+            "--seed needs --device native or chip: a device behind a port has its own seed",
         );
     }
     let session = match &args.session {
@@ -63,7 +63,8 @@ pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
         )
     {
         let why = format!(
-            "{} does nothing by itself; give --session SESSION.toml to run, or --device with a board's port",
+            "{} does nothing without a session; give --session SESSION.toml, or --device with a \
+             board's port",
             args.device
         );
         let mut command = super::Cli::command();
@@ -109,8 +110,8 @@ pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
     match interruption.received_signal() {
         Some(signal) => {
             let ended = match args.session {
-                Some(_) => "after the session had ended: nothing is stimulated by it any more",
-                None => "and the watch ended: nothing was stimulated by it",
+                Some(_) => "after the session had ended; it no longer stimulates",
+                None => "while the device was watched; the monitor stimulated nothing",
             };
             Err(interrupt::EndedBySignal(signal, ended.to_owned()).into())
         }

@@ -21,7 +21,7 @@ impl Operator for TerminalOperator<'_> {
     fn ready(&mut self, text: &str) -> bool {
         if self.is_board {
             eprintln!("{text}");
-            eprintln!("Enter: go on; anything else and Enter: end here");
+            eprintln!("Press Enter to continue; type anything and press Enter to end");
             let typed = self.typed.get_or_insert_with(TypedLines::start);
             typed.discard();
             while self.interruption.received_signal().is_none() {

@@ -39,7 +39,7 @@ fn table(sheet: &Sheet) -> String {
     let is_narrow = |line: &str| line.chars().count() <= usize::from(COLUMNS);
     match text.lines().all(is_narrow) {
         true => format!("{}: {}\n{text}\n\n", sheet.number, sheet.title),
-        false => format!("{}: {}: on the page\n\n", sheet.number, sheet.title),
+        false => format!("{}: {}: see the page\n\n", sheet.number, sheet.title),
     }
 }
 
@@ -158,9 +158,9 @@ pub(super) fn claims_text(outcome: &Outcome, page: &str) -> String {
         text += &format!("{}\n", line.trim_end());
     }
     let who = match outcome.simulated {
-        Some(true) => "Simulated: what came of assumed bodies, no evidence about people.",
-        Some(false) => "One person: what was measured here, no more.",
-        None => "No device answered: whether any of it is simulated is unknown.",
+        Some(true) => "Simulated with assumed wearer models: no evidence about people.",
+        Some(false) => "One wearer: the results hold for this measurement only.",
+        None => "No device answered: it is unknown whether the results are simulated.",
     };
     text + &format!("\n{who}\nPage: {page}")
 }

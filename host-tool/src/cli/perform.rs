@@ -223,7 +223,7 @@ impl RunResult {
             lines.extend(force_metrics(trial).iter().map(force_tracking_text));
             lines.extend(force_remarks(trial));
         }
-        told.extend((self.refused > 0).then(|| format!("{} refused", self.refused)));
+        told.extend((self.refused > 0).then(|| format!("requests refused: {}", self.refused)));
         let page = self.report.as_ref();
         told.extend(page.map(|path| format!("report: {}", path.display())));
         lines.push(format!(
@@ -239,16 +239,15 @@ impl RunResult {
 fn trigger_warning(session: &Session, port: &mut dyn Port) -> Option<&'static str> {
     let is_ignored = session.trigger.is_some() && port.world().is_none();
     is_ignored.then_some(
-        "[simulated_trigger] is for devices simulated by this program: this one's own trigger \
-         input counts",
+        "[simulated_trigger] has no effect on this device, which has a trigger input of its own",
     )
 }
 
 /// Describes for people how well a force followed its reference.
 fn force_tracking_text(force: &ForceMetrics) -> String {
     let followed = format!(
-        "channel {}: predicted force within {:.3} N (RMSE) of the wanted, {:.3} N at most; it \
-         asked for up to {:.1} N",
+        "channel {}: predicted force differs from the reference by {:.3} N (RMSE), {:.3} N at \
+         most; the reference reached {:.1} N",
         force.channel, force.rmse_n, force.max_abs_n, force.peak_n,
     );
     followed + &force.gap.map(force_gap_text).unwrap_or_default()
@@ -257,8 +256,9 @@ fn force_tracking_text(force: &ForceMetrics) -> String {
 /// Describes for people how often the reference asked for forces that the limits do not allow.
 fn force_gap_text(gap: GapMetrics) -> String {
     format!(
-        "; {:.0} % of the time it wanted forces between {} and {} N, which its limits \
-         cannot give, and got the nearer of the two (a lower `force.min_frequency_hz` narrows this)",
+        "; {:.0} % of the time the reference was between {} and {} N, which the limits do not \
+         allow, and the nearer of the two was used (a lower `force.min_frequency_hz` narrows \
+         this gap)",
         100.0 * gap.share,
         gap.below_n,
         gap.above_n,
@@ -273,7 +273,7 @@ fn wall_contact_text(hit: &WallContact) -> String {
         "in front of the wall"
     };
     format!(
-        "hit at {:.1} s, {:.0} °/s: deepest {:.1}° {place}, {} turns, later swinging by {:.1}°",
+        "hit at {:.1} s, {:.0} °/s: deepest {:.1}° {place}, {} reversals, later oscillation {:.1}°",
         hit.at_s,
         hit.speed_deg_per_s,
         hit.deepest_deg.abs(),

@@ -80,7 +80,7 @@ fn table(title: &str, found: &Profiled, args: &ProfileArgs) -> String {
         found.booted.port_us as f64 * 1e-3
     ));
     out.push_str(&format!(
-        "simulated, by processor time: {:.1} million instructions/s, {:.1} x real time\n\n",
+        "simulation speed (processor time): {:.1} million instructions/s, {:.1} x real time\n\n",
         found.mips(),
         found.real_time_factor()
     ));
@@ -94,12 +94,12 @@ fn table(title: &str, found: &Profiled, args: &ProfileArgs) -> String {
         stack.top
     ));
     match stack.free() {
-        Some(free) => out.push_str(&format!(", {free} above its guard\n")),
+        Some(free) => out.push_str(&format!(", {free} free above its guard\n")),
         None => out.push_str(", no guard set\n"),
     }
     if let Some(worst) = summary.margins.worst {
         out.push_str(&format!(
-            "refill margin: {worst} cycles ({:.1} µs) at the worst of {} windows\n",
+            "refill margin: {worst} cycles ({:.1} µs) in the worst of {} windows\n",
             worst as f64 / CYCLES_PER_US as f64,
             summary.margins.windows
         ));
@@ -139,7 +139,7 @@ fn write_owners(out: &mut String, found: &Profiled) {
 
 fn write_lines(out: &mut String, found: &Profiled) {
     out.push_str(&format!(
-        "{:<10} {:>9} {:>13}   {:>13}  behind\n",
+        "{:<10} {:>9} {:>13}   {:>13}  waited for\n",
         "interrupt", "runs", "longest run", "worst latency"
     ));
     for line in &found.summary.lines {
@@ -153,14 +153,14 @@ fn write_lines(out: &mut String, found: &Profiled) {
         ));
     }
     out.push_str(&format!(
-        "(in cycles of 1/{CYCLES_PER_US} µs; what pre-empts a run is left out of it)\n\n"
+        "(cycles of 1/{CYCLES_PER_US} µs; a run does not include code that pre-empts it)\n\n"
     ));
 }
 
 fn write_edges(out: &mut String, found: &Profiled) {
     let summary = &found.summary;
     out.push_str(&format!(
-        "pin edges span {} cycles around their analytic cycle:\n",
+        "deviation of pin edges from their computed cycle, spread {} cycles:\n",
         summary.edge_span()
     ));
     out.push_str(&format!(

@@ -8,7 +8,7 @@ use std::io::ErrorKind;
 use std::path::PathBuf;
 use studies::laboratory::{Experiment, LaboratoryError, rebuild_page};
 
-/// Write page and summary of a record, experiment or sweep again
+/// Rewrite the page and summary of a record, experiment or sweep
 ///
 /// Also works for an interrupted run.
 #[derive(Args, Debug)]
@@ -76,7 +76,7 @@ fn renew_result_page(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
     let _place = Place::open_existing(&args.record)?;
     let Some(page) = rebuild_page(&args.record, &[])? else {
         return usage_error(format!(
-            "{} holds a sweep without a result: the command that began it goes on with it",
+            "{} holds an unfinished sweep; run the command that started it again to finish it",
             args.record.display()
         ));
     };

@@ -31,23 +31,26 @@ pub struct Rerun {
 #[derive(Debug, thiserror::Error)]
 enum RerunError {
     #[error(
-        "E595 {0} is not the {1} file of this run: it is missing, or its SHA-256 is another; take the folder from \
-         where it was kept unchanged"
+        "E595 {0} is not the {1} file of this run: it is missing or its SHA-256 differs; use an \
+         unchanged copy of the folder"
     )]
     Altered(PathBuf, &'static str),
     #[error("E596 the rerun differs from the record: {differs}; {why}")]
     Differs { differs: Difference, why: String },
     #[error(
-        "E597 {dir} is the record of a board ({id}): what a wearer did cannot be repeated; play \
-         its session with flexor run {dir}/01-*/session.toml --device PORT"
+        "E597 {dir} is the record of a board ({id}), and the wearer's reaction cannot be repeated; \
+         run its session with flexor run {dir}/01-*/session.toml --device PORT"
     )]
     Board { dir: PathBuf, id: String },
     #[error(
-        "E598 {dir} was recorded in real time through {device}, and no second run falls in the \
-         same microseconds; play its session with flexor run {dir}/01-*/session.toml"
+        "E598 {dir} was recorded in real time through {device}, which cannot be repeated to the \
+         microsecond; run its session with flexor run {dir}/01-*/session.toml"
     )]
     RealTime { dir: PathBuf, device: String },
-    #[error("E599 {dir} does not say {what}: it was written by an older flexor, or changed")]
+    #[error(
+        "E599 {dir} does not contain {what}: it was written by an older flexor, or changed; run \
+         the session again"
+    )]
     Unknown { dir: PathBuf, what: &'static str },
 }
 
@@ -106,7 +109,7 @@ fn repeatable_plan(dir: &Path, record: &Run) -> Result<Plan, RerunError> {
         let device = record.device.clone();
         return Err(RerunError::RealTime { dir, device });
     }
-    let what = "how it was ordered";
+    let what = "the command that made it";
     let Some(plan) = record.plan.clone() else {
         return Err(RerunError::Unknown { dir, what });
     };
@@ -146,10 +149,10 @@ fn rerun_session(
         dir: dir.to_owned(),
         what,
     };
-    let trial = record.trials.first().ok_or(unknown("what was run"))?;
+    let trial = record.trials.first().ok_or(unknown("a trial"))?;
     let mut session = SessionFile::from_trial(trial)?;
     if let Some(law) = &plan.law {
-        let law = LawName::from_name(law).ok_or(unknown("a law that this flexor knows"))?;
+        let law = LawName::from_name(law).ok_or(unknown("a controller that this flexor knows"))?;
         session.session = session.session.with_law(law)?;
     }
     if !choice::restore_choice(&mut session.session, trial) {
@@ -157,9 +160,9 @@ fn rerun_session(
     }
     let kind = trial.identity.as_ref().map(|identity| identity.kind);
     let device = kind.and_then(DeviceName::from_kind);
-    let device = device.ok_or(unknown("which device ran it"))?;
+    let device = device.ok_or(unknown("the device that ran it"))?;
     let chip = ChipArgs::with_image(plan.image.then(|| dir.join("image.elf")));
-    record.seed.ok_or(unknown("which seed it had"))?;
+    record.seed.ok_or(unknown("its seed"))?;
     let (ordered, now) = (plan.clone(), moment::now());
     let mut again = Run::begin(&record.title, &record.device, record.seed, ordered, now);
     again.study = record.study.clone();
@@ -200,7 +203,7 @@ fn print_comparison(
     }
     let rows: usize = record.trials.iter().map(|t| t.samples.len()).sum();
     let mut whole = match is_cut {
-        true => "samples as far as the record goes".to_owned(),
+        true => "samples (all that the record has)".to_owned(),
         false => "samples and every edge".to_owned(),
     };
     for file in compared_files(is_cut)
@@ -213,7 +216,7 @@ fn print_comparison(
         told.people += "\n\n";
     }
     let (dir, new) = (dir.display(), new.display());
-    told.people += &format!("the same: {rows} {whole} of {dir}; the rerun is in {new}");
+    told.people += &format!("identical: {rows} {whole} of {dir}; the rerun is in {new}");
     told.print(output)
 }
 
@@ -226,10 +229,8 @@ fn difference_error(record: &Run, again: &Run, differs: Difference) -> RerunErro
             record.program.words(),
             again.program.words()
         ),
-        Some(false) => "the machine, or a file that neither holds, is another".to_owned(),
-        _ => {
-            "the program was built from changed sources, so one name may be two programs".to_owned()
-        }
+        Some(false) => "the computer differs, or a file that is in neither record".to_owned(),
+        _ => "the program was built from modified sources, so the programs may differ".to_owned(),
     };
     RerunError::Differs { differs, why }
 }

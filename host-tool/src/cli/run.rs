@@ -28,7 +28,7 @@ pub struct RunArgs {
     /// Seed of a wearer that this program simulates; default: 1
     #[arg(long)]
     seed: Option<u64>,
-    /// Control law instead of the file's
+    /// Controller, instead of the file's
     #[arg(long, value_parser = law())]
     law: Option<LawName>,
     /// Also write the output of a simulated device as VCD; --overwrite replaces an existing file
@@ -56,8 +56,8 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
         let name = &worn.wearer.name;
         anyhow::ensure!(
             said == name,
-            "E660 --pseudonym is {said}, and the wearer file is {name}'s; name the file of \
-             whoever is stimulated"
+            "E660 --pseudonym is {said}, but the wearer file belongs to {name}; use the file of \
+             the wearer who is stimulated"
         );
     }
     if let Some(law) = args.law {
@@ -66,7 +66,7 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     if args.device.is_port() && (args.seed.is_some() || args.vcd.is_some()) {
         return usage_error(
             "--seed and --vcd need --device native, chip or qemu: a device behind a port has its \
-             own seed, and nobody sees its outputs",
+             own seed, and its outputs cannot be recorded",
         );
     }
     if let Some(vcd) = &args.vcd {
@@ -76,8 +76,8 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     }
     if args.watch && (output.json || !watch::has_terminal()) {
         return usage_error(
-            "--watch needs a terminal to show the session on and keys to press, and no --json; \
-             without it flexor run records, and flexor monitor prints a line per second",
+            "--watch needs a terminal with a keyboard, and excludes --json; flexor run without \
+             --watch records the session, and flexor monitor prints a line per second",
         );
     }
     output.settle_models(&mut session.session)?;
@@ -112,5 +112,5 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
 fn law() -> impl TypedValueParser<Value = LawName> {
     let names = LawName::ALL.map(|law| PossibleValue::new(law.name()).help(law.meaning()));
     PossibleValuesParser::new(names)
-        .try_map(|name| LawName::from_name(&name).ok_or("no law of this name"))
+        .try_map(|name| LawName::from_name(&name).ok_or("there is no controller of this name"))
 }

@@ -38,14 +38,14 @@ pub fn main(args: &SearchArgs, output: Output) -> anyhow::Result<()> {
     let is_port = args.device.is_port();
     if is_port && args.seed.is_some() {
         return usage_error(
-            "--seed needs --device native, chip or qemu: a board's wearer has none",
+            "--seed needs --device native, chip or qemu: a board has no simulated wearer",
         );
     }
     let simulated = (!is_port).then_some(());
     ensure_no_mistakes(&args.file, mistakes(&file, &session, simulated.is_some()))?;
     anyhow::ensure!(
         !is_port || std::io::stdin().is_terminal(),
-        "E529 nobody is at the terminal to allow each raise on {}; search a board from a terminal",
+        "E529 an operator must allow each raise on {}; run the search in a terminal",
         args.device
     );
     let seed = args.seed.unwrap_or(SEED);
@@ -54,7 +54,7 @@ pub fn main(args: &SearchArgs, output: Output) -> anyhow::Result<()> {
     if !is_port {
         print_text(
             output,
-            "Simulated: an assumed body, no evidence about people.\n",
+            "Simulated with an assumed wearer model: no evidence about people.\n",
         )?;
     }
     let mut operator = Terminal::default();
@@ -127,7 +127,7 @@ fn mistakes(file: &SearchFile, session: &Session, is_simulated: bool) -> Vec<Str
         let declared = search.declaration();
         let mut beyond = search.limit_violations(limit_of);
         if is_simulated && declared.kind.is_rated() && declared.simulated_rating.is_none() {
-            beyond.push("simulated_rating is missing: no person rates a simulated device".into());
+            beyond.push("simulated_rating is missing: a simulated wearer gives no ratings".into());
         }
         let of = |what| format!("search {number}: {what}");
         told.extend(beyond.into_iter().map(of));
@@ -164,10 +164,10 @@ fn early_end_error(finding: Finding<DeviceError>) -> Option<anyhow::Error> {
     match finding.ended {
         SearchEnd::Found | SearchEnd::Limit => None,
         SearchEnd::Refused(level) => Some(anyhow::anyhow!(
-            "E536 the operator did not allow {level}: the search came to {reached}"
+            "E536 the operator did not allow {level}; the search had reached {reached}"
         )),
         SearchEnd::Failed(DeviceError::Link(Error::Interrupted(signal))) => {
-            let when = format!("during a search: it came to {reached}, the device was stopped");
+            let when = format!("during a search, which reached {reached}; the device was stopped");
             Some(interrupt::EndedBySignal(signal, when).into())
         }
         SearchEnd::Failed(error) => Some(error.into()),
@@ -199,7 +199,7 @@ fn heading(search: &Search, session: &Session) -> String {
         search.declaration().kind.name(),
         channels.join(" + "),
         match unit(search, session) {
-            PART => "parts of max",
+            PART => "fractions of max",
             unit => unit,
         }
     );
@@ -214,14 +214,17 @@ fn row(step: &Step) -> String {
     let yes = step.answer.is_positive();
     let answer = match step.answer {
         Answer::Measured(v) => {
-            let moved = if yes { "moved" } else { "still" };
-            format!("{moved}: {:.2}° against {:.2}°", v.deviation, v.bound)
+            let moved = if yes { "moved" } else { "did not move" };
+            format!(
+                "{moved}: deviation {:.2}°, bound {:.2}°",
+                v.deviation, v.bound
+            )
         }
-        Answer::Seen(true) => "seen to move".to_owned(),
-        Answer::Seen(false) => "not seen to move".to_owned(),
+        Answer::Seen(true) => "the operator saw it move".to_owned(),
+        Answer::Seen(false) => "the operator did not see it move".to_owned(),
         Answer::Rated(rating, accepted) => {
-            let more = if yes { "more than" } else { "within" };
-            format!("rated {rating}, {more} {accepted}")
+            let more = if yes { "above" } else { "within" };
+            format!("rated {rating}, {more} the accepted {accepted}")
         }
     };
     let (level, repeat, pulses) = (step.level.to_string(), step.repeat, step.pulses);
@@ -233,7 +236,7 @@ fn conclusion<E>(search: &Search, session: &Session, finding: &Finding<E>) -> St
     let found = match (finding.value, finding.high) {
         (Some(value), Some(high)) => {
             let set = finding.level_to_set(search).unwrap_or_default();
-            format!("{value} {unit}, between {low} and {high}; set {set} {unit}")
+            format!("{value} {unit}, between {low} and {high}; level to set: {set} {unit}")
         }
         _ => format!("not found up to {low} {unit}"),
     };

@@ -23,8 +23,8 @@ pub struct StagesArgs {
     /// A serial port or tcp:HOST:PORT
     #[arg(long)]
     device: DeviceName,
-    /// Channels and full scale, such as 1-5=100mA or 6=60V: the board stores these, no stage for
-    /// other channels, and restarts
+    /// Channels and full scale, such as 1-5=100mA or 6=60V: the board stores these, notes that all
+    /// other channels have no stage, and restarts
     #[arg(long, value_name = "CHANNELS=FULL SCALE", num_args = 1.., requires = "supply")]
     store: Vec<String>,
     /// Supply of the stored stages (docs/hardware.md)
@@ -63,7 +63,7 @@ pub fn main(args: &StagesArgs, output: Output) -> anyhow::Result<()> {
     };
     if !args.device.is_port() {
         return usage_error(format!(
-            "--device is {}: it has the stages its session declares; name a board's port",
+            "--device is {}, which has the stages of its session; give a board's port",
             args.device
         ));
     }
@@ -80,18 +80,19 @@ pub fn main(args: &StagesArgs, output: Output) -> anyhow::Result<()> {
     };
     anyhow::ensure!(
         info.state == State::Idle,
-        "E538 the board is {:?}, and stores only when idle; stop it, or acknowledge its fault, first",
+        "E538 the board is {:?} and stores stages only when Idle; first stop it or acknowledge its \
+         fault",
         info.state
     );
     let will = describe_stages(&Stages::Stored(table)).join("\n");
     if !args.yes && !ask_permission(&args.device, &will)? {
-        return usage_error("nothing was stored: say y at the question, or give --yes");
+        return usage_error("nothing was stored; answer y to the question, or give --yes");
     }
     client.store_stages(stages, supply)?;
     let info = reconnect(&args.device, client.into_port())?;
     anyhow::ensure!(
         info.stages == Stages::Stored(table),
-        "E539 the board restarted with other stages than were sent: {}; store them again",
+        "E539 the board restarted with stages that differ from those sent: {}; store them again",
         describe_stages(&info.stages).join(", ")
     );
     print_stages(&info, output)
@@ -112,9 +113,12 @@ fn print_stages(info: &HelloInfo, output: Output) -> anyhow::Result<()> {
 /// Asks the user at the terminal for permission to store.
 fn ask_permission(device: &DeviceName, will: &str) -> anyhow::Result<bool> {
     if !std::io::stdin().is_terminal() {
-        return usage_error("nobody is at the terminal to allow it: give --yes");
+        return usage_error("storing needs your permission; use a terminal, or give --yes");
     }
-    eprint!("{device} will store\n{will}\nand restart. A false table makes wrong currents. y/N: ");
+    eprint!(
+        "{device} will store\n{will}\nand restart. A wrong table causes wrong currents. \
+         Continue? y/N: "
+    );
     std::io::stderr().flush().context("standard error")?;
     let mut line = String::new();
     std::io::stdin().lock().read_line(&mut line)?;
@@ -131,7 +135,7 @@ fn reconnect(device: &DeviceName, port: Box<dyn Port>) -> anyhow::Result<HelloIn
         match opened.and_then(|port| Ok(Connection::open(port)?.1)) {
             Ok(info) => return Ok(info),
             Err(error) if begin.elapsed() > RESTART => {
-                return Err(error.context("the board did not come back"));
+                return Err(error.context("the board did not answer after its restart"));
             }
             Err(_) => {}
         }
@@ -181,7 +185,7 @@ fn parse_range(option: &str) -> Result<(std::ops::RangeInclusive<usize>, StageKi
     };
     let (first, last) = (number(first)?, number(last)?);
     if last < first {
-        return Err("channels go upward".to_owned());
+        return Err("write the lower channel first, as 1-5".to_owned());
     }
     let milli = |text: &str| {
         let value = text.trim().parse::<f64>().ok().filter(|v| v.is_finite());

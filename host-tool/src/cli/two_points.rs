@@ -52,12 +52,12 @@ pub fn main(args: &TwoPointsArgs, output: Output) -> anyhow::Result<()> {
     let Some(cells) = Cells::load(args.cell)? else {
         let most = Cells::load(None)?.map_or(0, |cells| cells.count()) - 1;
         let cell = args.cell.unwrap_or_default();
-        return usage_error(format!("--cell is {cell}, allowed is 0 to {most}"));
+        return usage_error(format!("--cell is {cell}; allowed: 0 to {most}"));
     };
     let population = cells.population();
     let draws = args.draws.unwrap_or(population.draws);
     if draws == 0 || draws > MOST {
-        return usage_error(format!("--draws is {draws}, allowed is 1 to {MOST}"));
+        return usage_error(format!("--draws is {draws}; allowed: 1 to {MOST}"));
     }
     if args.timing {
         let seed = args.seed.unwrap_or(population.seed);

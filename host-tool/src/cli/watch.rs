@@ -62,13 +62,12 @@ pub fn play<P: Port>(
     // A closed terminal also sends a signal.
     let shown = match (shown, interruption.received_signal()) {
         (Err(_), Some(signal)) => {
-            let ended = "and closed the terminal: the session was stopped then".to_owned();
+            let ended = "and the terminal closed; the session was stopped".to_owned();
             return (outcome, Err(interrupt::EndedBySignal(signal, ended).into()));
         }
         (shown, _) => shown,
     };
-    let shown = shown.context(
-        "E571 the terminal has gone, or takes nothing any more: the session was stopped then",
-    );
+    let shown = shown
+        .context("E571 the terminal has closed or accepts no output, so the session was stopped");
     (outcome, shown)
 }

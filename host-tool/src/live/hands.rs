@@ -107,7 +107,7 @@ impl Hands {
             return Some(Act::Control(Control::Resume));
         }
         Some(Act::Note(
-            "paused; leave the space bar for half a second to resume",
+            "paused; release the space bar for half a second, then press it to resume",
         ))
     }
 
@@ -116,7 +116,7 @@ impl Hands {
         let is_held = before.is_some_and(|at| now.duration_since(at) < HELD);
         if is_held || kind == KeyEventKind::Repeat {
             return Some(Act::Note(
-                "↑ is held: one press is one step, so let it go first",
+                "↑ is held down; release it: one press is one step",
             ));
         }
         Some(Act::Control(Control::Raise(self.channel()?)))

@@ -186,7 +186,7 @@ fn footer(model: &Model) -> Line<'static> {
         if let Some(text) = &hands.typing {
             spans.push("marker: ".bold());
             spans.push(Span::raw(format!("{text}▏")));
-            spans.push("  enter keeps it, esc does not".dim());
+            spans.push("  enter: keep, esc: discard".dim());
             return Line::from(spans);
         }
         let verb = ["pause", "resume"][usize::from(hands.is_paused)];

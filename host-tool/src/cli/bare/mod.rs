@@ -24,7 +24,7 @@ use usb::Line;
 ///
 /// Needs neither a board nor a session. The semihosting console of the image goes to the standard
 /// output. Exit code 0: the image ran for the given time, or ended with status 0; 1: it stopped,
-/// took a fault, or ended with another status.
+/// had a fault, or ended with another status.
 #[derive(Args, Debug)]
 pub struct BareArgs {
     /// Image (ELF)
@@ -64,13 +64,13 @@ fn duration(text: &str) -> Result<Duration, String> {
         "us" => 1e-6,
         "ms" => 1e-3,
         "s" => 1.0,
-        _ => return Err("give a number and its unit, us, ms or s: 500ms".to_owned()),
+        _ => return Err("give a number with its unit us, ms or s, such as 500ms".to_owned()),
     };
     let seconds = digits.parse::<f64>().map_err(|why| why.to_string())? * scale;
     let allowed = 1e-6..=MOST.as_secs_f64();
     match allowed.contains(&seconds) {
         true => Ok(Duration::from_secs_f64(seconds)),
-        false => Err("allowed is 1us to 3600s".to_owned()),
+        false => Err("allowed: 1us to 3600s".to_owned()),
     }
 }
 
@@ -86,8 +86,8 @@ enum Failed {
     },
     /// The image hangs in the handler of a fault.
     #[error(
-        "E559 {image} took a fault on the simulated chip after {seconds:.6} s and is in its \
-         handler for good: {why}"
+        "E559 {image} had a fault on the simulated chip after {seconds:.6} s and does not \
+         leave the fault handler: {why}"
     )]
     Fault {
         image: String,
@@ -95,7 +95,7 @@ enum Failed {
         why: String,
     },
     /// The image ended with a status other than 0.
-    #[error("E569 {image} ended itself with status {status}")]
+    #[error("E569 {image} exited with status {status}; 0 is success")]
     Status { image: String, status: u32 },
 }
 
@@ -113,7 +113,7 @@ pub fn main(args: &BareArgs, output: Output) -> anyhow::Result<()> {
         // Printed before the simulation starts, so that a program can read the address as the first
         // object.
         output.print(
-            || format!("its USB port is at {}; end with Ctrl-C", line.place()),
+            || format!("USB port of the image: {}; end with Ctrl-C", line.place()),
             || serde_json::json!({ "usb_at": line.place() }),
         )?;
     }
@@ -308,7 +308,7 @@ impl<'a> Run<'a> {
         };
         match out.write_all(&text).and_then(|()| out.flush()) {
             Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-                Err(error).context("E523 standard output")
+                Err(error).context("E523 cannot write to the standard output")
             }
             _ => Ok(()),
         }

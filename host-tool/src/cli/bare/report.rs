@@ -94,15 +94,15 @@ impl Report {
         );
         let place = format!("pc {:#010x}, in {}", self.pc, self.function);
         out.push_str(&match (self.ending, self.status) {
-            (_, Some(status)) => format!("ended: by itself, with status {status}\n"),
+            (_, Some(status)) => format!("ended: the image exited with status {status}\n"),
             ("time", _) if self.sleeps => {
                 format!(
-                    "ended: its time was over; the core sleeps and nothing wakes it ({place})\n"
+                    "ended: the given time is over; the core sleeps, nothing wakes it ({place})\n"
                 )
             }
-            ("time", _) => format!("ended: its time was over ({place})\n"),
+            ("time", _) => format!("ended: the given time is over ({place})\n"),
             ("signal", _) => format!("ended: by a signal ({place})\n"),
-            _ => format!("ended: it stopped ({place})\n"),
+            _ => format!("ended: the image stopped ({place})\n"),
         });
         for (at, words, registers) in self.faults.iter().take(MOST_FAULTS) {
             out.push_str(&format!("fault after {at:.6} s: {words}\n"));
@@ -123,7 +123,7 @@ impl Report {
         }
         if self.unclocked > 0 {
             out.push_str(&format!(
-                "accesses to blocks without a clock, which read 0 and write nothing: {}\n",
+                "accesses to peripherals without a clock (reads give 0, writes do nothing): {}\n",
                 self.unclocked
             ));
         }
@@ -168,7 +168,7 @@ impl Report {
 fn write_omitted_count(out: &mut String, what: &str, count: usize, most: usize) {
     if count > most {
         out.push_str(&format!(
-            "and {} more {what}; --json has all\n",
+            "and {} more {what}; --json lists all\n",
             count - most
         ));
     }

@@ -44,7 +44,7 @@ pub struct New {
     /// Pulses per second
     #[arg(long)]
     frequency: Option<String>,
-    /// Pattern of the amplitudes: constant, or an example of a program, on-off, ramp or cycle
+    /// Pattern of the amplitudes: constant, or an example program: on-off, ramp or cycle
     #[arg(long)]
     program: Option<String>,
     /// Wearer file: one channel for each of its electrodes, at the motor threshold unless
@@ -74,14 +74,14 @@ type Question = (
 #[rustfmt::skip]
 const QUESTIONS: [Question; 9] = [
     ("title", "Name in reports", "A first session", |new| &new.title),
-    ("seconds", "How long does it stimulate, s", "10", |new| &new.seconds),
-    ("channels", "How many channels, 1 to 10", "1", |new| &new.channels),
+    ("seconds", "Duration of the stimulation, s", "10", |new| &new.seconds),
+    ("channels", "Number of channels, 1 to 10", "1", |new| &new.channels),
     ("stage", "Output stage, current or voltage", "current", |new| &new.stage),
     ("limit", "Largest amplitude of each channel, mA or V", "10", |new| &new.limit),
     ("amplitude", "Amplitude of each channel, mA or V", "5", |new| &new.amplitude),
     ("width", "Width of one phase, µs", "200", |new| &new.width),
     ("frequency", "Pulses per second", "30", |new| &new.frequency),
-    ("program", "What channels play: constant, on-off, ramp or cycle", "constant", |new| &new.program),
+    ("program", "Amplitudes: constant, on-off, ramp or cycle", "constant", |new| &new.program),
 ];
 
 type Answers = BTreeMap<&'static str, String>;
@@ -128,8 +128,8 @@ fn copy_shipped(args: &New, name: &str, output: Output) -> anyhow::Result<()> {
         [shipped] => *shipped,
         [] => {
             return usage_error(format!(
-                "--from is `{name}`, which is not the name of a shipped file{}; flexor list \
-                 shows them",
+                "--from is `{name}`, which is not the name of a shipped file{}; `flexor list` \
+                 shows the names",
                 list::did_you_mean(name)
             ));
         }
@@ -139,7 +139,7 @@ fn copy_shipped(args: &New, name: &str, output: Output) -> anyhow::Result<()> {
                 .map(|shipped| format!("{}/{name}", shipped.kind));
             let names = names.collect::<Vec<_>>().join(" or ");
             return usage_error(format!(
-                "--from is `{name}`, which several files have: say {names}"
+                "--from is `{name}`, the name of several files; give {names}"
             ));
         }
     };
@@ -214,7 +214,7 @@ fn write(args: &New, session: &str, command: &str, output: Output) -> anyhow::Re
     output.print(
         || {
             format!(
-                "{0} is written; {1}",
+                "{0} was written; {1}",
                 args.session.display(),
                 next_step_text(command, &args.session)
             )
@@ -230,7 +230,9 @@ fn next_step_text(command: &str, file: &Path) -> String {
             "next: {}",
             command.replace("FILE", &file.display().to_string())
         ),
-        false => format!("to read: {command} takes its own, as preregistered"),
+        false => format!(
+            "this copy is only for reading: {command} uses its built-in file, as preregistered"
+        ),
     }
 }
 
@@ -244,10 +246,7 @@ fn create(path: &Path, text: &str) -> anyhow::Result<()> {
 }
 
 fn file_exists_error(path: &Path) -> anyhow::Error {
-    anyhow::anyhow!(
-        "E525 {} is there already; give another name",
-        path.display()
-    )
+    anyhow::anyhow!("E525 {} already exists; give another name", path.display())
 }
 
 /// Returns the answers that the options give, with defaults for the others.
@@ -310,7 +309,7 @@ fn compose(answers: &Answers) -> Result<String, String> {
     for name in ["seconds", "limit", "amplitude", "width", "frequency"] {
         let given = &answers[name];
         if given.parse::<f64>().is_err() {
-            return Err(format!("{name} is {given}, which is no number"));
+            return Err(format!("{name} is {given}, which is not a number"));
         }
     }
     let [title, seconds, channels, stage] =
@@ -320,13 +319,13 @@ fn compose(answers: &Answers) -> Result<String, String> {
     let stage = match stage.as_str() {
         "current" => "{ kind = \"current\", full_scale_ma = 100.0 }",
         "voltage" => "{ kind = \"voltage\", full_scale_v = 150.0, load_ohm = 2000 }",
-        other => return Err(format!("stage is {other}: current or voltage")),
+        other => return Err(format!("stage is {other}; allowed: current or voltage")),
     };
     let count = channels
         .parse::<u32>()
         .ok()
         .filter(|count| (1..=10).contains(count));
-    let count = count.ok_or_else(|| format!("channels is {channels}: 1 to 10"))?;
+    let count = count.ok_or_else(|| format!("channels is {channels}; allowed: 1 to 10"))?;
     let hz: f64 = frequency.parse().unwrap_or(0.0);
     let mut text = format!("title = {}\nduration_s = {seconds}\n", toml_text(title));
     for number in 1..=count {

@@ -15,7 +15,7 @@ pub(super) fn compose(
     rate_hz: u32,
 ) -> Result<String, String> {
     let parse = seconds.parse::<f64>();
-    let seconds = parse.map_err(|_| format!("seconds is {seconds}, which is no number"))?;
+    let seconds = parse.map_err(|_| format!("seconds is {seconds}, which is not a number"))?;
     let lines: Vec<String> = match program {
         "constant" => {
             let value = |(channel, value): &(u32, String)| {
@@ -65,7 +65,7 @@ pub(super) fn compose(
         }
         other => {
             return Err(format!(
-                "program is {other}: constant, on-off, ramp or cycle"
+                "program is {other}; allowed: constant, on-off, ramp or cycle"
             ));
         }
     };

@@ -32,11 +32,11 @@ pub struct Serve {
     /// Address to listen at, HOST:PORT
     #[arg(long)]
     tcp: Option<String>,
-    /// Let --tcp listen beyond this computer, where anyone who reaches it gives orders
+    /// Let --tcp listen beyond this computer; anyone who can connect then controls the device
     #[arg(long, requires = "tcp")]
     open_to_network: bool,
-    /// Session file whose body and (chip) output stages are simulated; default: participant P's
-    /// finger, two-point
+    /// Session file whose simulated limb and (chip) output stages are used; default: the finger of
+    /// participant P with two-point stimulation
     #[arg(long)]
     body: Option<PathBuf>,
     /// Seed of the simulated wearer
@@ -45,8 +45,8 @@ pub struct Serve {
     /// Stop after this many seconds; default: never
     #[arg(long)]
     seconds: Option<f64>,
-    /// Hold back device time while a host that stimulates is late: a stall of this computer then
-    /// ends nothing, and host silence cannot be tested
+    /// Pause device time while a host that stimulates is late: a stall of this computer then does
+    /// not end stimulation, and host silence cannot be tested
     #[arg(long)]
     wait_for_host: bool,
     #[command(flatten)]
@@ -92,14 +92,14 @@ impl Serve {
         };
         if !self.open_to_network {
             bail!(
-                "E770 {beyond} is reached from beyond this computer: give an address of it, \
-                 such as 127.0.0.1:{}, or --open-to-network",
+                "E770 {beyond} can be reached from other computers; give a local address such \
+                 as 127.0.0.1:{}, or --open-to-network",
                 beyond.port()
             );
         }
         eprintln!(
-            "warning: whoever reaches {beyond} gives this board orders: there is no password \
-             and nothing is encrypted"
+            "warning: anyone who can connect to {beyond} controls this board: there is no \
+             password and no encryption"
         );
         Ok(())
     }
@@ -109,13 +109,13 @@ impl Serve {
 pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
     if !matches!(args.device, DeviceName::Native | DeviceName::Chip) {
         bail!(
-            "E515 only the native and the chip simulator can be served; {} is not",
+            "E515 --device is {}; only the native and the chip simulator can be served",
             args.device
         );
     }
     if let Some(seconds) = args.seconds.filter(|s| !(*s > 0.0 && s.is_finite())) {
         return usage_error(format!(
-            "--seconds is {seconds}: a time above 0, or leave it out"
+            "--seconds is {seconds}; allowed: above 0, or leave it out"
         ));
     }
     let text = include_str!("../../../sessions/hamana_exp4_two_point_finger.toml");
@@ -135,7 +135,7 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
     let interruption = interrupt::catch_signals()?;
     // The device has booted, so a client that connects is answered.
     let (mut wire, place) = args.open_wire()?;
-    let world = port.world().context("the device is no simulator")?;
+    let world = port.world().context("the device is not a simulator")?;
     let name = match args.device {
         DeviceName::Chip => "chip",
         _ => "native",
@@ -154,7 +154,7 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
         if let Some(signal) = interruption.received_signal() {
             return Err(interrupt::EndedBySignal(
                 signal,
-                format!("and the board at {place} is gone"),
+                format!("and ended the simulated board at {place}"),
             )
             .into());
         }

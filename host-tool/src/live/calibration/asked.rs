@@ -111,8 +111,8 @@ pub fn early_refusal(count: usize) -> Refusal {
         _ => format!("{count} orders"),
     };
     Refusal::NotNow(format!(
-        "{what} came before what is shown now, or together with another: orders are not \
-         queued, one is for what is shown"
+        "{what} came before the present state was shown, or together with another order; give \
+         one order for each state"
     ))
 }
 

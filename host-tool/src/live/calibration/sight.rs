@@ -57,13 +57,13 @@ fn entry_text(entry: &Entry) -> Option<String> {
             bound_n,
             ..
         } => {
-            let said = if *moved { "moved" } else { "still" };
-            format!("instrument: {said}, {deviation_n:.3} N against {bound_n:.3} N")
+            let said = if *moved { "moved" } else { "no movement" };
+            format!("instrument: {said}, {deviation_n:.3} N, bound {bound_n:.3} N")
         }
         Entry::Found { channel, step, .. } => format!("channel {channel}: {} found", step.name()),
         Entry::TooMuch { channel, level } => format!("channel {channel}: {level} was too much"),
         Entry::Stalled { pause_ms, .. } => {
-            format!("this computer stalled for {pause_ms} ms: silent; give the same level again")
+            format!("this computer stalled for {pause_ms} ms: output off; repeat the level")
         }
         Entry::Skipped { channel } => format!("channel {channel} left out"),
         _ => return None,

@@ -89,7 +89,7 @@ fn status_line(view: &View) -> Line<'_> {
     let where_ = format!("  electrode {electrode} of {of}, channel {channel}: {place}");
     let mut line = Line::from(vec![Span::raw(" "), badge]);
     if view.complains {
-        line.push_span("  TOO MUCH, the wearer says".red().bold());
+        line.push_span("  wearer reports: TOO MUCH".red().bold());
     }
     line.push_span(Span::raw(where_));
     line
@@ -132,8 +132,10 @@ fn prompt_line<'a>(view: &View, typed: &'a str) -> Line<'a> {
         };
     }
     match (view.phase, view.raise, view.again) {
-        (Phase::On, ..) => Line::from("↓ one step down at once, t too much: silent at once".red()),
-        (Phase::Rest, ..) => Line::from("the muscle rests; nothing is given"),
+        (Phase::On, ..) => Line::from(
+            "↓ lowers by one step at once; t (too much) turns the output off at once".red(),
+        ),
+        (Phase::Rest, ..) => Line::from("the muscle rests; no stimulation"),
         (Phase::Done, ..) => Line::from("every electrode is done"),
         (_, _, Some(again)) if view.confirms => {
             Line::from(format!("it moved: a {} once more to confirm", gives(again)).yellow())
@@ -142,8 +144,8 @@ fn prompt_line<'a>(view: &View, typed: &'a str) -> Line<'a> {
             Line::from(format!("↑ {}, a {} again", gives(raise), gives(again)))
         }
         (_, Some(raise), None) => Line::from(format!("↑ {}", gives(raise))),
-        (_, None, Some(again)) => Line::from(format!("a {} (nothing is higher)", gives(again))),
-        (_, None, None) => Line::from("nothing is higher: ↓ lower it, or x leave it out"),
+        (_, None, Some(again)) => Line::from(format!("a {} (the highest level)", gives(again))),
+        (_, None, None) => Line::from("highest level reached: ↓ lowers, x leaves the channel out"),
     }
 }
 

@@ -84,7 +84,7 @@ pub enum Verdict {
 #[derive(Debug, thiserror::Error)]
 pub enum SheetError {
     /// The sheet cannot be continued: the file, and the reason.
-    #[error("E786 the bench sheet {0} cannot be gone on with: {1}")]
+    #[error("E786 the bench sheet {0} cannot be continued: {1}")]
     Unfit(PathBuf, String),
     /// The file cannot be written.
     #[error("E787 cannot write the bench sheet {0}: {1}; what was written before is kept")]
@@ -149,8 +149,8 @@ impl Sheet {
         let unfit = |why: String| SheetError::Unfit(path.to_owned(), why);
         let text = input::read_text(path, input::LONGEST_DOCUMENT);
         let text = text.map_err(|why| unfit(why.to_string()))?;
-        let mut sheet: Self =
-            serde_json::from_str(&text).map_err(|why| unfit(format!("it is none: {why}")))?;
+        let mut sheet: Self = serde_json::from_str(&text)
+            .map_err(|why| unfit(format!("it is not a bench sheet: {why}")))?;
         if sheet.format != FORMAT {
             return Err(unfit(format!(
                 "its format is {}, not {FORMAT}",
@@ -159,7 +159,7 @@ impl Sheet {
         }
         if sheet.sum != sheet.checksum() {
             return Err(unfit(
-                "it was changed since it was written; begin another".into(),
+                "it was changed since it was written; start a new sheet".into(),
             ));
         }
         // Operator, date and the reason of the last reset may differ between days.
@@ -177,14 +177,14 @@ impl Sheet {
                 )
             };
             return Err(unfit(format!(
-                "it is of the {}, and this is the {}; give that one, or another --out",
+                "it belongs to the {}, but this is the {}; connect that one, or give another --out",
                 told(&sheet.device),
                 told(&next.device)
             )));
         }
         if (sheet.channel, &sheet.pattern) != (next.channel, &next.pattern) {
             return Err(unfit(format!(
-                "it is of {}, and this is {}",
+                "it was measured with {}, but this test uses {}; give another --out",
                 sheet.pattern, next.pattern
             )));
         }
@@ -331,7 +331,7 @@ mod tests {
         };
         let mut other = next.clone();
         other.device.unique_id = Some("ff".into());
-        assert!(told(&other).contains("give that one"), "{}", told(&other));
+        assert!(told(&other).contains("that one"), "{}", told(&other));
         let simulated = Sheet::begin(["B", "", ""], device(DeviceKind::Chip, true), &pattern);
         assert!(told(&simulated).starts_with("E786 "));
         let text = std::fs::read_to_string(&path).unwrap();
@@ -349,7 +349,7 @@ mod tests {
             );
         }
         std::fs::write(&path, &text[..text.len() / 2]).unwrap();
-        assert!(told(&next).contains("it is none"));
+        assert!(told(&next).contains("it is not a bench sheet"));
         std::fs::remove_dir_all(&folder).unwrap();
     }
 }

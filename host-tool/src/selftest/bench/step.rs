@@ -57,7 +57,7 @@ fn step_with_bounds(id: &str, unit: &'static str, expected: f64, apart: f64) -> 
 
 fn pump() -> Step {
     Step {
-        what: "PB10: the period of the pump, mean of 1000 or more".to_owned(),
+        what: "PB10: period of the pump signal, mean of 1000 or more periods".to_owned(),
         source: "hil.md part 3: 50 us within the crystal's 50 ppm; 50 ppm more for the \
                  oscilloscope",
         ..step_with_bounds("pump-period", "us", 50.0, 0.005)
@@ -81,7 +81,7 @@ fn load_steps(pattern: &Pattern, load_ohm: u32) -> [Step; 7] {
             peak_v,
             0.05 * peak_v,
             "height of the first phase's flat top, without its sign",
-            "faults.md: a current may be 5 % above what was asked for; 5 % below for symmetry",
+            "faults.md: a current may exceed the requested one by 5 %; 5 % below for symmetry",
         ),
         with(
             "first",
@@ -105,7 +105,7 @@ fn load_steps(pattern: &Pattern, load_ohm: u32) -> [Step; 7] {
             "ms",
             20.0,
             0.002,
-            "from first phase to first phase",
+            "time from one first phase to the next",
             "hil.md part 3: the crystal's 50 ppm; 50 ppm more for the oscilloscope",
         ),
         Step {
@@ -116,7 +116,7 @@ fn load_steps(pattern: &Pattern, load_ohm: u32) -> [Step; 7] {
                 "%",
                 0.0,
                 1.0,
-                "how far the areas of the two phases differ, of the first's, without sign",
+                "difference of the areas of the two phases, relative to the first, without sign",
                 "hardware.md, Before a person is connected, 2: phases matched to 1 %",
             )
         },
@@ -127,7 +127,7 @@ fn load_steps(pattern: &Pattern, load_ohm: u32) -> [Step; 7] {
                 "mV",
                 0.0,
                 1e-3 * f64::from(load_ohm), // 1 µA
-                "mean over 60 s, by a meter behind a low-pass, without sign",
+                "mean over 60 s, with a meter behind a low-pass filter, without sign",
                 "safety.md, Limits: 1 uA of net direct current",
             )
         },
@@ -138,7 +138,7 @@ fn stop() -> Step {
     Step {
         doing: BoardActivity::StopOpens,
         what: "stop contact and load: open the hand-held stop; time from its opening to the \
-               start of the last pulse, 0 if none starts after it"
+               start of the last pulse, 0 if no pulse starts later"
             .to_owned(),
         low: 0.0,
         source: "hardware.md, Wiring: no pulse starts 0.5 ms later (two windows)",
@@ -149,7 +149,7 @@ fn stop() -> Step {
 fn fall() -> Step {
     Step {
         doing: BoardActivity::Falls,
-        what: "across the load, single shot: from the last full pulse to the last pulse".to_owned(),
+        what: "across the load, single shot: time from last full pulse to last pulse".to_owned(),
         low: 0.0,
         source: "the pattern's fall of 50 ms, and the 20 ms from the last full pulse to the next",
         ..step_with_bounds("fall", "ms", 50.0, 20.0)
@@ -158,7 +158,7 @@ fn fall() -> Step {
 
 /// The reason why typed text is not a measured value.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
-#[error("E785 `{typed}` is no measured value: {why}; type one such as {like}")]
+#[error("E785 `{typed}` is not a measured value: {why}; type a value such as {like}")]
 pub struct ValueError {
     typed: String,
     why: String,
@@ -187,7 +187,7 @@ pub fn read_value(step: &Step, typed: &str) -> Result<f64, ValueError> {
         return Err(fail("it does not begin with a number"));
     }
     if number.contains(',') {
-        return Err(fail("decimals follow a point"));
+        return Err(fail("write decimals after a point"));
     }
     let value: f64 = number
         .parse()
@@ -198,11 +198,11 @@ pub fn read_value(step: &Step, typed: &str) -> Result<f64, ValueError> {
         _ => return Err(fail(&format!("the unit is {}", step.unit))),
     }
     if value.is_sign_negative() && value != 0.0 {
-        return Err(fail("it is negative, and a magnitude is asked for"));
+        return Err(fail("it is negative, but the magnitude is needed"));
     }
     match value <= 1e6 {
         true => Ok(value.abs()),
-        false => Err(fail("nothing here is so large")),
+        false => Err(fail("it is larger than 1000000")),
     }
 }
 
@@ -242,11 +242,11 @@ mod tests {
             ("10 V V", "the unit is V"),
             ("10,2 V", "point"),
             ("-10 V", "negative"),
-            ("1e9 V", "so large"),
+            ("1e9 V", "larger than"),
             ("e V", "cannot be read"),
             ("1.2.3 V", "cannot be read"),
             ("inf V", "begin with a number"),
-            ("1e999 V", "so large"),
+            ("1e999 V", "larger than"),
         ] {
             let told = read_value(peak, typed).unwrap_err().to_string();
             assert!(
