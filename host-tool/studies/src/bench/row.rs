@@ -92,7 +92,7 @@ impl<N: ToString> From<&firmware::bench::Row<N>> for Row {
 
 /// A line that is not a row.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("E573 an image that measures printed what cannot be read: {0}")]
+#[error("E573 a benchmark image printed a line that cannot be read: {0}")]
 pub struct RowError(String);
 
 impl RowError {

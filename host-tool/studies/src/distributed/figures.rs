@@ -44,19 +44,19 @@ impl Study {
             Plot {
                 title: self.condition_text(RATIOS[series]),
                 x: SheetAxis::linear("crosstalk", [0.0, 0.5]),
-                y: SheetAxis::linear("endurance by one electrode's", [0.0, MOST_RATIO]),
+                y: SheetAxis::linear("endurance ratio to one electrode", [0.0, MOST_RATIO]),
                 curves,
                 ..Plot::default()
             }
         };
         let caption = format!(
-            "Endurance at 20 % of strength, four electrodes' by one electrode's, simulated: \
-             everybody drawn by the crosstalk drawn for them, and a person in the middle of \
-             every range along it. Ratios above {MOST_RATIO} are drawn there; of who held to the \
-             study's end, the least that it can be. Line: 232 s by 84 s (Buckmire 2018), whose \
-             crosstalk nobody knows."
+            "Endurance at 20 % of strength with four electrodes, divided by that with one, \
+             simulated: each random wearer at the wearer's crosstalk, and the nominal wearer (the \
+             middle of every range) over the range of crosstalk. Ratios above {MOST_RATIO} are \
+             shown at {MOST_RATIO}; for wearers who held the force to the end of the study, the \
+             ratio is a lower bound. Line: 232 s / 84 s (Buckmire 2018), at an unknown crosstalk."
         );
-        let series = ["middle person", "persons drawn", "published, 232/84"];
+        let series = ["nominal wearer", "random wearers", "published, 232/84"];
         let plots = RATIOS.iter().enumerate().map(plot).collect();
         figure(
             "Crosstalk",
@@ -80,25 +80,25 @@ impl Study {
             Plot {
                 title: name.to_owned(),
                 x: SheetAxis::linear(name, [0.0, end]),
-                y: SheetAxis::linear("endurance by one electrode's", [0.0, MOST_RATIO]),
+                y: SheetAxis::linear("endurance ratio to one electrode", [0.0, MOST_RATIO]),
                 curves,
                 ..Plot::default()
             }
         };
         let caption =
-            "The person in the middle of every range, along two assumptions: the part of \
-                       every group that the single electrode can reach, and the part of fatigue \
-                       that goes by pulses and not by force (0 is Ding's form). Endurance by one \
-                       electrode's, simulated."
+            "The nominal wearer (the middle of every range) under two assumptions: the part of \
+                       every fibre group that the single electrode can reach, and the part of \
+                       fatigue that depends on pulses instead of force (0 is Ding's model). \
+                       Simulated endurance, divided by that with one electrode."
                 .to_owned();
         let series = ["four at 12.5 Hz", "four at 25 Hz", "published, 232/84"];
         let plots = vec![
             assumed("reach", "reach of the single electrode", 1.0),
-            assumed("activation", "fatigue by pulses, part", 1.0),
+            assumed("activation", "part of fatigue by pulses", 1.0),
         ];
         figure(
             "Assumptions",
-            "what decides the ratio",
+            "assumptions that decide the ratio",
             caption,
             &series,
             plots,
@@ -129,29 +129,29 @@ impl Study {
             Plot {
                 title: name.to_owned(),
                 x: SheetAxis::linear(name, [0.0, end]),
-                y: SheetAxis::linear("left after 6 min (%)", [0.0, 110.0]),
+                y: SheetAxis::linear("force left after 6 min (%)", [0.0, 110.0]),
                 curves,
                 ..Plot::default()
             }
         };
         let caption =
-            "Six minutes at a constant amplitude that was to give the wanted force, a dot \
-                       for each person, simulated. Who had less force at first had not enough \
-                       fibres for it, and tires less. Lines: what was left of mean power in \
-                       Laubacher 2017, 51 % of a single electrode and 66 % of four (isokinetic, 35 \
-                       Hz)."
+            "Six minutes at a constant amplitude that should produce the reference force; \
+                       one dot for each wearer, simulated. Wearers with less initial force had too \
+                       few fibres to reach the reference, and fatigue less. Lines: mean power left \
+                       in Laubacher 2017, 51 % with a single electrode and 66 % with four \
+                       (isokinetic, 35 Hz)."
                 .to_owned();
         let mut series: Vec<&str> = open.iter().map(|condition| &*condition.id).collect();
         series.push("published");
         let plots = vec![
-            plot("force at first (% of wanted)", 120.0, &|result| {
+            plot("initial force (% of reference)", 120.0, &|result| {
                 result.first
             }),
             plot("ripple (% of mean)", 80.0, &|result| result.ripple),
         ];
         figure(
             "Force and fatigue",
-            "force, ripple and what is left",
+            "remaining force, by initial force and by ripple",
             caption,
             &series,
             plots,
@@ -166,7 +166,7 @@ impl Study {
                 &["one", "two", "four", "four-half", "four-fast"],
             ),
             (
-                "steered by models",
+                "amplitudes from models",
                 &["one-fresh", "one-tiring", "two-fresh", "two-tiring"],
             ),
         ];
@@ -183,17 +183,17 @@ impl Study {
             Plot {
                 title: (*title).to_owned(),
                 x: SheetAxis::linear("time (s)", [0.0, end_s]),
-                y: SheetAxis::linear("force (of wanted)", [0.0, 1.6]),
+                y: SheetAxis::linear("force / reference", [0.0, 1.6]),
                 curves,
                 ..Plot::default()
             }
         };
         let caption =
-            "Force of person 0 by the frame, simulated, each condition up to its end (of \
-                       models a minute at least). Left to right, the colours are: one, two, four \
-                       at 6.25, 12.5 and 25 Hz; one electrode by fresh and tiring models, two by \
-                       fresh and tiring models. Nothing is drawn of a force that the device \
-                       refused as out of its model's reach."
+            "Simulated force of wearer 0, frame by frame, until each condition ended (with \
+                       models, at least one minute). Colours of the left plot: one, two, and four \
+                       electrodes at 6.25, 12.5 and 25 Hz; of the right plot: one electrode with \
+                       fresh and tiring models, two with fresh and tiring models. A condition is \
+                       missing if the device refused the force because its model cannot reach it."
                 .to_owned();
         let series = [
             "one / one, fresh",

@@ -9,22 +9,24 @@ use std::collections::BTreeMap;
 
 /// Notes that accompany every result.
 const NOTES: [&str; 6] = [
-    "Simulated: drawn muscles of assumed parameters; no evidence about people.",
-    "Ours is the median, low and high the 5th and 95th percentile of the persons drawn. Nothing \
-     was fitted to a published number. Endurance of who did not reach the force is 0 s, of who \
-     held it to the end the length of the study: medians of both are bounds.",
-    "Buckmire 2018 stimulated at 25 Hz; whether four electrodes shared that rate or had it each, \
-     the abstract does not say, and it explains the gain by a larger volume reached, not by a \
-     lower rate. Both readings are played. The paper's numbers stand beside both.",
-    "Pulses are the device's own, from the native simulator, streamed into the muscle. Feedback is \
-     the host's: the frame's mean force sets one amplitude for all electrodes.",
-    "What decides the ratio is assumed, and an axis here: most of all the part of the muscle that \
-     the single electrode reaches; then crosstalk, which reaches more fibres and fires them more \
-     often; least the part of fatigue that goes by pulses instead of force. At a quarter of 25 Hz \
-     a fifth of strength is more than the whole muscle gives in many persons: dynamics are those \
-     of forearm muscles (Lee 2020).",
-    "The device's models know each electrode's muscle as a calibration of it alone would: neither \
-     crosstalk nor that recruited units tire and others do not.",
+    "Simulated: random muscles with assumed parameters; no evidence about people.",
+    "“Ours” is the median of the random wearers, low and high are their 5th and 95th percentiles. \
+     Nothing was fitted to a published number. The endurance is 0 s for wearers who did not reach \
+     the force, and the length of the study for those who held it to the end, so a median of \
+     these is a bound.",
+    "Buckmire 2018 stimulated at 25 Hz. The abstract does not say whether the four electrodes \
+     shared this rate or each had it, and it explains the gain by a larger stimulated volume, not \
+     by a lower rate. Both readings are simulated and compared with the paper's numbers.",
+    "The pulses are those of the device, from the native simulator, and stimulate a model of the \
+     muscle. The host closes the loop: the mean force of each frame sets one amplitude for all \
+     electrodes.",
+    "The factors that decide the ratio are assumed and varied here: above all the part of the \
+     muscle that the single electrode reaches; then crosstalk, which reaches more fibres and makes \
+     them fire more often; least the part of fatigue that depends on pulses instead of force. At a \
+     quarter of 25 Hz, a fifth of the strength is more than the whole muscle can produce in many \
+     wearers, because its dynamics are those of forearm muscles (Lee 2020).",
+    "The device's models know the muscle of each electrode as a calibration of that electrode \
+     alone would find it. They know neither crosstalk nor that only recruited units fatigue.",
 ];
 
 /// Information about the run that only the command knows.

@@ -66,7 +66,7 @@ impl DistributedWearer {
     /// Returns E722 if no range has this name.
     pub fn value(&self, field: &str) -> Result<f64, DistributedError> {
         let value = Range::value(&self.ranges, &self.drawn, field);
-        value.ok_or_else(|| DistributedError::Declaration(format!("no range for `{field}`")))
+        value.ok_or_else(|| DistributedError::Declaration(format!("it has no range for `{field}`")))
     }
 
     /// Returns the muscle dynamics, scaled so that the whole muscle's mean force at `hz` is 1.

@@ -74,7 +74,7 @@ impl<'a> Playing<'a> {
         let body = Shared::new(spec.clone())?;
         let readings = body.readings();
         let world = port.world();
-        let world = world.ok_or_else(|| failed("it is not simulated".to_owned()))?;
+        let world = world.ok_or_else(|| failed("the device is not simulated".to_owned()))?;
         world.body = Box::new(body);
         let electrodes: Vec<&Electrode> = spec.electrodes.iter().flatten().collect();
         let electrode = electrodes.first().map(|electrode| (*electrode).clone());

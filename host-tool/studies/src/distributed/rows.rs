@@ -25,7 +25,7 @@ impl Study {
             ("four-fast", Some(four / one)),
         ] {
             let ratios = all.iter().filter_map(|result| ratio(result, id));
-            let says = format!("endurance by one's, {id}");
+            let says = format!("endurance ratio to one, {id}");
             rows.push(Row::from_numbers(
                 format!("ratio/{id}"),
                 says,
@@ -78,12 +78,20 @@ fn condition_rows(condition: &Condition, all: &[DrawResult]) -> Vec<Row> {
             "four-open" => Some(percent(distributed)),
             _ => None,
         };
-        let first = row("first", "at first, of wanted", "%", None, &|measurement| {
-            measurement.first.map(percent)
-        });
-        let left = row("left", "left after 6 min", "%", paper, &|measurement| {
-            measurement.left.map(percent)
-        });
+        let first = row(
+            "first",
+            "initial relative force",
+            "%",
+            None,
+            &|measurement| measurement.first.map(percent),
+        );
+        let left = row(
+            "left",
+            "force left after 6 min",
+            "%",
+            paper,
+            &|measurement| measurement.left.map(percent),
+        );
         return vec![first, left, ripple];
     }
     let [four, one] = PUBLISHED_S;
@@ -97,7 +105,7 @@ fn condition_rows(condition: &Condition, all: &[DrawResult]) -> Vec<Row> {
     });
     let mut rows = vec![endurance, ripple];
     if condition.drive.model().is_some() {
-        let says = "off wanted, a minute";
+        let says = "error in first minute";
         rows.push(row("off", says, "%", None, &|measurement| {
             measurement.distance.map(percent)
         }));

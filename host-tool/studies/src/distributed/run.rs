@@ -74,7 +74,7 @@ impl laboratory::Study for Study {
     fn progress_text(&self, done: u64) -> String {
         let persons = done.min(self.draws);
         format!(
-            "{persons} of {} persons and {} of {} points of charts",
+            "{persons} of {} wearers and {} of {} chart points",
             self.draws,
             done - persons,
             self.points().len()

@@ -43,7 +43,7 @@ impl Study {
             "",
             "refused",
             "reached",
-            "to the end",
+            "held to the end",
             "median, s",
             "5 %",
             "95 %",
@@ -53,15 +53,16 @@ impl Study {
             rows: held.map(row).collect(),
         };
         let caption = format!(
-            "Persons of {} drawn, simulated: whose force the device refused as out of its model's \
-             reach, who reached the force, who still held it at the study's end; endurance of \
-             everybody, 0 of who did not reach it. Published: 84 ± 19 s with one electrode, 232 ± \
-             123 s with four, at 25 Hz (Buckmire 2018).",
+            "{} random wearers, simulated. Number of wearers for whom the device refused the force \
+             because its model cannot reach it, who reached the force, and who held it to the end \
+             of the study; then the endurance of all wearers, 0 for those who did not reach the \
+             force. Published: 84 ± 19 s with one electrode, 232 ± 123 s with four, at 25 Hz \
+             (Buckmire 2018).",
             all.len()
         );
         Sheet::table(
             "Endurance",
-            "who holds the force, and how long",
+            "how many wearers hold the force, and how long",
             caption,
             grid,
         )
@@ -82,13 +83,14 @@ fn rates(along: &[AxisPoint]) -> Sheet {
             ripple.map_or_else(|| "-".to_owned(), |ripple| format!("{:.1} %", 1e2 * ripple)),
         ]
     };
-    let heads = ["of each", "of the four", "endurance", "ripple"];
+    let heads = ["rate of each", "rate of all four", "endurance", "ripple"];
     let grid = Grid {
         heads: heads.map(str::to_owned).to_vec(),
         rows: own.map(row).collect(),
     };
-    let caption = "A person in the middle of every range under four interleaved electrodes, by the \
-                   rate of each, simulated. 0 s: the force was not reached.";
+    let caption = "The nominal wearer (the middle of every range) with four interleaved \
+                   electrodes, by the rate of each electrode, simulated. 0 s: the force was not \
+                   reached.";
     let title = "endurance by the rate of each electrode";
     Sheet::table("Rate", title, caption.to_owned(), grid)
 }
@@ -113,7 +115,7 @@ fn wanted_force_table(along: &[AxisPoint]) -> Sheet {
         row
     };
     let heads = [
-        "of strength",
+        "part of strength",
         "one, 25 Hz",
         "four, 6.25 Hz",
         "four, 12.5 Hz",
@@ -122,9 +124,9 @@ fn wanted_force_table(along: &[AxisPoint]) -> Sheet {
         heads: heads.map(str::to_owned).to_vec(),
         rows: firsts.map(row).collect(),
     };
-    let caption = "The same person by the force that is held, simulated.";
-    let title = "endurance by the force that is held";
-    Sheet::table("Wanted force", title, caption.to_owned(), grid)
+    let caption = "The same wearer, by the reference force, simulated.";
+    let title = "endurance by the reference force";
+    Sheet::table("Reference force", title, caption.to_owned(), grid)
 }
 
 fn seconds(axis_point: &AxisPoint) -> String {

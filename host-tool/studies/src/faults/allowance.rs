@@ -364,7 +364,7 @@ where
         let mut played = trial.play();
         trial.account.close();
         if played.is_ok() && trial.account.is_empty() {
-            played = Err(never_runs("nothing was played"));
+            played = Err(never_runs("nothing was stimulated"));
         }
         let mut fate = trial.judge(&allowed);
         if let Err(why) = played {
@@ -384,10 +384,11 @@ where
 
     fn notes(&self) -> Vec<String> {
         vec![
-            format!("Drawn: {}.", self.kinds.in_words()),
-            "Severe is what passes the wearer's time by more than the host timeout and 250 ms for \
-             each reset, or a channel's charge by more than is possible in that; found is that \
-             arming was refused at last, by the right number. Power that came up begins anew."
+            format!("Injected at random: {}.", self.kinds.in_words()),
+            "Severe: stimulation exceeds the wearer's time by more than the host timeout and \
+             250 ms for each reset, or a channel's charge by more than is possible in that time. \
+             Found: in the end arming is refused, with the right number. The allowance begins \
+             again when power returns."
                 .to_owned(),
         ]
     }

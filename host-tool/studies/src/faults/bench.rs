@@ -136,7 +136,7 @@ impl<D: Device> Bench<D> {
         bench.send_and_wait(Request::Hello { schema: SCHEMA }, ANSWER_US)?;
         match bench.heard.hello {
             Some(session) => bench.session = session,
-            None => return Err(never_runs("no answer to Hello")),
+            None => return Err(never_runs("the device does not answer Hello")),
         }
         Ok(bench)
     }
@@ -187,7 +187,7 @@ impl<D: Device> Bench<D> {
             .map_err(|e| never_runs(e.to_string()))?;
         match (&*self.heard.refused, self.heard.fault) {
             ([], None) if self.has_driven_since(self.now_us.saturating_sub(50_000)) => Ok(self),
-            (refused, fault) => Err(never_runs(format!("refused {refused:?}, fault {fault:?}"))),
+            (refused, fault) => Err(never_runs(format!("refusals {refused:?}, fault {fault:?}"))),
         }
     }
 
@@ -241,7 +241,7 @@ impl<D: Device> Bench<D> {
         self.seq = self.seq.wrapping_add(1);
         self.said_us = self.now_us;
         let Some(frame) = encode(&message) else {
-            return Err(io::Error::other("a request that fits no frame"));
+            return Err(io::Error::other("a request is too long for a frame"));
         };
         let (at, sensors) = (Micros::new(self.now_us as u32), &self.sensors);
         self.device.receive(at, &frame, sensors, &mut self.recorder)

@@ -89,7 +89,7 @@ impl Core {
                 let instructions = random.below(INSTRUCTIONS);
                 let frozen = freeze(fork, Owner::from_kind(kind)?, instructions);
                 if !frozen? {
-                    return Err(never_runs("an owner does not run"));
+                    return Err(never_runs("the code to freeze does not run"));
                 }
                 format!("after {instructions} instructions")
             }
@@ -122,7 +122,9 @@ impl Core {
         let bits = u64::from(each.sum::<u32>());
         let drawn = random.below(bits.max(1));
         let Some((register, bit)) = bit_of(&self.registers, drawn) else {
-            return Err(FaultsError::Declaration("no register's bits".into()));
+            return Err(FaultsError::Declaration(
+                "the registers have no bits".into(),
+            ));
         };
         let (pc, at) = (board.cpu.registers.r[15], board.cpu.cycle);
         let done = board.cpu.system.upset(register.address, 1 << bit, at);
@@ -154,8 +156,10 @@ impl Draws for Core {
     fn notes(&self) -> Vec<String> {
         let kinds = self.kinds.in_words();
         vec![
-            format!("Drawn: {kinds}."),
-            "What the architecture leaves open is, by draw, undefined or nothing.".to_owned(),
+            format!("Injected at random: {kinds}."),
+            "Where the architecture leaves the behaviour open, an instruction is at random \
+             undefined or does nothing."
+                .to_owned(),
         ]
     }
 }

@@ -76,7 +76,7 @@ impl CutOff {
             .get_or_init(|| self.record_writing().map_err(|e| e.to_string()));
         let kept = kept.as_ref().map_err(never_runs)?;
         let Some(first) = kept.first() else {
-            return Err(never_runs("no moment was kept"));
+            return Err(never_runs("no fork point was recorded"));
         };
         let (copy, step, part) = (random.below(2), random.below(1 + WORDS), random.unit());
         let within_us = match step {

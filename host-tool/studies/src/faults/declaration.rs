@@ -129,7 +129,7 @@ impl FromStr for Class {
         let mut all = Self::ALL.into_iter();
         let names = || Self::ALL.map(Self::name).join(", ");
         all.find(|class| class.name() == name)
-            .ok_or_else(|| format!("there are {}", names()))
+            .ok_or_else(|| format!("available: {}", names()))
     }
 }
 
@@ -264,7 +264,7 @@ impl Declaration {
         let mut sha256 = BTreeMap::from([hash((name, text))]);
         let mut read = |wanted: &String| {
             let (file, session) =
-                file(wanted).ok_or_else(|| told(format!("no scene `{wanted}`")))?;
+                file(wanted).ok_or_else(|| told(format!("there is no scene `{wanted}`")))?;
             sha256.extend([hash((file, session))]);
             SessionFile::parse(file, session).map_err(|e| told(e.lines()))
         };

@@ -260,9 +260,9 @@ impl<B: Boards> Draws for DeclarationFaults<B> {
 
     fn notes(&self) -> Vec<String> {
         vec![
-            format!("Drawn: {}.", self.kinds.in_words()),
-            "Found is what is refused by its own number and field, and drives nothing; what is \
-             true must drive."
+            format!("Injected at random: {}.", self.kinds.in_words()),
+            "Found: a false declaration is refused with its own number and field, and nothing is \
+             driven. A true declaration must drive."
                 .to_owned(),
         ]
     }

@@ -243,11 +243,11 @@ impl<B: Boards> Draws for Electrode<B> {
     fn notes(&self) -> Vec<String> {
         let kinds = self.kinds.in_words();
         vec![
-            format!("Drawn: {kinds}, of the current or the voltage stage."),
-            "Not to find: a short, or peeling, at which a current stage keeps its current within \
-             its 120 V: the board measures current alone."
+            format!("Injected at random: {kinds}, at the current or the voltage stage."),
+            "Need not be found: a short circuit or a peeling electrode at which a current stage \
+             still reaches its current within its 120 V, because the board measures only current."
                 .to_owned(),
-            "The wearer's limit is that of the wearer's file, 20 mA, on both.".to_owned(),
+            "The wearer's limit is that of the wearer file, 20 mA, on both stages.".to_owned(),
         ]
     }
 }

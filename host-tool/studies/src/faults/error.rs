@@ -8,8 +8,8 @@ use host_core::run::ChipError;
 pub enum FaultsError {
     /// The image lacks a variable whose memory should be flipped.
     #[error(
-        "E616 {image} has no variable `{symbol}`, whose memory is to be flipped: it is not the \
-         stimulator's image, or it was stripped; name another with --image"
+        "E616 {image} has no variable `{symbol}`, in which bits are to be flipped: it is not the \
+         stimulator's image, or it was stripped; give another image with --image"
     )]
     NoSymbol {
         /// Path of the image.
@@ -18,10 +18,10 @@ pub enum FaultsError {
         symbol: String,
     },
     /// The board does not stimulate even without a fault.
-    #[error("E617 without any fault the board does not come to stimulate: {0}")]
+    #[error("E617 the board does not stimulate even without a fault: {0}")]
     NeverStimulates(String),
     /// The judge calls the output severe even without a fault.
-    #[error("E618 without any fault the judge calls the output severe: {0}")]
+    #[error("E618 the judge calls the output severe even without a fault: {0}")]
     SevereItself(String),
     /// Only the chip simulator can simulate this class.
     #[error(
@@ -29,12 +29,13 @@ pub enum FaultsError {
     )]
     ChipOnly(&'static str),
     /// A built-in campaign file is invalid.
-    #[error("E619 what the campaigns declare cannot be read: {0}")]
+    #[error("E619 the declaration of the fault campaigns is invalid: {0}")]
     Declaration(String),
     /// The folder contains cases in the format of an earlier version.
     #[error(
-        "E790 {0} has a campaign that an earlier program kept in faults.jsonl; only that program \
-         goes on with it: name another folder with --out (report and compare still read it)"
+        "E790 {0} has a campaign in faults.jsonl, the format of an earlier program; only that \
+         program can continue it: give another folder with --out (report and compare still read \
+         it)"
     )]
     Earlier(String),
     /// The chip simulator or its image failed.

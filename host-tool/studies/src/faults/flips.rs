@@ -68,7 +68,7 @@ impl Flips {
     /// configured proportions.
     fn stratum(&self, index: u64) -> Result<&Stratum, FaultsError> {
         let total = self.strata.iter().map(|stratum| stratum.count).sum::<u64>();
-        let none = || FaultsError::Declaration("flips.toml: no strata".into());
+        let none = || FaultsError::Declaration("flips.toml: there is no stratum".into());
         let mut place = spread(index % total.max(1), total);
         for stratum in &self.strata {
             if place < stratum.count {
@@ -211,7 +211,7 @@ impl Draws for Flips {
             .map(|stratum| format!("{}: {}.", stratum.kind, stratum.area.in_words()))
             .collect();
         let share = 100.0 * self.refills.share();
-        notes.push(format!("A refill is under way {share:.1} % of the time."));
+        notes.push(format!("Refills take {share:.1} % of the time."));
         notes
     }
 }

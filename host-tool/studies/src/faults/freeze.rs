@@ -26,7 +26,10 @@ impl Owner {
             Some("controller") => Self::Controller,
             Some("USB") => Self::Usb,
             Some("session") => Self::Session,
-            _ => return Err(FaultsError::Declaration(format!("no owner `{kind}`"))),
+            _ => {
+                let why = format!("there is no code to freeze for `{kind}`");
+                return Err(FaultsError::Declaration(why));
+            }
         })
     }
 
@@ -92,7 +95,7 @@ fn run(board: &mut Board<()>, owner: Owner, left: &mut u64) -> Result<bool, Stop
 fn loop_forever(board: &mut Board<()>) -> Result<(), FaultsError> {
     let (code, _) = board.image().flash.as_chunks();
     let Some(place) = code.windows(2).position(|two| *two == STAY) else {
-        return Err(never_runs("the image has no loop that waits"));
+        return Err(never_runs("the image has no waiting loop"));
     };
     let registers = &mut board.cpu.registers;
     registers.it = 0;

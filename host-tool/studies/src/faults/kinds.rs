@@ -39,7 +39,7 @@ impl Kinds {
         let later = self.later.as_ref().filter(|(from, _)| *from <= index);
         match later.map(|(_, kind)| kind).or(self.names.get(kind)) {
             Some(kind) => Ok((kind, random)),
-            None => Err(FaultsError::Declaration("no kinds".into())),
+            None => Err(FaultsError::Declaration("the class has no kinds".into())),
         }
     }
 

@@ -351,7 +351,7 @@ fn message<B: ForkableBoards>(script: &Script<B>, random: &mut Random) -> usize 
 
 fn pick<'a, T>(random: &mut Random, all: &'a [T]) -> Result<&'a T, FaultsError> {
     let drawn = random.below(all.len().max(1) as u64) as usize;
-    let none = || FaultsError::Declaration("no scenes".into());
+    let none = || FaultsError::Declaration("there are no scenes".into());
     all.get(drawn).ok_or_else(none)
 }
 
@@ -375,16 +375,16 @@ impl<B: ForkableBoards> Draws for Link<B> {
     fn notes(&self) -> Vec<String> {
         let kinds = self.kinds.in_words();
         let exact = match B::IS_EXACT {
-            true => "and what comes out is the same as without that frame",
-            false => "(that nothing comes of it is compared natively)",
+            true => "while the output stays as without that frame",
+            false => "(the native campaign also compares the output with that without the frame)",
         };
         vec![
-            format!("Drawn: {kinds}."),
+            format!("Injected at random: {kinds}."),
             format!(
-                "To find: a frame that is not whole, which is told by a number {exact}; a \
-                     silence longer than the timeout, which ends stimulation."
+                "Must be found: a damaged frame, which the device reports by number {exact}; \
+                 and a silence longer than the timeout, which ends stimulation."
             ),
-            "Not to find: what is whole, and only late, early or there twice.".to_owned(),
+            "Need not be found: undamaged frames that are only late, early or repeated.".to_owned(),
         ]
     }
 }

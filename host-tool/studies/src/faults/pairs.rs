@@ -74,7 +74,7 @@ impl Draws for Pairs {
     fn notes(&self) -> Vec<String> {
         let kinds = self.kinds.in_words();
         vec![format!(
-            "Drawn: {kinds} frozen, and an erase stream off, in either order."
+            "Injected at random: {kinds} frozen and an erase stream switched off, in either order."
         )]
     }
 }

@@ -31,7 +31,7 @@ impl Outcome {
             declared: Preregistration {
                 asked: format!("faults --class {class}"),
                 command: Some(format!(
-                    "faults --class {class} --device {device} --count {}",
+                    "faults --class {class} --device {device} --draws {}",
                     self.drawn
                 )),
                 device: Some(device.to_owned()),
@@ -47,8 +47,13 @@ impl Outcome {
                 .flat_map(Self::rows)
                 .collect(),
             shares: vec![
-                part("found", "what must be found is", self.found, self.to_find),
-                part("harmless", "nothing is severe", harmless, self.drawn),
+                part(
+                    "found",
+                    "a fault that must be found is found",
+                    self.found,
+                    self.to_find,
+                ),
+                part("harmless", "a case is not severe", harmless, self.drawn),
             ],
             decides: Vec::new(),
             sheets: Vec::new(),
@@ -58,38 +63,48 @@ impl Outcome {
 
     fn rows(&self) -> Vec<Row> {
         let cases = [
-            ("changed", "changed anything", self.changed),
+            ("changed", "with a visible effect", self.changed),
             ("harmless", "harmless", self.harmless),
-            ("to-find", "to find", self.to_find),
+            ("to-find", "must be found", self.to_find),
             ("found", "found", self.found),
-            ("soon", "isolated within 500 us", self.soon),
-            ("stopped", "the simulator stopped", self.stopped),
+            ("soon", "disconnected within 500 us", self.soon),
+            ("stopped", "refused by the simulator", self.stopped),
             ("severe", "severe", self.severe),
-            ("bare", "severe without what protects", self.bare),
-            ("truncated", "pulses cut off", self.truncated),
+            ("bare", "severe with bare stages", self.bare),
+            ("truncated", "truncated pulses", self.truncated),
         ];
         let cases = cases.map(|(id, quantity, n)| (id, quantity, "cases", Some(n as f64)));
         let us = |us: Option<u64>| us.map(|us| us as f64);
         let percent = self.severe_bound().map(|share| 100.0 * share);
         let others = [
             ("severe-bound", "severe, at most (95 %)", "%", percent),
-            ("median", "isolated after, median", "us", self.median_us),
+            (
+                "median",
+                "time to disconnection, median",
+                "us",
+                self.median_us,
+            ),
             (
                 "latest",
-                "isolated after, longest",
+                "time to disconnection, longest",
                 "us",
                 us(self.latest_us),
             ),
             (
                 "slowest",
-                "isolated after told, longest",
+                "time from report to disconnection, longest",
                 "us",
                 us(self.slowest_us),
             ),
-            ("shown", "on a line, longest", "us", us(self.shown_us)),
+            (
+                "shown",
+                "tape flip on an output line, longest",
+                "us",
+                us(self.shown_us),
+            ),
             (
                 "charge",
-                "left by a cut pulse, most",
+                "charge left by a truncated pulse, largest",
                 "uC",
                 self.truncated_uc,
             ),

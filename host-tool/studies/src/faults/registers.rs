@@ -79,7 +79,9 @@ impl Draws for Registers {
         let moment_us = self.stem.moment(random.unit());
         let drawn = random.below(self.bits().max(1));
         let Some((register, bit)) = bit_of(&self.registers, drawn) else {
-            return Err(FaultsError::Declaration("no register's bits".into()));
+            return Err(FaultsError::Declaration(
+                "the registers have no bits".into(),
+            ));
         };
         let bits = 1 << bit;
         let mut fork = self.stem.fork(moment_us)?;
@@ -90,7 +92,7 @@ impl Draws for Registers {
                 self.stem.play_and_judge(fork, moment_us),
             ),
             Err(AccessError::Error) => {
-                let why = format!("no register answers as {}", register.name);
+                let why = format!("the chip has no register {}", register.name);
                 return Err(FaultsError::Declaration(why));
             }
             Err(AccessError::Unmodelled(Unmodelled(what))) => {
@@ -120,7 +122,7 @@ impl Draws for Registers {
             .collect();
         let bits = self.bits();
         vec![format!(
-            "Turned: one of {bits} bits of {}.",
+            "Flipped: one of {bits} bits of {}.",
             names.join(", ")
         )]
     }

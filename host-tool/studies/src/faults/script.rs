@@ -393,5 +393,6 @@ fn find(said: &Stream, wanted: &str) -> Result<(usize, u64), FaultsError> {
     };
     let found = said.writes().iter().position(is);
     let write = found.map(|index| (index, said.writes()[index].t_us));
-    write.ok_or_else(|| FaultsError::NeverStimulates(format!("its host says no {wanted}")))
+    let why = || format!("the recorded host never sends {wanted}");
+    write.ok_or_else(|| FaultsError::NeverStimulates(why()))
 }

@@ -47,7 +47,7 @@ impl<B: ForkableBoards> Sensor<B> {
     fn draw(&self, index: u64) -> Result<(&SensorScenario<B>, BrokenAngle<'_>), FaultsError> {
         let (kind, mut random) = self.kinds.draw(index)?;
         let scene = random.below(self.scenes.len().max(1) as u64) as usize;
-        let none = || FaultsError::Declaration("no scene with a measured angle".into());
+        let none = || FaultsError::Declaration("there is no scene with a measured angle".into());
         let scene = self.scenes.get(scene).ok_or_else(none)?;
         let script = &scene.script;
         let angles = angles(&script.file.session);
@@ -106,11 +106,11 @@ impl<B: ForkableBoards> Draws for Sensor<B> {
     fn notes(&self) -> Vec<String> {
         let kinds = self.kinds.in_words();
         vec![
-            format!("Drawn: {kinds}; the loop is closed through the scene's wearer."),
-            "To find: an angle more than 20 degrees beyond its joint's range, and one older \
-             than its joint allows; found by a fault, or ended because the force at the hand \
-             cannot be made. Not to find, but counted where it is: an angle that may be \
-             believed, however wrong; the limits bound what comes of it."
+            format!("Injected at random: {kinds}; the loop is closed through the scene's wearer."),
+            "Must be found: an angle more than 20 degrees beyond its joint's range, and one older \
+             than its joint allows. The device finds it if it reports a fault, or ends the \
+             session because it cannot produce the force at the hand. Need not be found, but is \
+             counted if it is: a plausible angle, however wrong; the limits bound its effect."
                 .to_owned(),
         ]
     }

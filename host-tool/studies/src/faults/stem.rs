@@ -136,7 +136,8 @@ impl ForkSource {
         at: &mut dyn FnMut(&mut Board<O>),
     ) -> Result<Bench<Board<O>>, FaultsError> {
         let begin = self.kept.first();
-        let begin = begin.ok_or_else(|| FaultsError::NeverStimulates("nothing kept".into()))?;
+        let none = || FaultsError::NeverStimulates("no fork point was recorded".into());
+        let begin = begin.ok_or_else(none)?;
         let end_us = begin.now_us() + self.timing.window_us + self.timing.runs_us;
         let mut bench = begin.with_device(begin.device.clone().with_observer(observer));
         let origin = bench.device.around.origin();
@@ -159,7 +160,9 @@ impl ForkSource {
     pub fn fork(&self, moment_us: u64) -> Result<Chip, FaultsError> {
         let after = self.kept.partition_point(|kept| kept.now_us() <= moment_us);
         let Some(kept) = self.kept.get(after.saturating_sub(1)) else {
-            return Err(FaultsError::NeverStimulates("no moment was kept".into()));
+            return Err(FaultsError::NeverStimulates(
+                "no fork point was recorded".into(),
+            ));
         };
         let mut fork = kept.clone();
         fork.run_to(moment_us).map_err(never_runs)?;

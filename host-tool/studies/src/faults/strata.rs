@@ -60,7 +60,7 @@ impl Area {
     /// Describes the area in words.
     pub fn in_words(&self) -> String {
         match self {
-            Self::Live(top) => format!("what the stack holds, below {top:#010x}"),
+            Self::Live(top) => format!("the used part of the stack, below {top:#010x}"),
             Self::Bytes(ranges) => {
                 let all = ranges.iter();
                 let all =

@@ -66,7 +66,9 @@ impl Draws for Streams {
 
     fn notes(&self) -> Vec<String> {
         let kinds = self.kinds.in_words();
-        vec![format!("Drawn: {kinds}; every register reads as written.")]
+        vec![format!(
+            "Injected at random: {kinds}; every register reads as written."
+        )]
     }
 }
 
@@ -191,7 +193,9 @@ fn lose_refill(fork: &mut Chip) -> Result<(), FaultsError> {
         }
         cpu.step(around).map_err(never_runs)?;
         if cpu.cycle > end {
-            return Err(FaultsError::NeverStimulates("no refill was asked".into()));
+            return Err(FaultsError::NeverStimulates(
+                "no refill was requested".into(),
+            ));
         }
     }
     let (status, refill) = TIM2_SR;

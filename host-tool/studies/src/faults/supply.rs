@@ -85,9 +85,9 @@ impl Draws for Supply {
     fn notes(&self) -> Vec<String> {
         let kinds = self.kinds.in_words();
         vec![
-            format!("Drawn: {kinds}."),
-            "A clock that is wrong by more than 3.6 % ends USB; time is the world's, not the \
-             chip's."
+            format!("Injected at random: {kinds}."),
+            "A clock that is wrong by more than 3.6 % ends USB. Times are real time, not the \
+             chip's time."
                 .to_owned(),
         ]
     }
@@ -208,7 +208,7 @@ fn slow_and_frozen(fork: &mut Chip, random: &mut Random) -> Result<String, Fault
     let settled = cycle + 20_000 * CYCLES_PER_US;
     fork.device.run_to(settled).map_err(never_runs)?;
     if !freeze(fork, owner, instructions)? {
-        return Err(never_runs("an owner does not run"));
+        return Err(never_runs("the code to freeze does not run"));
     }
     Ok(format!("{hz} Hz, {name} after {instructions} instructions"))
 }

@@ -7,13 +7,13 @@ use std::collections::BTreeMap;
 
 /// Note in every result.
 pub(super) const SIMULATED: &str =
-    "Simulated: a model of the chip and of the stages; no board and no person.";
+    "Simulated: models of the chip and of the output stages, no board and no people.";
 
 /// Definition of the word, shown on every page.
 pub(super) const SEVERE: &str = "Severe, as judged at the electrodes: a commanded phase over 500 us or any over 650 us; \
      current above the wearer's limit by more than 5 %; more than 1 uA of net direct current for \
      a second; more pulses in a second than were checked; output past a deadline \
-     (docs/faults.md has them to the letter).";
+     (docs/faults.md has the exact rules).";
 
 /// Width of the column for the class or kind, characters.
 const NAME: usize = 17;
@@ -69,25 +69,27 @@ impl Outcome {
             [CaseEnd::Played, CaseEnd::Isolated, CaseEnd::Reconverged].map(ended);
         let [written, untouched] = [CaseEnd::Overwritten, CaseEnd::Untouched].map(ended);
         let mut all = vec![format!(
-            "{played} were played to their end, {isolated} until isolated for good, {again} until \
-             all was as without the fault; {written} were written before they were read and \
-             {untouched} touched by nothing, and not played."
+            "{played} cases were simulated to their end, {isolated} until the outputs were \
+             disconnected for good, {again} until everything was as without the fault. Not \
+             simulated: {written} in memory that is overwritten before it is read, and \
+             {untouched} in memory that nothing uses."
         )];
         if let Some(uc) = self.truncated_uc {
             let pulses = self.truncated;
             all.push(format!(
-                "{pulses} pulses were cut off or held, and excused: at most {uc:.1} uC each \
-                 (limit {MOST_TRUNCATED_UC} uC)."
+                "{pulses} pulses were truncated or prolonged by a fault, which is excused: they \
+                 left at most {uc:.1} uC each (limit {MOST_TRUNCATED_UC} uC)."
             ));
         }
         if let Some(us) = self.shown_us {
             all.push(format!(
-                "A flip of the tape was on a line for at most {us} us at a stretch."
+                "A flip of the pulse tape was on an output line for at most {us} us at a time."
             ));
         }
         if let Some(us) = self.slowest_us {
             all.push(format!(
-                "Isolated at most {us} us after what the device calls the moment of its fault."
+                "The outputs were disconnected at most {us} us after the time that the device \
+                 reports for its fault."
             ));
         }
         all
@@ -150,11 +152,13 @@ pub(super) fn in_words(case: &Case) -> String {
     let fault = fate.fault.map(|fault| format!("fault {}", fault.number()));
     let reset = fate.reset.then(|| "reset".to_owned());
     let unfound = (fate.must_find && !fate.found).then(|| "NOT FOUND".to_owned());
-    let other = (!fate.must_find && fate.found).then(|| "told, though nothing shows it".to_owned());
+    let other = (!fate.must_find && fate.found).then(|| "found, but need not be".to_owned());
     let changed = fate
         .changed_us
         .map(|us| format!("first change {us} us after"));
-    let isolated = fate.isolated_us.map(|us| format!("isolated {us} us after"));
+    let isolated = fate
+        .isolated_us
+        .map(|us| format!("disconnected {us} us after"));
     let latched = fate.latched.then(|| "a stage latched".to_owned());
     let all = [unfound, other, fault, reset, changed, isolated, latched];
     let all: Vec<String> = all.into_iter().flatten().collect();

@@ -183,7 +183,8 @@ impl<B: ForkableBoards> BoardWithWearer<B> {
         let recorder = std::mem::take(&mut world.recorder);
         let (now_us, sensors) = (world.now_us(), world.sensors);
         drop(world);
-        let device = Arc::into_inner(device).ok_or_else(|| never_runs("its world keeps it"))?;
+        let used = || never_runs("the simulation still uses the device");
+        let device = Arc::into_inner(device).ok_or_else(used)?;
         let device = device.into_inner().unwrap_or_else(PoisonError::into_inner);
         Ok(Bench::new(device, recorder, now_us, sensors).with_reports(heard))
     }
@@ -301,7 +302,7 @@ fn measurement<B: ForkableBoards>(
 
 fn measurement_frame(asked: &ToDevice, joint: u8, deg: f64) -> io::Result<Vec<u8>> {
     let Request::Measurement { at, .. } = asked.request else {
-        return Err(io::Error::other("no measurement"));
+        return Err(io::Error::other("there is no measurement"));
     };
     let centideg = (deg * 100.0).round() as i16; // saturates
     let request = Request::Measurement {
@@ -314,6 +315,7 @@ fn measurement_frame(asked: &ToDevice, joint: u8, deg: f64) -> io::Result<Vec<u8
         session: asked.session,
         seq: asked.seq,
     };
-    let frame = encode(&asked).ok_or_else(|| io::Error::other("a request that fits no frame"))?;
+    let frame =
+        encode(&asked).ok_or_else(|| io::Error::other("a request is too long for a frame"))?;
     Ok(frame.to_vec())
 }

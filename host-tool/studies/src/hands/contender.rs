@@ -4,6 +4,7 @@ use super::HandsError;
 use super::drawn::{Actuation, DrivenHand};
 use crate::tracking::TrackingError;
 use crate::tracking::candidate::{Candidate, Equipment};
+use crate::tracking::default;
 use crate::tracking::driver::{Device, Driver};
 use crate::tracking::gains::{self, GainsError};
 use crate::tracking::trial::rmse;
@@ -14,6 +15,7 @@ use firmware::control::{
 use firmware::units::Amplitude;
 use hal_sim::body::hand::digits::{INDEX, RANGES_DEG, REST_DEG};
 use hal_sim::body::hand::spec::{A, B, E};
+use host_core::session::LawName;
 use methods::control::Form;
 
 /// Torque of the extensor as a fraction of the flexors' torque. Assumed, in agreement with the
@@ -24,17 +26,18 @@ const EXTENSION: f64 = 0.7;
 /// torque.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Contender {
-    /// The device's fixed-point default for a joint without a wearer file ([`LawSpec::ALONE`]).
+    /// The default controller in fixed point for a joint without a wearer file
+    /// ([`LawSpec::ALONE`]).
     Unknown,
-    /// The device's fixed-point default ([`LawSpec::RECOMMENDED`]) with the wearer model that a
-    /// calibration would write ([`Actuation::model`]).
+    /// The default controller ([`LawSpec::RECOMMENDED`]) in fixed point with the wearer model that
+    /// a calibration would write ([`Actuation::model`]).
     Calibrated,
     /// A law in `f64` with the parameters that the search on fingers found. With add-ons it also
     /// knows the calibrated wearer model.
     Searched(Equipment, Box<Candidate>),
 }
 
-/// Returns the device's defaults, the paper's law and the PIDs.
+/// Returns the default controllers, the paper's controllers and the PID controllers.
 ///
 /// # Errors
 /// Fails if the committed table of gains cannot be read.
@@ -58,15 +61,21 @@ pub struct Outcome {
 }
 
 impl Contender {
-    /// Returns the name as tables show it; a plus stands for add-ons.
+    /// Returns the name in CSV and JSON; a plus stands for add-ons.
     pub fn name(&self) -> String {
         match self {
-            Self::Unknown => "device default".to_owned(),
+            Self::Unknown => default::NAME.to_owned(),
             Self::Calibrated => "default, calibrated".to_owned(),
-            Self::Searched(Equipment::Alone, candidate) => candidate.form.name().to_owned(),
-            Self::Searched(Equipment::Equipped, candidate) => {
-                format!("{} +", candidate.form.name())
-            }
+            Self::Searched(equipment, candidate) => candidate.name(*equipment),
+        }
+    }
+
+    /// Returns the name in text tables and charts; a plus stands for add-ons.
+    pub fn title(&self) -> String {
+        match self {
+            Self::Unknown => LawName::Recommended.title().to_owned(),
+            Self::Calibrated => format!("{}, calibrated", LawName::Recommended.title()),
+            Self::Searched(equipment, candidate) => candidate.title(*equipment),
         }
     }
 

@@ -1,11 +1,12 @@
 //! Compares control laws on multibody forearm models, generated at random as in the two-point
 //! study.
 //!
-//! Takes a seed and returns the tracking errors of the laws. `drawn` prepares a random hand,
-//! `leads` drives its leads, `contender` holds the laws and what they know, `campaign` runs all
-//! laws on all hands, and `table` formats the result. The forearms are in `hal_sim::body::hand`,
-//! the searches for points and voltages in `crate::hamana2022`, transmission lines and laws in
-//! `crate::tracking`. Everything is simulated: this is no evidence about people.
+//! Takes a seed and returns the tracking errors of the controllers. `drawn` prepares a random hand,
+//! `leads` drives its leads, `contender` holds the controllers and what they know, `campaign` runs
+//! all of them on all hands, and `table` formats the result. The forearms are in
+//! `hal_sim::body::hand`, the searches for points and voltages in `crate::hamana2022`, transmission
+//! lines and control laws in `crate::tracking`. Everything is simulated: this is no evidence about
+//! people.
 
 mod campaign;
 mod contender;

@@ -5,31 +5,45 @@ use crate::tracking::columns::{Column, add_to_json, cells, names};
 use crate::tracking::wearer::Points;
 use serde_json::{Value, json};
 
+/// Width of the column of controllers in the text.
+const LABEL: usize = 22;
+
+/// Pads the name of a controller to its column; a name that is too long gets a line of its own.
+fn label(title: &str) -> String {
+    match title.chars().count() {
+        0..=LABEL => format!("{title:<LABEL$}"),
+        _ => format!("{title}\n{:<LABEL$}", ""),
+    }
+}
+
 /// Formats the result as plain text of at most 80 columns.
 pub fn text(hands: &Hands) -> String {
     let (plan, follow) = (hands.plan, hands.cases.len());
     let of = hands.wearer.as_deref().map_or(String::new(), |wearer| {
-        format!("Of {wearer}, as the wearer file says; what it does not say is drawn.\n")
+        format!("Wearer {wearer}; what the wearer file does not state is random.\n")
     });
     let mut out = format!(
-        "{of}{} hands drawn, seed {}: forearms that are a mechanism, {follow} with all voltages.\n\
-         A sine between 15 and 85 % of the range each holds, 0.2 Hz, 10…30 s scored.\n\
-         Simulated hands, not people.\n",
+        "{of}{} random hands (multibody forearm model), seed {}; {follow} can be driven.\n\
+         Reference: a sine of 0.2 Hz from 15 to 85 % of the range that each hand can\n\
+         hold. Errors are those from 10 to 30 s. Simulated hands, not people.\n",
         plan.draws, plan.seed
     );
     for (why, count) in &hands.missing {
         out += &format!("  {count} × {why}\n");
     }
     if hands.unsettled > 0 {
-        out += &format!("  {} stretches without currents\n", hands.unsettled);
+        out += &format!(
+            "  {} intervals without current: the circuit had no solution\n",
+            hands.unsettled
+        );
     }
     for points in Points::ALL {
         let [low, middle, high] = hands.held_range_deg(points);
         out += &format!(
-            "\n{}: they hold a range of {middle:.1}° ({low:.1} to {high:.1})\n\
-             {:<22}{:>7}{:>6}{:>6}{:>6}{:>6}{:>6}  - PID, ° [95 %]\n",
+            "\n{}: range held {middle:.1}° ({low:.1} to {high:.1})\n\
+             {}{:>7}{:>6}{:>6}{:>6}{:>6}{:>6}  minus PID, ° [95 %]\n",
             points.name(),
-            "law",
+            label("controller"),
             "refused",
             "mean°",
             "p95°",
@@ -40,12 +54,12 @@ pub fn text(hands: &Hands) -> String {
         for (n, contender) in hands.contenders.iter().enumerate() {
             let s = hands.score(points, n);
             let d = s.over_pid;
+            let cell = label(&contender.title());
             if s.refused == follow {
-                out += &format!("{:<22}{:>7}\n", contender.name(), s.refused);
+                out += &format!("{cell}{:>7}\n", s.refused);
             } else {
                 out += &format!(
-                    "{:<22}{:>7}{:>6.2}{:>6.2}{:>6.1}{:>6.1}{:>6}  {:+.2} [{:+.2} {:+.2}]\n",
-                    contender.name(),
+                    "{cell}{:>7}{:>6.2}{:>6.2}{:>6.1}{:>6.1}{:>6}  {:+.2} [{:+.2} {:+.2}]\n",
                     s.refused,
                     s.mean_deg,
                     s.p95_deg,
@@ -61,11 +75,11 @@ pub fn text(hands: &Hands) -> String {
                 out += &format!("  {count} × {name}\n");
             }
         }
-        let pid = hands.contenders[hands.best_pid(points)].name();
+        let pid = hands.contenders[hands.best_pid(points)].title();
         out += &format!("best PID: {pid}\n");
     }
-    out + "\n%: of the range that the hand holds. still: hands on which it is no better than\n\
-           a finger that is held in the middle of the target.\n"
+    out + "\n%: of the range that the hand can hold. still: hands on which the controller is\n\
+           no better than a finger held still in the middle of the reference.\n"
 }
 
 const NUMBERS: [Column<Score>; 7] = [

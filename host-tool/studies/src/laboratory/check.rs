@@ -76,7 +76,7 @@ impl DeclarationMistakes<'_> {
         if self.written.is_empty("protocol", "stop") {
             self.add_in_root(
                 "protocol",
-                "stop has no criterion: give one, or leave it out",
+                "stop has no criterion; give at least one, or remove stop",
             );
         }
     }
@@ -98,13 +98,13 @@ impl DeclarationMistakes<'_> {
                     for id in ids {
                         let is_known = before.iter().any(|other| other.id == *id);
                         if !is_known && !self.written.is_unread_claim(id) {
-                            let what = say(&format!("no claim `{id}` before it"));
+                            let what = say(&format!("there is no claim `{id}` before this one"));
                             self.add_in_list(("claim", nth, field), &what);
                         }
                     }
                 }
                 if all.is_empty() && none.is_empty() {
-                    let what = say("compares nothing: give `measure`, or `all` or `none`");
+                    let what = say("has nothing to judge; give `measure`, `all` or `none`");
                     self.add_in_list(("claim", nth, "id"), &what);
                 }
             }
@@ -115,7 +115,7 @@ impl DeclarationMistakes<'_> {
         let Some(printed) = d.printed.get(nth) else {
             return;
         };
-        let say = |what: &str| format!("printed, {}: {what}", printed.source);
+        let say = |what: &str| format!("printed value ({}): {what}", printed.source);
         if let Some(what) = unknown_measure(d, &printed.measure) {
             self.add_in_list(("printed", nth, "measure"), &say(&what));
         }
@@ -127,19 +127,20 @@ impl DeclarationMistakes<'_> {
                 self.add_in_list(("printed", nth, "where"), &say(&what));
             }
             if levels.is_empty() {
-                let what = say(&format!("no level of `{factor}`"));
+                let what = say(&format!("`where` lists no level of `{factor}`"));
                 self.add_in_list(("printed", nth, "where"), &what);
             }
         }
         if printed.values.is_empty() || !printed.values.iter().all(|value| value.is_finite()) {
-            self.add_in_list(("printed", nth, "values"), &say("no finite value"));
+            let what = say("`values` is empty or contains a number that is not finite");
+            self.add_in_list(("printed", nth, "values"), &what);
         }
     }
 
     fn check_names(&mut self, d: &Declaration) {
         let is_plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
         if d.name.is_empty() || !d.name.chars().all(is_plain) {
-            let what = format!("name is `{}`, allowed are a–z, 0–9 and -", d.name);
+            let what = format!("name is `{}`; allowed: a–z, 0–9 and -", d.name);
             self.add_in_root("name", &what);
         }
         let known: Vec<_> = measure::MEASURES.iter().map(|measure| measure.id).collect();
@@ -148,11 +149,11 @@ impl DeclarationMistakes<'_> {
             .iter()
             .filter(|text| measure::find_measure(text).is_none())
         {
-            let what = format!("no measure `{name}`; there are {}", known.join(", "));
+            let what = format!("no measure `{name}`; available: {}", known.join(", "));
             self.add_in_root("measures", &what);
         }
         if d.measures.is_empty() {
-            self.add_in_root("measures", "measures is empty: nothing would come out");
+            self.add_in_root("measures", "measures is empty; name at least one measure");
         }
         for (_, what) in find_duplicates("measure", d.measures.iter().map(|measure| &**measure)) {
             self.add_in_root("measures", &what);
@@ -162,7 +163,7 @@ impl DeclarationMistakes<'_> {
         }
         let drawn = d.drawn.iter().map(|draw| &*draw.field);
         let fields = drawn.chain(d.grid.iter().map(|grid| &*grid.field));
-        for (nth, what) in find_duplicates("drawn field", fields) {
+        for (nth, what) in find_duplicates("field", fields) {
             match nth.checked_sub(d.drawn.len()) {
                 None => self.add_in_list(("draw", nth, "field"), &what),
                 Some(nth) => self.add_in_list(("grid", nth, "field"), &what),
@@ -177,7 +178,9 @@ impl DeclarationMistakes<'_> {
         for (nth, factor) in d.factors.iter().enumerate() {
             if factor.levels.is_empty() {
                 let name = &factor.name;
-                let what = format!("factor `{name}` has no level: no condition is left");
+                let what = format!(
+                    "factor `{name}` has no level; give at least one, or remove the factor"
+                );
                 self.add_in_list(("factor", nth, "name"), &what);
             }
             let levels = factor.levels.iter().map(|level| &*level.name);
@@ -194,8 +197,8 @@ impl DeclarationMistakes<'_> {
             for (nth, factor) in naming {
                 let (one, other) = (&first.name, &factor.name);
                 let what = format!(
-                    "`{one}` and `{other}` both name sessions: a condition has one; name them \
-                     in one factor"
+                    "`{one}` and `{other}` both name sessions, but a condition has only one; name \
+                     all sessions in one factor"
                 );
                 self.add_in_list(("factor", nth, "name"), &what);
             }
@@ -226,8 +229,8 @@ impl DeclarationMistakes<'_> {
                         let by = self.written.line(list, nth, "field");
                         let by = by.map_or(String::new(), |line| format!(", line {line},"));
                         let what = format!(
-                            "level `{name}` decides `{own}`, and the {list} of `{field}`{by} would \
-                             write over it: leave one out"
+                            "level `{name}` changes `{own}`, but the {list} of `{field}`{by} would \
+                             overwrite it; remove one of the two"
                         );
                         let line = self.written.line_of_level(at, place);
                         self.all.push(Mistake::at(line, &what));
@@ -242,7 +245,7 @@ impl DeclarationMistakes<'_> {
         let conditions = conditions.fold(1, usize::saturating_mul);
         let trials = conditions.saturating_mul(d.protocol.rounds());
         if trials > MOST_TRIALS {
-            let what = format!("{trials} trials, at most {MOST_TRIALS} are allowed");
+            let what = format!("{trials} trials; allowed: at most {MOST_TRIALS}");
             self.add_in_root("protocol", &what);
         }
         for (nth, drawn) in d
@@ -255,14 +258,17 @@ impl DeclarationMistakes<'_> {
                 field, low, high, ..
             } = drawn;
             let what = format!(
-                "draw `{field}` goes from {low} to {high}: give a least below the most, above 0 \
-                 for a logarithm, whole for whole numbers"
+                "draw `{field}` goes from {low} to {high}; low must be below high, above 0 for a \
+                 logarithm, and both must be whole for whole numbers"
             );
             self.add_in_list(("draw", nth, "low"), &what);
         }
         for (nth, grid) in d.grid.iter().enumerate() {
             if grid.values.is_empty() || !grid.values.iter().all(|value| value.is_finite()) {
-                let what = format!("grid `{}` has no finite value", grid.field);
+                let what = format!(
+                    "grid `{}`: `values` is empty or contains a number that is not finite",
+                    grid.field
+                );
                 self.add_in_list(("grid", nth, "values"), &what);
             }
         }
@@ -270,7 +276,9 @@ impl DeclarationMistakes<'_> {
         let points = points.fold(1_u64, u64::saturating_mul);
         if points.saturating_mul(d.draws) > MOST_DRAWS || d.draws == 0 {
             let draws = d.draws;
-            let what = format!("{draws} draws at {points} points, allowed are 1 to {MOST_DRAWS}");
+            let what = format!(
+                "{draws} draws at each of {points} grid points; allowed: 1 to {MOST_DRAWS} in all"
+            );
             self.add_in_root("draws", &what);
         }
     }
@@ -280,7 +288,7 @@ impl DeclarationMistakes<'_> {
 fn find_duplicates<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Vec<(usize, String)> {
     let mut seen = HashSet::new();
     let again = names.enumerate().filter(|(_, name)| !seen.insert(*name));
-    let told = again.map(|(nth, name)| (nth, format!("{what} `{name}` stands there twice")));
+    let told = again.map(|(nth, name)| (nth, format!("{what} `{name}` appears twice")));
     told.collect()
 }
 
@@ -310,7 +318,7 @@ fn is_valid_range(drawn: &RandomField) -> bool {
 
 fn unknown_measure(d: &Declaration, name: &str) -> Option<String> {
     let is_known = d.measures.iter().any(|known| known == name);
-    (!is_known).then(|| format!("`{name}` is none of the declaration's measures"))
+    (!is_known).then(|| format!("`{name}` is not in the declaration's `measures`"))
 }
 
 fn unknown_level(d: &Declaration, factor: &str, level: &str) -> Option<String> {
@@ -342,11 +350,14 @@ fn compared_mistakes(d: &Declaration, c: &LevelComparison) -> Vec<(&'static str,
         told.push(("than", format!("compares `{}` with itself", c.this)));
     }
     if c.only.contains_key(&c.factor) {
-        let what = format!("`where` fixes `{}`, which it compares", c.factor);
+        let what = format!(
+            "`where` fixes `{}`, the factor that the claim compares",
+            c.factor
+        );
         told.push(("where", what));
     }
     if !c.by.is_finite() || c.by < 0.0 {
-        told.push(("by", format!("by is {}, wanted is 0 or more", c.by)));
+        told.push(("by", format!("by is {}; allowed: 0 or more", c.by)));
     }
     told
 }

@@ -102,7 +102,7 @@ pub fn comparison(outcome: &Outcome) -> Option<Comparison> {
     (!pairs.is_empty()).then_some(Comparison {
         quantity: match outcome.declared.draws {
             0 => about.measure.1.to_owned(),
-            draws => format!("Median {} of {draws} wearers drawn,", about.measure.1),
+            draws => format!("Median {} of {draws} wearers,", about.measure.1),
         },
         unit,
         this: about.this,
@@ -114,7 +114,7 @@ pub fn comparison(outcome: &Outcome) -> Option<Comparison> {
 
 impl Comparison {
     /// Returns one sentence: "RMSE with two points against the better point alone: 5.92° against
-    /// 9.55° (…); the paper's: 10.7° against 17.6°."
+    /// 9.55° (…); in the paper: 10.7° against 17.6°."
     #[must_use]
     pub fn sentence(&self) -> String {
         let both = |[this, than]: [f64; 2]| {
@@ -130,7 +130,7 @@ impl Comparison {
         });
         let paper = self
             .paper
-            .map(|paper| format!("; the paper's: {}", both(paper)));
+            .map(|paper| format!("; in the paper: {}", both(paper)));
         format!(
             "{} with {} against {}: {}{}.",
             self.quantity,
@@ -157,7 +157,7 @@ impl Comparison {
             text += &row(&pair.levels, [&digits(pair.this), &than]);
         }
         if let Some([this, than]) = self.paper {
-            text += &row("as the paper printed", [&digits(this), &digits(than)]);
+            text += &row("in the paper", [&digits(this), &digits(than)]);
         }
         text
     }

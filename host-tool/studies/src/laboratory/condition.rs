@@ -91,7 +91,7 @@ impl Condition {
             Some((file, text)) if file == asked => Ok(text.clone()),
             _ => Err(unreadable_wearer(
                 asked,
-                "the declaration's own sessions do not name it",
+                "no session of the declaration names this file",
             )),
         };
         let read = SessionFile::parse_with_wearers(&file, &table.to_string(), &texts);
@@ -110,7 +110,8 @@ impl Condition {
     ) -> Result<Vec<&'static str>, String> {
         let own = self.base.get_mut("wearer").and_then(Value::as_table_mut);
         let Some(own) = own.filter(|own| own.contains_key("file")) else {
-            return Err(format!("`{}` is played on no wearer file", self.name()));
+            let name = self.name();
+            return Err(format!("the session of `{name}` names no wearer file"));
         };
         own.insert("file".to_owned(), file.into());
         own.remove("name");
@@ -156,10 +157,11 @@ fn known_elbow(wearer: &Wearer, body: &mut Table) -> Result<Vec<&'static str>, S
     let mut known = Vec::new();
     for ((channel, torque_nm), [site, threshold, nm], [at_threshold, at_nm]) in muscles {
         let electrode = wearer.electrode(channel);
-        let electrode = electrode.ok_or("the wearer file has no electrode of its elbow")?;
+        let electrode =
+            electrode.ok_or("the wearer file lacks an electrode that `[elbow]` names")?;
         if body.get(site).and_then(Value::as_integer) != Some(channel.into()) {
             return Err(format!(
-                "the wearer file has the {site} on channel {channel}"
+                "the wearer file has the {site} on channel {channel}, the session on another"
             ));
         }
         let threshold_ma = f64::from(electrode.motor_threshold.get()) / 1e3;
@@ -234,7 +236,7 @@ fn parent<'t, 'f>(root: &'t mut Table, field: &'f str) -> Result<(&'t mut Table,
                 let item = item.and_then(Value::as_table_mut);
                 item.ok_or_else(|| refuse(format!("no `{part}` has the number {wanted}")))?
             }
-            _ => return Err(refuse(format!("`{part}` is no table"))),
+            _ => return Err(refuse(format!("`{part}` is not a table"))),
         };
     }
     Ok((at, last))
@@ -251,7 +253,7 @@ fn unset(root: &mut Table, field: &str) -> Result<(), String> {
     match table.remove(last) {
         Some(_) => Ok(()),
         None => Err(format!(
-            "`{field}` cannot be taken out: the session does not have it"
+            "`{field}` cannot be removed: the session does not have this field"
         )),
     }
 }

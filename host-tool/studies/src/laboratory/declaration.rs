@@ -197,16 +197,20 @@ impl TryFrom<ClaimFields> for Claim {
         };
         let what = match compared() {
             Some(_) if combines => {
-                return Err(format!("claim `{id}` both compares and combines"));
+                return Err(format!(
+                    "claim `{id}` both compares levels and combines claims (`all`, `none`); do one"
+                ));
             }
             Some(compared) => ClaimKind::Compared(compared),
             None if compares => {
                 let missing = missing.join("`, `");
                 let also = match combines {
-                    true => ", and combines as well",
+                    true => ", and also has `all` or `none`",
                     false => "",
                 };
-                return Err(format!("claim `{id}` compares without `{missing}`{also}"));
+                return Err(format!(
+                    "claim `{id}` compares levels but lacks `{missing}`{also}"
+                ));
             }
             None => ClaimKind::Combined {
                 all: f.all.unwrap_or_default(),

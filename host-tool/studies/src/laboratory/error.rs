@@ -36,7 +36,7 @@ pub enum LaboratoryError {
         mistakes: Vec<Mistake>,
     },
     /// The given wearer file cannot replace the session's.
-    #[error("E663 {file}: {why}; give a file that fits, or leave --wearer out")]
+    #[error("E663 {file} does not fit: {why}; give another wearer file, or omit --wearer")]
     NotWorn {
         /// Name of the wearer file.
         file: String,
@@ -45,7 +45,8 @@ pub enum LaboratoryError {
     },
     /// The folder contains another sweep.
     #[error(
-        "E603 {folder} holds {found}, this is {wanted}; give another --out, or the same arguments"
+        "E603 {folder} holds {found}, but the command asks for {wanted}; give another --out, \
+         or the same arguments"
     )]
     Other {
         /// Path of the folder.
@@ -56,13 +57,13 @@ pub enum LaboratoryError {
         wanted: String,
     },
     /// The parts of a sweep do not form a whole.
-    #[error("E604 the parts do not make a whole: {0}")]
+    #[error("E604 these folders are not all shards of one sweep: {0}")]
     Merge(String),
     /// The argument of `--shard` is invalid.
-    #[error("E605 --shard is `{0}`, wanted I/N with 1 ≤ I ≤ N ≤ 10000, as 3/8")]
+    #[error("E605 --shard is `{0}`; allowed: I/N with 1 ≤ I ≤ N ≤ 10000, as in 3/8")]
     Shard(String),
     /// The simulation of a draw failed.
-    #[error("E606 draw {draw}, {condition}: {error}")]
+    #[error("E606 draw {draw}, condition `{condition}`: {error}")]
     Draw {
         /// Index of the draw, from 0.
         draw: u64,
@@ -84,7 +85,7 @@ pub enum LaboratoryError {
     },
     /// E609: the name is neither a shipped experiment nor a declaration file.
     #[error(
-        "E609 no experiment `{name}`{}; there are {known}, or give a declaration's file, NAME.toml",
+        "E609 no experiment `{name}`{}; available: {known}; or give a declaration file, NAME.toml",
         did_you_mean(.name, .known.split(", "))
     )]
     Unknown {
@@ -95,7 +96,8 @@ pub enum LaboratoryError {
     },
     /// The protocol ended before its last trial.
     #[error(
-        "E610 the protocol ended after {done} of {of} trials: {why}; what was recorded is kept"
+        "E610 the protocol ended after {done} of {of} trials: {why}; the record of these trials \
+         is kept"
     )]
     Stopped {
         /// Reason for the early end.
@@ -107,8 +109,9 @@ pub enum LaboratoryError {
     },
     /// The protocol keeps one wearer, but the conditions need different wearers or boards.
     #[error(
-        "E611 protocol: wearer is \"same\", but `{field}` differs between conditions: one wearer \
-         and one board cannot have both; set it alike, or say wearer = \"rested\""
+        "E611 protocol: wearer is \"same\", but `{field}` differs between conditions, and one \
+         wearer on one board has only one value; give all conditions the same value, or set \
+         wearer = \"rested\""
     )]
     Unlike {
         /// The session field that differs.
@@ -116,15 +119,15 @@ pub enum LaboratoryError {
     },
     /// A stop limit refers to a measurement that the session does not have.
     #[error(
-        "E614 protocol: stop says {0}; it would never stop: add it to the session, or leave the \
-         criterion out"
+        "E614 protocol: stop uses {0}; the criterion could never stop the protocol: add what is \
+         missing to the session, or remove the criterion"
     )]
     Unmet(String),
     /// A unit computed with body and schedule alone differs from the same unit on the whole device.
     #[error(
-        "E612 unit {unit}, {condition}: body and schedule alone are not the whole device: {what} \
-         differs; the sweep stops, and what was drawn this way is not to be trusted: report it \
-         with the declaration"
+        "E612 unit {unit}, {condition}: body and schedule alone give a different result than the \
+         whole device ({what}); the sweep stops and its results are not reliable; report this \
+         error with the declaration"
     )]
     Unequal {
         /// Index of the unit, from 0.
@@ -136,8 +139,8 @@ pub enum LaboratoryError {
     },
     /// A file in an experiment's record differs from the one that was used.
     #[error(
-        "E613 {file} is not what was declared when the record was made: {reason}; take the folder \
-         from where it was kept unchanged"
+        "E613 {file} differs from what the record was made with: {reason}; use an unchanged copy \
+         of the folder"
     )]
     Kept {
         /// Path of the file.
@@ -183,11 +186,11 @@ impl LaboratoryError {
         }
         let mistake = |(reason, names): &(String, Vec<String>)| {
             let (names, make) = match &names[..] {
-                [one] => (one.clone(), "condition {} makes"),
-                all => (all.join(", "), "conditions {} make"),
+                [one] => (one.clone(), "condition {} yields a session"),
+                all => (all.join(", "), "conditions {} yield sessions"),
             };
             let make = make.replace("{}", &names);
-            let what = format!("the {make} no session that a device would arm: {reason}");
+            let what = format!("{make} that no device would arm: {reason}");
             Mistake::at(None, &what)
         };
         Self::Condition {
@@ -198,7 +201,7 @@ impl LaboratoryError {
 
     /// Creates the error for a declaration at `path` that cannot be read.
     pub(crate) fn unreadable(path: &Path, error: &Self) -> Self {
-        let what = format!("it cannot be read: {}", error.reason());
+        let what = format!("the file cannot be read: {}", error.reason());
         let file = path.file_name().unwrap_or(path.as_os_str());
         Self::declaration(&file.to_string_lossy(), vec![Mistake::at(None, &what)])
     }

@@ -101,7 +101,7 @@ impl Experiment {
             let text = text.map_err(|error| refuse(error.to_string()))?;
             if sha256(text.as_bytes()) != one.sha256 {
                 return Err(refuse(
-                    "its SHA-256 is another than the record's".to_owned(),
+                    "its SHA-256 differs from that in the record".to_owned(),
                 ));
             }
             texts.push((&*one.file, text));
@@ -110,11 +110,13 @@ impl Experiment {
             file: dir.display().to_string(),
             reason: reason.to_owned(),
         };
-        let (first, sessions) = texts.split_first().ok_or_else(|| refuse("it keeps none"))?;
+        let (first, sessions) = texts
+            .split_first()
+            .ok_or_else(|| refuse("it has no declaration"))?;
         let whole = Self::new(first.0, &first.1, &|name| {
             let own = sessions.iter().find(|(file, _)| *file == name);
             let own = own.map(|(_, text)| text.clone());
-            let other = "it keeps other sessions or wearer files than its declaration names";
+            let other = "its sessions and wearer files are not those that its declaration names";
             own.ok_or_else(|| refuse(other))
         })?;
         let worn = |(file, text): &(&str, String)| {

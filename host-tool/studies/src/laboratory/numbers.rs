@@ -6,10 +6,10 @@
 const LARGEST_T: f64 = 100.0;
 
 /// Note for a page or table that omits a t.
-pub const LARGE_T: &str = "A t beyond ±100 is not printed: it is a mean difference over its \
-                           standard error, and the differences of such a test hardly vary \
-                           (simulated numbers near an end of their range, all alike). It says \
-                           nothing of how large a difference is.";
+pub const LARGE_T: &str = "A t statistic beyond ±100 is not printed. t is a mean difference \
+                           divided by its standard error, and in such a test the differences \
+                           hardly vary, because the simulated values are close to an end of \
+                           their range. It does not show how large a difference is.";
 
 /// Formats a number with three significant digits.
 #[must_use]

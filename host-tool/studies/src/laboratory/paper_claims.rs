@@ -43,7 +43,7 @@ struct Grouping {
 const GROUPINGS: &[Grouping] = &[
     Grouping {
         studies: &["hamana-3"],
-        claims: &[("others bend more 4 V above the greatest", &["over-*"])],
+        claims: &[("other fingers bend more 4 V above the maximum", &["over-*"])],
         beside: &[],
     },
     Grouping {
@@ -74,13 +74,19 @@ const GROUPINGS: &[Grouping] = &[
         claims: &[
             ("one point bends most at 0°", &["one-falls-*"]),
             ("two points bend more than one at 90°", &["two-more-*"]),
-            ("two points still bend far at 45°", &["two-enough-*"]),
+            (
+                "two points still bend the finger far at 45°",
+                &["two-enough-*"],
+            ),
         ],
         beside: &[],
     },
     Grouping {
         studies: &["hamana-hold"],
-        claims: &[("two points sink less than one", &["two-better-*"])],
+        claims: &[(
+            "the finger sinks less with two points than one",
+            &["two-better-*"],
+        )],
         beside: &[],
     },
     Grouping {
@@ -92,7 +98,7 @@ const GROUPINGS: &[Grouping] = &[
     Grouping {
         studies: &["lee"],
         claims: &[(
-            "the model agrees: mean NRMSE below 10 % at I5, at most 13.1 % below",
+            "the model agrees: mean NRMSE below 10 % at I5 and at most 13.1 % below I5",
             &["nrmse-i5", "nrmse"],
         )],
         beside: &[],
@@ -109,19 +115,25 @@ const GROUPINGS: &[Grouping] = &[
         studies: &["harris-wall"],
         claims: &[
             (
-                "pre-wall: swings less",
+                "pre-wall: the arm swings less",
                 &["pre-wall-swings-less", "pre-wall-swings-no-more"],
             ),
             (
-                "co-contraction: helps only with pre-wall",
+                "co-contraction: helps only with a pre-wall",
                 &[
                     "co-contraction-helps-with-pre-wall",
                     "co-contraction-helps-without",
                     "helps-only-with-pre-wall",
                 ],
             ),
-            ("seeing: less deep", &["seeing-less-deep-*"]),
-            ("seeing: swings less", &["seeing-swings-less-*"]),
+            (
+                "visual feedback: the arm goes less deep",
+                &["seeing-less-deep-*"],
+            ),
+            (
+                "visual feedback: the arm swings less",
+                &["seeing-swings-less-*"],
+            ),
         ],
         beside: &[],
     },
@@ -133,7 +145,7 @@ const GROUPINGS: &[Grouping] = &[
             "harris-wall-yields",
         ],
         claims: &[(
-            "co-contraction: helps only with pre-wall",
+            "co-contraction: helps only with a pre-wall",
             &["with", "without", "only-with"],
         )],
         // This share combines two claims about one arm.
@@ -154,7 +166,7 @@ const GROUPINGS: &[Grouping] = &[
         studies: &["distributed"],
         // The abstract does not say whether the four electrodes shared the rate or each had it.
         claims: &[(
-            "four electrodes hold longer than one, by both readings of the rate",
+            "four electrodes hold the force longer than one, for both readings of the rate",
             &["quarter-longer", "fast-longer"],
         )],
         beside: &[],
@@ -246,24 +258,24 @@ impl PaperClaim<'_> {
         (like.count(), counted.count())
     }
 
-    /// Returns a phrase as "as the paper in 2 of 3 counted parts".
+    /// Returns a phrase as "agrees in 2 of 3 counted parts".
     #[must_use]
     pub fn counts_in_words(&self) -> String {
         match self.counts() {
             (_, 0) => "no part is counted".to_owned(),
-            (like, 1) => format!("as the paper in {like} of 1 counted part"),
-            (like, counted) => format!("as the paper in {like} of {counted} counted parts"),
+            (like, 1) => format!("agrees in {like} of 1 counted part"),
+            (like, counted) => format!("agrees in {like} of {counted} counted parts"),
         }
     }
 }
 
 impl ClaimStanding {
-    /// Returns the standing in two or three words.
+    /// Returns the standing in a few words.
     #[must_use]
     pub const fn in_words(self) -> &'static str {
         match self {
-            Self::Judged(Verdict::Like) => "as the paper",
-            Self::Judged(Verdict::Unlike) => "not so",
+            Self::Judged(Verdict::Like) => "agrees",
+            Self::Judged(Verdict::Unlike) => "disagrees",
             Self::Judged(Verdict::Undecided) => "undecided",
             Self::Single => "n = 1, not counted",
             Self::Unjudged => "not judged",

@@ -71,8 +71,8 @@ impl Stop {
             .channels
             .iter()
             .any(|channel| channel.muscle.is_some());
-        let angle = "measured angle: its session has neither joint nor wall";
-        let force = "predicted force: no channel of its session has a muscle";
+        let angle = "measured angle (its session has neither `joint` nor `wall`)";
+        let force = "predicted force (no channel of its session has a `muscle`)";
         [
             ("angle_above_deg", self.angle_above_deg, has_angle, angle),
             ("angle_below_deg", self.angle_below_deg, has_angle, angle),
@@ -177,12 +177,13 @@ impl Protocol {
     pub(super) fn mistakes(&self) -> Vec<String> {
         let mut told = Vec::new();
         if self.blocks == 0 || self.repetitions == 0 {
-            told.push("protocol: an empty block: blocks and repetitions are 1 or more".to_owned());
+            let what = "protocol: a block is empty; blocks and repetitions must be 1 or more";
+            told.push(what.to_owned());
         }
         for (name, rest_s) in [("rest_s", self.rest_s), ("block_rest_s", self.block_rest_s)] {
             if !(0.0..=86_400.0).contains(&rest_s) {
                 told.push(format!(
-                    "protocol: {name} is {rest_s}, allowed is 0 to 86400"
+                    "protocol: {name} is {rest_s} s; allowed: 0 to 86400 s"
                 ));
             }
         }
@@ -198,16 +199,16 @@ impl Protocol {
         ];
         for (name, limit) in limits {
             if limit.is_some_and(|limit| !limit.is_finite()) {
-                told.push(format!(
-                    "protocol: stop: {name} is no number to compare with"
-                ));
+                told.push(format!("protocol: stop: {name} must be a finite number"));
             }
         }
         if above
             .zip(below)
             .is_some_and(|(above, below)| above <= below)
         {
-            told.push("protocol: every angle would stop it".to_owned());
+            let what = "protocol: stop: every angle would end the protocol; angle_above_deg must \
+                        be larger than angle_below_deg";
+            told.push(what.to_owned());
         }
         told
     }

@@ -147,16 +147,18 @@ impl Row {
 }
 
 /// Note in every simulated result.
-const SIMULATED: &str = "Simulated: numbers of assumed bodies, no evidence about people.";
+const SIMULATED: &str =
+    "Simulated: the numbers come from assumed bodies and are no evidence about people.";
 /// Note in a result for which no device reported whether it is simulated.
-const UNKNOWN: &str = "No device answered: whether any of it is simulated is unknown.";
-const MEANING: &str = "ours is the median, low and high the 5th and 95th percentile of the wearers \
-                       drawn: a range of bodies, no confidence interval.";
-const PLAYED: &str = "No wearer was drawn: ours is the median, low and high the 5th and 95th \
-                      percentile of the rounds that were played. Shares have no interval: rounds \
-                      of one body are no sample of wearers.";
-const CASES: &str = "A share's interval (95 %, Wilson) counts wearers, since several cases of one \
-                     wearer are not independent.";
+const UNKNOWN: &str = "No device answered: it is unknown whether any of this is simulated.";
+const MEANING: &str = "“Ours” is the median of the randomly generated wearers, low and high are \
+                       their 5th and 95th percentiles: a range of bodies, not a confidence \
+                       interval.";
+const PLAYED: &str = "No wearers were randomly generated: “ours” is the median of the rounds that \
+                      were played, low and high are their 5th and 95th percentiles. Shares have no \
+                      interval, because rounds with one body are not a sample of wearers.";
+const CASES: &str = "The interval of a share (95 %, Wilson) counts wearers, because several cases \
+                     of one wearer are not independent.";
 
 impl Outcome {
     /// Creates the result of a sweep: `draws` wearers at each point of the grid.
@@ -169,7 +171,7 @@ impl Outcome {
     ) -> Self {
         let drawn = experiment.declaration.drawn.iter().map(|drawn| {
             let (field, low, high, source) = (&drawn.field, drawn.low, drawn.high, &drawn.source);
-            format!("Drawn: {field} from {low} to {high} ({source}).")
+            format!("Drawn at random: {field} from {low} to {high} ({source}).")
         });
         let told = (&[MEANING, CASES][..], drawn.collect());
         Self {
@@ -203,7 +205,7 @@ impl Outcome {
         let grid = std::mem::take(&mut played.declaration.grid).into_iter();
         let grid = grid.map(|grid| {
             let field = grid.field;
-            format!("The grid is for wearers drawn: {field} is here what the session says.")
+            format!("The grid applies only to sweeps: here {field} has the session's value.")
         });
         let told = (&[PLAYED][..], grid.collect());
         let mut outcome = Self::build(&played, (seed, rounds_of), &rounds, simulated, told);
@@ -249,7 +251,7 @@ impl Outcome {
         let assumed = declaration.assumed.iter().cloned();
         let printed = declaration.printed.iter().filter_map(|printed| {
             let (measure, mean, source) = (&printed.measure, printed.mean()?, &printed.source);
-            Some(format!("The paper's {measure} of {mean:.4}: {source}."))
+            Some(format!("The paper's {measure} is {mean:.4}: {source}."))
         });
         let more = more
             .into_iter()
@@ -352,8 +354,8 @@ fn missing_measures(experiment: &Experiment, units: &Units) -> Vec<String> {
         let names: Vec<String> = names.collect();
         if !names.is_empty() {
             told.push(format!(
-                "No {} ({}) in {}: the session has no such joint, wall or force, or nobody came \
-                 there. Claims are not judged on it.",
+                "{} ({}) has no value in {}: the session lacks the joint, wall or force, or no \
+                 wearer reached it. Claims about it are not judged.",
                 measure.id,
                 measure.quantity,
                 names.join(", ")

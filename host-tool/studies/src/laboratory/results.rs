@@ -200,7 +200,7 @@ pub fn results_text(all: &[NamedResult]) -> String {
     let mut text = "\nResults (median; 5th to 95th percentile)\n".to_owned();
     for (position, result) in all.iter().enumerate() {
         let (name, outcome) = (&result.name, &result.outcome);
-        let drawn = format!("seed {}, {} drawn", outcome.seed, outcome.declared.draws);
+        let drawn = format!("seed {}, {} draws", outcome.seed, outcome.declared.draws);
         text += &format!("{:>2}  {name}: {}, {drawn}\n", position + 1, outcome.name);
     }
     let rows = result_rows(all);
@@ -216,7 +216,7 @@ pub fn results_text(all: &[NamedResult]) -> String {
     }
     let (count, of) = (differing.len(), rows.len());
     let shown = match count > MOST_ROWS {
-        true => format!("; the first {MOST_ROWS} are above, all on the page"),
+        true => format!("; the first {MOST_ROWS} are above, the page has all"),
         false => String::new(),
     };
     text += &format!("\n{count} of {of} numbers differ{shown}.\n");
@@ -236,7 +236,7 @@ pub fn results_body(all: &[NamedResult]) -> Html {
         let outcome = &result.outcome;
         let (seed, draws) = (outcome.seed, outcome.declared.draws);
         html!(
-            "<li>{}, seed {}, {} drawn, <code>{}</code></li>\n",
+            "<li>{}, seed {}, {} draws, <code>{}</code></li>\n",
             outcome.title,
             seed,
             draws,
@@ -259,9 +259,9 @@ pub fn results_body(all: &[NamedResult]) -> Html {
     let heads = (1..=all.len()).map(|number| html!("<th>{}</th>", number));
     let table = html!(
         "<table><thead><tr><th>Quantity</th>{}</tr></thead><tbody>\n{}</tbody></table>\n\
-         <p class=\"note\">Median, 5th to 95th percentile, and how many have it; of a claim the \
-         share of cases in which it holds with its interval. In bold: other than in the first \
-         result.</p>\n",
+         <p class=\"note\">Each cell: median (5th to 95th percentile, number of values); for a \
+         claim, the share of cases in which it holds, with its interval. Bold: differs from the \
+         first result.</p>\n",
         heads.collect::<Html>(),
         rows.collect::<Html>()
     );

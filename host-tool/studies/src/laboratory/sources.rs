@@ -23,7 +23,7 @@ pub(super) fn sessions(
             Ok(own) if is_session(&own) => all.push((session.to_owned(), own)),
             // The message must not show the contents of an unrelated file.
             Ok(_) => {
-                let why = "it has neither `channel` nor `setpoints`, and so is no session";
+                let why = "it has neither `channel` nor `setpoints`, so it is not a session";
                 mistakes.push(missing_session(d, text, (session, level), why));
             }
             Err(error) => {
@@ -58,7 +58,7 @@ fn missing_session(
         let factor = d.factors.get(f)?;
         let level = factor.levels.get(l)?;
         Some(format!(
-            " of the level `{}` of `{}`",
+            " of level `{}` of factor `{}`",
             level.name, factor.name
         ))
     });

@@ -182,7 +182,10 @@ impl<S: Study> Drawing for Lines<'_, S> {
             Some((own, text)) if own == checksum(text) => {
                 serde_json::from_str(text).map_err(|error| (0, error.to_string()))
             }
-            _ => Err((0, "its sum is another: the line was changed".to_owned())),
+            _ => Err((
+                0,
+                "its checksum does not match: the line was changed".to_owned(),
+            )),
         }
     }
 

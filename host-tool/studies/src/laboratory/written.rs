@@ -87,7 +87,7 @@ impl<'t> DeclarationText<'t> {
             return (None, told.collect());
         }
         if self.root.get_ref().contains_key("channel") {
-            let what = "it is a session file, which `flexor run` plays, and no declaration";
+            let what = "this is a session file, not a declaration; play it with `flexor run`";
             return (None, vec![Mistake::at(self.line_of("channel"), what)]);
         }
         let mut root = self.root.clone();

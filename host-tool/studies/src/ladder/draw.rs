@@ -265,7 +265,7 @@ fn bound(number: usize, top: f64, random: &mut Random) -> String {
     )
 }
 
-/// Returns a session with a participant's finger under the device's default control law, and
+/// Returns a session with a participant's finger under the default controller, and
 /// predictions for its three muscles.
 fn joint(random: &mut Random) -> String {
     let sites = [

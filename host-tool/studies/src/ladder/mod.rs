@@ -12,7 +12,7 @@ use host_core::choice::ChoiceError;
 
 /// A random session that is invalid.
 #[derive(Debug, thiserror::Error)]
-#[error("E551 drawn session {index} cannot be: {why}")]
+#[error("E551 random session {index} is invalid: {why}")]
 pub struct DrawError {
     /// Index of the session.
     pub index: usize,

@@ -27,7 +27,7 @@ use host_core::limb::RecruitmentError;
 #[derive(Debug, thiserror::Error)]
 pub enum LimbError {
     /// The committed declaration cannot be parsed.
-    #[error("E707 host-tool/experiments/recruitments.toml cannot be read: {0}")]
+    #[error("E707 the declaration host-tool/experiments/recruitments.toml is invalid: {0}")]
     Declaration(toml::de::Error),
     /// An arm or a posture was refused.
     #[error(transparent)]

@@ -48,19 +48,19 @@ type Quantity = (
 );
 
 const QUANTITIES: [Quantity; 5] = [
-    ("targets", "missed of 12 targets, rms", "%", |s| {
+    ("targets", "error at 12 targets, RMS", "%", |s| {
         s.targets_rmse_percent
     }),
-    ("walk", "missed along walks, 200 Hz, rms", "%", |s| {
+    ("walk", "walk error, 200 Hz, RMS", "%", |s| {
         s.walk_rmse_percent
     }),
-    ("held", "missed along walks, 20 Hz, rms", "%", |s| {
+    ("held", "walk error, 20 Hz, RMS", "%", |s| {
         s.held_rmse_percent
     }),
-    ("step", "largest step of a line, of its most", "%", |s| {
+    ("step", "largest step, of maximum", "%", |s| {
         s.largest_step_percent
     }),
-    ("switches", "on and off, once around", "", |s| s.switches),
+    ("switches", "on/off changes per walk", "", |s| s.switches),
 ];
 
 impl Study {
@@ -96,7 +96,7 @@ impl Study {
         let mut number = |id: &str, words: &str, unit, spread| {
             rows.push(of(id.to_owned(), words.to_owned(), unit, spread, numbers.n));
         };
-        let missed = "nearest neighbour, exact: missed, of the wanted force";
+        let missed = "nearest neighbour, exact: relative force error";
         number(
             "numbers_recruitment",
             missed,
@@ -109,11 +109,11 @@ impl Study {
         ] {
             number(
                 &format!("{key}_hand"),
-                &format!("{kind}: hand misplaced"),
+                &format!("{kind}: error of hand position"),
                 "mm",
                 error.hand_mm,
             );
-            let words = format!("{kind}: force at the hand, of the given");
+            let words = format!("{kind}: relative force error");
             number(&format!("{key}_force"), &words, "%", error.force_percent);
             let words = format!("{kind}: share of what is missed");
             number(&format!("{key}_share"), &words, "%", error.share_percent);

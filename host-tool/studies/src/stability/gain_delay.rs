@@ -1,6 +1,6 @@
-//! Map of gain × delay for the finger under the device's own laws: where the angle settles and
-//! where it oscillates. The default law has everything that the wearer file configures, including
-//! predictor and learning.
+//! Map of gain × delay for the finger under the device's own controllers: where the angle settles
+//! and where it oscillates. The default controller has everything that the wearer file configures,
+//! including predictor and learning.
 //!
 //! The prediction is the describing function. Near its sliding surface the law has the slope of a
 //! square root, infinite or nearly so, so that a linear margin does not exist. The prediction is
@@ -12,6 +12,7 @@ use super::map::extremes;
 use super::{Axis, Cell, Class, Layout, Map, Panel, Panels};
 use firmware::control::{HoldPolicy, JointSpec, LawSpec};
 use hal_sim::body::FingerSpec;
+use host_core::session::LawName;
 
 /// Muscle torque relative to the nominal finger.
 const GAINS: [f64; 11] = [0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0];
@@ -60,7 +61,7 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let widths: Vec<String> = panels.made.iter().map(told_over_found).collect();
     Map {
         name: "gain_delay",
-        title: "Gain and delay of the finger: where the device's laws settle",
+        title: "Gain and delay of the finger: where the device's controllers settle",
         across: Axis::new("added delay", "ms", &DELAYS, u32::to_string),
         down: Axis::new("torque / nominal", "", &GAINS, |g| format!("{g}")),
         quantity: "angle, peak to peak over the last 5 s",
@@ -68,30 +69,34 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         panels: panels.made,
         layout: Layout::Beside(3),
         theory: "N(A, ω) P(jω) = -1 with 2 A = 2°: N is the describing function of the \
-                 device's law (its own fixed-point code, differentiator and mapping included), \
-                 P the finger linearised where it holds the target.",
+                 device's controller (with its fixed-point code, differentiator and mapping), P \
+                 the finger, linearised where it holds the reference.",
         notes: vec![
             format!(
-                "Finger of participant P, 25 ms late to begin with, one point, target \
-                 {TARGET_DEG}°, sensor without noise. Assumed: the finger passes the first harmonic \
-                 only, recruitment is followed around the effort that holds the target, and what \
-                 the default learns is what a mean error of zero teaches it."
+                "Finger of participant P, which itself delays by 25 ms, one point, reference \
+                 {TARGET_DEG}°, sensor without noise. Assumed: the finger passes only the first \
+                 harmonic, recruitment is computed around the effort that holds the reference, and \
+                 the default controller has learnt the value at which the mean error is zero."
             ),
             format!(
-                "Told over found width, where both are above {FAINT_DEG}°: {}.",
+                "Predicted angle, peak to peak, divided by the simulated one, where both are above \
+                 {FAINT_DEG}°: {}.",
                 widths.join("; ")
             ),
         ],
     }
 }
 
-/// Returns the compared controllers: the device's default, then two bare laws.
+/// Returns the compared controllers: the default controller, then two without a wearer's model.
 fn laws() -> [(&'static str, JointSpec); 3] {
     let alone = |law| one_point(law, HoldPolicy::Hold);
     [
-        ("the device's default", default_one_point(HoldPolicy::Hold)),
+        (
+            LawName::Recommended.title(),
+            default_one_point(HoldPolicy::Hold),
+        ),
         ("super-twisting alone", alone(LawSpec::ALONE)),
-        ("PID", alone(LawSpec::PID)),
+        (LawName::Pid.title(), alone(LawSpec::PID)),
     ]
 }
 

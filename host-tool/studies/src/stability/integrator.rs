@@ -75,7 +75,7 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     }
     Map {
         name: "integrator",
-        title: "Integrator and step: what each method survives, for ten subjects",
+        title: "Integrator and step: where each method fails, for ten subjects",
         across: Axis::new(
             "step; for the shipped model, time between calls",
             "ms",
@@ -93,9 +93,10 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
                  Before that, Euler's force may turn negative from τ1 or τc on. Exponential \
                  methods never fail.",
         notes: vec![
-            "Diverges: not a number, off by more than the peak, or |F| still growing 3 s after \
-             the last pulse. Below zero: by more than 0.1 % of the peak. f64, steps split at \
-             pulses; trains of 1 s; errors where steps end, against the exact solution."
+            "Diverges: not a number, an error larger than the peak, or |F| still growing 3 s \
+             after the last pulse. Force below zero: by more than 0.1 % of the peak. f64, steps \
+             split at pulses; trains of 1 s; errors at the ends of steps, against the exact \
+             solution."
                 .to_owned(),
         ],
     }

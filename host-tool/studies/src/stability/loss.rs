@@ -54,17 +54,14 @@ const CLASSES: [Class; 7] = [
     Class::new('X', f64::INFINITY, "more than 10°", 1),
 ];
 
-/// Function that builds a joint under one of the device's laws, given a [`HoldPolicy`].
+/// Function that builds a joint with one of the device's controllers, given a [`HoldPolicy`].
 type JointOf = fn(HoldPolicy) -> JointSpec;
 
-/// Returns the compared cases: the track alone, or the finger under a law.
+/// Returns the compared cases: the track alone, or the finger under a controller.
 fn runs() -> [(&'static str, Option<JointOf>); 3] {
     [
         ("the setpoint track alone", None),
-        (
-            "the device's default on the finger",
-            Some(default_one_point),
-        ),
+        ("default controller on the finger", Some(default_one_point)),
         ("super-twisting alone on the finger", Some(alone)),
     ]
 }
@@ -111,11 +108,13 @@ pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         layout: Layout::Beside(3),
         theory: "mean square of rate (a - m) + acceleration (a² + g m)/2 is (2°)², a the age \
                  of the newest setpoint, m the part of it that is extrapolated, g the gap before \
-                 it; gaps geometric. On the finger, beside the error without loss.",
+                 it; gaps are geometrically distributed. On the finger, the square of the error \
+                 without loss is added.",
         notes: vec![format!(
-            "Target 45 ± 40° at 0.2 Hz, setpoints at 90 Hz lost one by one, mean square of \
-             {} and {} seeds. One-point, participant P, sensor without noise. Without \
-             loss: {}. The device extrapolates for {SHIPPED_MS} ms unless told otherwise.",
+            "Reference 45 ± 40° at 0.2 Hz; setpoints at 90 Hz are lost independently; root mean \
+             square over {} seeds (track) and {} seeds (finger). One point, participant P, sensor \
+             without noise. RMSE without loss: {}. By default the device extrapolates for \
+             {SHIPPED_MS} ms.",
             SEEDS[0],
             SEEDS[1],
             lossless.join(", ")

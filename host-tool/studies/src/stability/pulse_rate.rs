@@ -66,12 +66,13 @@ pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         panels: panels.made,
         layout: Layout::Down(2),
         theory: "split: E' = −E/τ + h² [(a'' − r''F)/24 + (r a' − r'a)/12] along the exact \
-                 solution, a = A x, r = 1/τ, h the step, among pulses the time between them if that \
-                 is shorter. Snapped: that at the full step, and max|F'| h/2, a pulse being half a step \
-                 early on average.",
+                 solution, with a = A x, r = 1/τ, and h the step, or the time between pulses if \
+                 that is shorter. Snapped: the same with the full step, plus max|F'| h/2, because \
+                 a pulse is half a step early on average.",
         notes: vec![
             "Mean subject of Lee's table 4, all time constants multiplied; f64; a train of 1 s, \
-             every pulse up to a fifth of a period off its place, and 0.8 s of rest; errors where steps end."
+             every pulse shifted by up to a fifth of a period, then 0.8 s of rest; errors at the \
+             ends of steps."
                 .to_owned(),
         ],
     }

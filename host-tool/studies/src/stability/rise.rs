@@ -8,7 +8,7 @@ use firmware::control::PointSpec;
 use firmware::units::Amplitude;
 use host_core::analysis::metrics_without_lag;
 use host_core::run::{DeviceName, SessionFile, run};
-use host_core::session::{BodySpec, Session};
+use host_core::session::{BodySpec, LawName, Session};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -59,31 +59,32 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         title: "Rise and delay: where tracking fails because amplitudes may not jump",
         across: Axis::new("added delay", "ms", &DELAYS_MS, u32::to_string),
         down: Axis::new("rise_ms", "ms", &RISES_MS, u16::to_string),
-        quantity: "RMSE of the true angle above that without a rise at the same delay",
+        quantity: "RMSE of the true angle minus that without a rise at the same delay",
         classes: &CLASSES,
         panels: panels.made,
         layout: Layout::Beside(2),
-        theory: "from threshold to maximum a rise takes rise_ms (max - threshold) / limit, the \
-                 largest of the joint's points, and is late by half of that: its error is that \
-                 of a finger without a rise whose delay is longer by so much.",
+        theory: "from threshold to maximum, a rise takes rise_ms (max - threshold) / limit (the \
+                 largest of the joint's points) and delays by half of that. Its error is that of \
+                 a finger without a rise whose delay is longer by this time.",
         notes: vec![format!(
-            "The whole device, natively: two points of participant P, 25 ms late to begin with, \
-             follow 45 ± 40° at 0.2 Hz for 20 s, of which the last 10 are judged. Sensor without \
-             noise. Limits are the greatest voltages, 28, 36 and 26 V; thresholds 20, 25 and \
-             14 V. RMSE without a rise (`start` at the limit): {}.",
+            "The whole device on the native backend: two points of participant P, whose finger \
+             itself delays by 25 ms, follow 45 ± 40° at 0.2 Hz for 20 s, of which the last 10 are \
+             scored. Sensor without noise. Limits are the largest voltages, 28, 36 and 26 V; \
+             thresholds 20, 25 and 14 V. RMSE without a rise (`start` at the limit): {}.",
             floors.join("; ")
         )],
     }
 }
 
-/// Returns the device's default for a known wearer, and the paper's law.
+/// Returns sessions with the default controller for a known wearer, and with the paper's
+/// controller.
 fn sessions() -> [(&'static str, Session); 2] {
     let known = include_str!("../../../sessions/hamana_exp4_two_point_wearer.toml");
     let paper = include_str!("../../../sessions/hamana_exp4_two_point_finger.toml")
         .replace("law = \"recommended\"", "law = \"paper\"");
     [
-        ("the device's default", known.to_owned()),
-        ("the paper's law", paper),
+        (LawName::Recommended.title(), known.to_owned()),
+        (LawName::Paper.title(), paper),
     ]
     .map(|(law, text)| {
         let file = SessionFile::parse(law, &text).expect("a shipped session");

@@ -220,10 +220,10 @@ impl Kind {
 
 fn remark(found: Option<f64>, told: Option<f64>) -> String {
     match (found, told) {
-        (Some(found), Some(told)) => format!("p = {found:.2}, told {told}"),
-        (None, Some(told)) => format!("diverges, told {told}"),
-        (Some(found), None) => format!("p = {found:.2}, told none"),
-        (None, None) => "diverges, as told".to_owned(),
+        (Some(found), Some(told)) => format!("p = {found:.2}, theory {told}"),
+        (None, Some(told)) => format!("diverges, theory {told}"),
+        (Some(found), None) => format!("p = {found:.2}, theory none"),
+        (None, None) => "diverges, as in theory".to_owned(),
     }
 }
 
@@ -256,8 +256,8 @@ pub fn order(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         panels,
         layout: Layout::Lines(2),
         theory: "1 for the proper implicit form (Seeber & Andritsch 2025); |d| / (L h) for \
-                 the resolvent, which grows without end where |d| does. None for the others' \
-                 constants: their order is 2.",
+                 the resolvent, which grows without end where |d| does. For the other forms only \
+                 the order, 2.",
         notes,
     }
 }
@@ -266,15 +266,16 @@ fn notes(panels: &[Panel]) -> Vec<String> {
     let off = order_mismatches(panels);
     vec![
         format!(
-            "After each row the fitted p of |σ| ~ h^p and the order that theory gives. L = \
-             {SLOPE} 1/s; the triangle turns every {TURN_S} s. Unsaturated. A row diverges if |σ| \
-             still grows when the run of 8000 periods ends; it has no order."
+            "Each row ends with the fitted p of |σ| ~ h^p and the order that theory predicts. L = \
+             {SLOPE} 1/s; the triangle reverses every {TURN_S} s. No saturation. A row diverges \
+             if |σ| still grows when the run of 8000 periods ends; it has no order."
         ),
         format!(
-            "What is predicted: for the shipped and the proper implicit form the number 1, for \
-             the resolvent |d| / (L h) under the triangle and growth without end otherwise; of \
-             the other forms only the order. Along such a row the verdict does not change, so that \
-             no cell disagrees says little; the numbers say more. Found over told: {}.",
+            "Theory predicts 1 for the shipped and the proper implicit form; for the resolvent \
+             |d| / (L h) under the triangle, and growth without end otherwise; for the other forms \
+             only the order. Along a row of those, theory's verdict does not change, so agreement \
+             of its cells shows little; the numbers show more. Simulated divided by predicted \
+             |σ|: {}.",
             found_over_told(panels)
         ),
         format!(
@@ -341,13 +342,14 @@ pub fn gains(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         classes: &CLASSES,
         panels: panels.made,
         layout: Layout::Beside(2),
-        theory: "from the left, the worst disturbance no longer drives σ ever further out (in \
-                 continuous time; below k2 = L nothing follows it); then, of the proper implicit \
-                 form, the theorem k2 > L, k1² > k2 + L promises |σ| ≤ L h². Between the two it \
-                 is silent, and about the other forms.",
+        theory: "right of the first line, the worst disturbance no longer drives σ further and \
+                 further out (in continuous time; below k2 = L no k1 is enough). Right of the \
+                 second line, the theorem k2 > L, k1² > k2 + L guarantees |σ| ≤ L h² for the \
+                 proper implicit form. Between the lines, and for the other forms, theory \
+                 predicts nothing.",
         notes: vec![format!(
             "h = {GRID_PERIOD_MS} ms, L = {SLOPE} 1/s; worst of adversarial and resonant \
-             disturbances, fast and slow triangles. Unsaturated."
+             disturbances, fast and slow triangles. No saturation."
         )],
     }
 }

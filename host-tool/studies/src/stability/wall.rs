@@ -70,8 +70,8 @@ struct Linear {
 /// Computes the map with the linear delay margin, including the muscle's lag.
 pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let theory = "D is the smallest (pi + arg L(iw))/w with |L(iw)| = 1, L = K (1 + s Td/(1 + \
-                  s/wc)) / ((1 + tau s)(I s^2 + b s + k)), the muscle's lag tau in the loop; past \
-                  Routh's criterion for D = 0 the arm swings at any delay.";
+                  s/wc)) / ((1 + tau s)(I s^2 + b s + k)), with the muscle's lag tau in the loop; \
+                  beyond Routh's criterion for D = 0 the arm swings at any delay.";
     Map {
         name: "wall",
         title: "The virtual wall: stiffness, delay, damping",
@@ -82,8 +82,8 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
 /// Computes some of the same cells with the classical condition of a sampled wall.
 pub fn draw_classical(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let theory = "b = K T/2 + K Td, T the 20 ms between pulses: a sampled wall without a muscle's \
-                  lag and without a delay (Colgate and Schenkel 1997). Left of it theory says that \
-                  the arm rests.";
+                  lag and without a delay (Colgate and Schenkel 1997). Left of the line, theory \
+                  predicts that the arm rests.";
     Map {
         name: "wall_classical",
         title: "The virtual wall beside the classical condition of a sampled wall",
@@ -124,9 +124,10 @@ fn notes() -> String {
     let typical = Linear::of(&arm(0.5, 25), 4000, 0.0);
     format!(
         "Harris' proportional wall on the triceps at 90 deg, 1 kHz, pulses at 50 Hz; the arm leans \
-         on it with {:.1} N m. Friction is the joint's passive one, the working muscles add {:.2} \
-         N m s/rad; Td is the wall's damping over its stiffness. K = {:.1} N m/rad at 4 mA/deg, \
-         I = {} kg m^2, tau = {:.0} ms, D = the row's electromechanical delay and {} ms of device and pulse hold. \
+         on it with {:.1} N m. Friction is the passive friction of the joint, active muscles add \
+         {:.2} N m s/rad; Td is the wall's damping divided by its stiffness. K = {:.1} N m/rad at \
+         4 mA/deg, I = {} kg m^2, tau = {:.0} ms, D = the electromechanical delay of the row plus \
+         {} ms for the device and the hold between pulses. \
          Harris' ramp of 80 mA over 9 deg is 8.9 mA/deg.",
         ElbowSpec::default().person.push_nm,
         typical.damping - 0.5,

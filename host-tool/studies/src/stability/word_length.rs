@@ -39,7 +39,7 @@ pub struct Outcome {
 
 const CLASSES: [Class; 5] = [
     Class::new(',', TOLERANCE, "error up to 0.02 %", 0),
-    Class::new('o', TOLERANCE, "left for ever, up to 0.02 %", 0),
+    Class::new('o', TOLERANCE, "remains forever, up to 0.02 %", 0),
     Class::new('1', 1.0, "up to 1 %", 2),
     Class::new('2', 10.0, "up to 10 %", 2),
     Class::new('X', f64::INFINITY, "more than 10 %", 2),
@@ -61,7 +61,7 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let (ms, left) = slowest_to_zero();
     Map {
         name: "word_length",
-        title: "Word length of C, against the force that is left and the error it makes",
+        title: "Word length of C: remaining force and error",
         across: Axis::new("fraction bits of C", "", &BITS, u32::to_string),
         down: Axis::new("subject and its K", "", &SUBJECTS, |p| {
             let n = SUBJECTS.iter().position(|q| q == p).unwrap_or(0);
@@ -71,14 +71,15 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         classes: &CLASSES,
         panels: panels.made,
         layout: Layout::Beside(2),
-        theory: "C freezes where rounding takes back its decay, at the largest whole n with \
-                 n (1 − e^(−h/τc)) < 1/2 of the last bit; rounded down it loses up to \
-                 1/(1 − e^(−h/τc)) of them. Both times dF/dC of the steady force \
+        theory: "C stops decaying where rounding undoes its decay, at n last bits, n being the \
+                 largest integer with n (1 − e^(−h/τc)) < 1/2; rounded down it loses up to \
+                 1/(1 − e^(−h/τc)) last bits. Both are multiplied by dF/dC of the steady force \
                  A x (τ1 + τ2 x).",
         notes: vec![format!(
-            "ETD midpoint at 1 ms, 40 Hz for 1 s, then 6 s of rest; C alone in fixed point. Rounded \
-             down C reaches 0 for every subject and word, {ms} ms after the last pulse at the \
-             latest, and then the force decays as a muscle's does: {left:.0e} % is left after 6 s."
+            "ETD midpoint at 1 ms, 40 Hz for 1 s, then 6 s of rest; only C is in fixed point. \
+             Rounded down, C reaches 0 for every subject and word length at most {ms} ms after the \
+             last pulse, and then the force decays as that of a muscle: {left:.0e} % remains after \
+             6 s."
         )],
     }
 }
@@ -97,7 +98,7 @@ type PanelOf = (
 /// length (a note and a test confirm it), so that a panel for it would be empty.
 #[rustfmt::skip]
 const PANELS: [PanelOf; 3] = [
-    ("left 6 s after the last pulse; C rounded to nearest", Rounding::Nearest, 1, |of| of.residual, |p, bits, _| predicted_residual(p, bits)),
+    ("force 6 s after the last pulse; C rounded to nearest", Rounding::Nearest, 1, |of| of.residual, |p, bits, _| predicted_residual(p, bits)),
     ("worst error; C rounded to nearest", Rounding::Nearest, 0, |of| of.error, predicted_error),
     ("worst error; C rounded down", Rounding::Down, 0, |of| of.error, predicted_error),
 ];

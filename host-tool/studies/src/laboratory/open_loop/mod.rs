@@ -313,7 +313,7 @@ fn in_words(whole: &Sample, alone: &Sample) -> String {
     let t_s = whole.t_s;
     match (whole.true_deg, alone.true_deg) {
         (Some(a), Some(b)) if a != b => {
-            format!("the true angle at {t_s} s is {a}° there, {b}° here")
+            format!("the true angle at {t_s} s is {a}° with the device, {b}° without it")
         }
         _ => format!("telemetry at {t_s} s"),
     }

@@ -12,12 +12,12 @@ pub(super) fn section(outcome: &Outcome) -> Html {
     let rows: Html = outcome.decides.iter().map(rows_of).collect();
     let heads = [
         "Claim",
-        "Drawn field",
+        "Random field",
         "Median where it holds",
-        "where not",
+        "Median where it does not",
         "Superiority",
         "p (Holm)",
-        "Holds among the least, middling, most",
+        "Holds in lower, middle, upper third",
     ];
     match table(&heads, rows) {
         empty if empty.is_empty() => empty,
@@ -27,13 +27,14 @@ pub(super) fn section(outcome: &Outcome) -> Html {
 
 fn meaning() -> String {
     format!(
-        "Drawn numbers that differ between the wearers in whom a claim holds and those in whom it \
-         does not (Mann and Whitney, p corrected by Holm for all fields of a claim, below 0.05); \
-         the strongest first. A wearer counts once: it holds in one where it holds in at least \
-         half of the cases. Superiority: how probably one of the former has more of it than one \
-         of the latter, ½ is no difference. Last: shares of wearers in whom the claim holds, by \
-         thirds of the field. Nothing is concluded of fewer than {LEAST_WEARERS} wearers on \
-         either side. Each field is looked at alone."
+        "Randomly drawn fields that differ between the wearers in whom a claim holds and those in \
+         whom it does not (Mann-Whitney test; p below 0.05 after Holm's correction for all fields \
+         of a claim); the strongest first. Each wearer counts once: a claim holds in a wearer if \
+         it holds in at least half of the wearer's cases. Superiority: the probability that a \
+         wearer in whom the claim holds has a larger value than one in whom it does not; ½ means \
+         no difference. Last column: the share of wearers in whom the claim holds, for each third \
+         of the field. Nothing is concluded from fewer than {LEAST_WEARERS} wearers on either \
+         side. Each field is tested alone."
     )
 }
 
@@ -49,8 +50,8 @@ fn rows_of(claim: &DecidingClaim) -> Html {
     let strength = |field: &Field| (field.superiority - 0.5).abs();
     fields.sort_by(|a, b| strength(b).total_cmp(&strength(a)));
     let said = match () {
-        () if !claim.enough => "too few wearers on one side: nothing concluded",
-        () if fields.is_empty() => "no field found to decide it",
+        () if !claim.enough => "too few wearers on one side: no conclusion",
+        () if fields.is_empty() => "no field was found that decides it",
         () => {
             let rows = fields.iter().enumerate();
             let other = html!("<th></th>");

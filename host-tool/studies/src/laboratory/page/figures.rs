@@ -56,11 +56,11 @@ pub(super) fn shares(outcome: &Outcome) -> Svg {
         (Key::Line(stroke(PALETTE[0], 3.0)), "95 % interval"),
         (
             Key::Dot(Shape::Diamond, Paint::Full(PALETTE[1])),
-            "what the paper says",
+            "the paper's claim",
         ),
     ];
     Figure {
-        description: "In what share of cases each claim holds".to_owned(),
+        description: "Share of cases in which each claim holds".to_owned(),
         legend: legend.map(|(key, name)| (key, name.to_owned())).into(),
         rows: vec![vec![panel]],
         ..Figure::default()
@@ -123,11 +123,11 @@ pub(super) fn multiples(rows: &Rows<'_>) -> Html {
             .take(wide)
             .collect()
     };
-    let own = "joint angle of the declaration's own body".to_owned();
+    let own = "joint angle, without random draws".to_owned();
     let mut legend = vec![(Key::Line(stroke(PALETTE[0], 1.6)), own)];
     legend.push(match trials.iter().any(|trial| trial.wall.is_some()) {
         true => (Key::Box(Paint::Tint(MUTED)), "inside the wall".to_owned()),
-        false => (Key::Line(stroke(INK, 1.0)), "wanted".to_owned()),
+        false => (Key::Line(stroke(INK, 1.0)), "reference".to_owned()),
     });
     let drawn = Figure {
         description: "Joint angle over time in each condition".to_owned(),
@@ -211,7 +211,7 @@ pub(super) fn measures(outcome: &Outcome) -> Html {
         (Key::Line(stroke(PALETTE[0], 2.0)), "5th to 95th percentile"),
         (
             Key::Dot(Shape::Diamond, Paint::Full(PALETTE[1])),
-            "the paper's number",
+            "the paper's value",
         ),
     ];
     // Each measure is a figure of its own: together they would not fit on a sheet of paper.

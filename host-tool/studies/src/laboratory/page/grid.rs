@@ -43,7 +43,7 @@ pub(super) fn section(outcome: &Outcome) -> Html {
         .collect();
     let rows: Html = points.iter().map(|point| row(point)).collect();
     html!(
-        "<ol>\n{}</ol>\n<p>In how many of a hundred cases each of these holds:</p>\n{}",
+        "<ol>\n{}</ol>\n<p>Percentage of cases in which each of these claims holds:</p>\n{}",
         list,
         table(&heads, rows + like(&points, claims))
     )
@@ -81,7 +81,7 @@ fn like(points: &[&[Share]], claims: &[Share]) -> Html {
     };
     let cells: Html = claims.iter().enumerate().map(count).collect();
     html!(
-        "<tr><th scope=\"row\">of {} points, most as the paper says</th>{}</tr>\n",
+        "<tr><th scope=\"row\">points of {} where most cases agree with the paper</th>{}</tr>\n",
         points.len(),
         cells
     )

@@ -19,7 +19,7 @@ fn counted(outcome: &Outcome) -> String {
     let (claims, _) = paper_claims(outcome);
     let total = claims.len();
     if claims.is_empty() {
-        return "Nothing here is held against a paper.".to_owned();
+        return "This result is not compared with a paper.".to_owned();
     }
     if outcome.declared.draws == 0 {
         return trials_summary(&claims);
@@ -50,16 +50,15 @@ fn counted(outcome: &Outcome) -> String {
     };
     format!(
         "{} in most cases{grid}{}.",
-        come_out(like, total),
+        agreement(like, total),
         lists.concat()
     )
 }
 
-/// Returns a phrase as "1 of the paper's 3 claims comes out".
-fn come_out(like: usize, total: usize) -> String {
+/// Returns a phrase as "The result agrees with 1 of the paper's 3 claims".
+fn agreement(like: usize, total: usize) -> String {
     let claims = if total == 1 { "claim" } else { "claims" };
-    let come = if like == 1 { "comes" } else { "come" };
-    format!("{like} of the paper's {total} {claims} {come} out")
+    format!("The result agrees with {like} of the paper's {total} {claims}")
 }
 
 /// Returns a claim with its share, or with the number of its parts that agree with the paper.
@@ -69,7 +68,7 @@ fn claim_summary(claim: &PaperClaim<'_>, is_grid: bool) -> String {
         [first, rest @ ..] if is_grid && rest.iter().all(|share| share.id == first.id) => {
             let points = claim.parts.len();
             format!(
-                "{} (so at {} of {points} points)",
+                "{} (agrees at {} of {points} points)",
                 claim.says,
                 claim.counts().0
             )
@@ -97,17 +96,17 @@ fn trials_summary(claims: &[PaperClaim<'_>]) -> String {
     let (single, unknown) = (count(|(_, of)| *of == 1), count(|(_, of)| *of == 0));
     let some = all.len() - every - none - single - unknown;
     let rest = [
-        (single, "of one case alone, not counted"),
-        (unknown, "could not be judged"),
+        (single, "with a single case, not counted"),
+        (unknown, "not judged"),
     ];
     let rest = rest.map(|(n, what)| match n {
         0 => String::new(),
         n => format!("; {n} {what}"),
     });
     format!(
-        "{} in every case of these trials, {some} in some, {none} in none{}. No wearer was drawn: \
-         nothing is said of others.",
-        come_out(every, all.len()),
+        "{} in every case of these trials, with {some} in some cases and with {none} in no \
+         case{}. No wearers were randomly generated, so the result does not extend to others.",
+        agreement(every, all.len()),
         rest.concat()
     )
 }

@@ -120,7 +120,7 @@ fn description<'a>(limbs: impl Iterator<Item = &'a Limb<'a>>) -> String {
         format!("{}: {}", limb.trial.name, words.join(", "))
     });
     let each: Vec<String> = each.collect();
-    format!("Drawn limb in each condition. {}", each.join("; "))
+    format!("Drawing of the limb in each condition. {}", each.join("; "))
 }
 
 fn caption(limb: &Limb<'_>) -> String {
@@ -133,24 +133,24 @@ fn caption(limb: &Limb<'_>) -> String {
         true => "Simulated: angles are those of a simulated limb's sensor.",
         false => "Angles are those of the sensor.",
     };
-    format!("{what} Limb and places of the electrodes are schematic; numbers are channels.")
+    format!("{what} The limb and the electrode positions are schematic; numbers are channels.")
 }
 
 fn keys(limb: &Limb<'_>) -> Vec<(Key, String)> {
     let [(ghost, _), (main, _)] = limb.poses;
     let bound = match limb.bound {
-        Bound::Wall(..) => (Key::Line(stroke(INK, 1.6)), "wall, shaded inside"),
-        Bound::Wanted(..) => (Key::Line(stroke(INK, 1.6)), "wanted range"),
+        Bound::Wall(..) => (Key::Line(stroke(INK, 1.6)), "wall (inside shaded)"),
+        Bound::Wanted(..) => (Key::Line(stroke(INK, 1.6)), "reference range"),
     };
     let pad = Paint::Full(PALETTE[1]);
     let keys = [
         (Key::Line(stroke(MUTED, 2.0)), ghost),
         (Key::Line(stroke(PALETTE[0], 2.0)), main),
         bound,
-        (Key::Dot(Shape::Disc, pad), "electrode that pulses"),
+        (Key::Dot(Shape::Disc, pad), "electrode that stimulates"),
         (
             Key::Dot(Shape::Disc, Paint::Ring(MUTED, 1.5)),
-            "one that does not",
+            "electrode that does not",
         ),
     ];
     keys.map(|(key, name)| (key, name.to_owned())).into()
@@ -334,7 +334,7 @@ impl<'a> Limb<'a> {
         let [(ghost, from), (main, to)] = self.poses;
         let bound = match self.bound {
             Bound::Wall(deg, _) => format!("wall {}°", tenths(deg)),
-            Bound::Wanted(low, high) => format!("wanted {} to {}°", tenths(low), tenths(high)),
+            Bound::Wanted(low, high) => format!("reference {} to {}°", tenths(low), tenths(high)),
         };
         [
             (MUTED, format!("{ghost} {}°", tenths(from))),

@@ -97,14 +97,14 @@ fn page(outcome: &Outcome, trials: &[&Trial]) -> String {
     );
     let claims = match grid::is_large(outcome) {
         true => {
-            let all = collapsible("Each share with its interval", shares_table(outcome));
+            let all = collapsible("All shares with their intervals", shares_table(outcome));
             grid::section(outcome) + all
         }
         false => figure(&shares(outcome), "") + shares_table(outcome),
     };
     let kinds = pivot::kinds_table(outcome);
     let numbers = match grid::is_large(outcome) || !kinds.is_empty() {
-        true => measures(outcome) + kinds + collapsible("Each number", rows_table(outcome)),
+        true => measures(outcome) + kinds + collapsible("All numbers", rows_table(outcome)),
         false => measures(outcome) + rows_table(outcome),
     };
     // Results without conditions, as of simulated participants, have no recorded trials.
@@ -113,18 +113,18 @@ fn page(outcome: &Outcome, trials: &[&Trial]) -> String {
         false => timing::section(&rows),
     };
     for (title, text) in [
-        ("What was claimed", claims),
-        ("What decides a claim", decides::section(outcome)),
+        ("Claims", claims),
+        ("Fields that decide a claim", decides::section(outcome)),
         (
             "The paper's tables and figures",
             sheets::sheets(&outcome.sheets),
         ),
         ("One trial of each condition", multiples(&rows)),
-        ("Where the limb went", limb::section(&rows)),
+        ("Movement of the limb", limb::section(&rows)),
         ("Timing of the pulses", timing),
-        ("Each measure", numbers),
-        ("What to know", notes(outcome)),
-        ("Declared before looking", declaration_section(outcome)),
+        ("Measures", numbers),
+        ("Notes", notes(outcome)),
+        ("Preregistration", declaration_section(outcome)),
     ] {
         if !text.is_empty() {
             body += html!("<section><h2>{}</h2>\n{}</section>\n", title, text);
@@ -164,18 +164,18 @@ fn shown<'a, 'r>(rows: &'r Rows<'a>) -> impl Iterator<Item = (&'a ShownCondition
 /// Returns one line about the origin of the numbers.
 fn facts(outcome: &Outcome) -> Html {
     let drawn = match (outcome.declared.draws, &outcome.declared.drawn) {
-        (draws, Some(what)) => format!("{draws} {what} drawn"),
-        (0, None) => "no wearer drawn".to_owned(),
-        (1, None) => "1 wearer drawn".to_owned(),
-        (draws, None) => format!("{draws} wearers drawn"),
+        (draws, Some(what)) => format!("{draws} random {what}"),
+        (0, None) => "no random wearers".to_owned(),
+        (1, None) => "1 random wearer".to_owned(),
+        (draws, None) => format!("{draws} random wearers"),
     };
     let who = match outcome.simulated {
         Some(true) if outcome.declared.drawn.is_some() => {
-            html!(" · <b>Simulated: a model of chip and stages; no board and no person.</b>")
+            html!(" · <b>Simulated: models of chip and output stages, no board and no people.</b>")
         }
         Some(true) => html!(" · <b>Simulated wearers: no evidence about people.</b>"),
         Some(false) => Html::default(),
-        None => html!(" · <b>No device answered: simulated or not is unknown.</b>"),
+        None => html!(" · <b>No device answered: it is unknown whether this is simulated.</b>"),
     };
     html!(
         "{} · seed {} · {}{}",
@@ -203,9 +203,10 @@ fn declaration_section(outcome: &Outcome) -> Html {
     let device = device.map_or_else(String::new, |device| format!(" --device {device}"));
     let drawn = outcome.declared.drawn.as_deref().unwrap_or("wearers");
     let own = match outcome.declared.as_declared {
-        true => format!("Seed and number of {drawn} are the declaration's own."),
+        true => format!("Seed and number of {drawn} are those of the declaration."),
         false => format!(
-            "Seed, wearer or number of {drawn} differ from the declaration's: explored, not declared."
+            "Seed, wearer or number of {drawn} differ from the declaration: this result is \
+             exploratory, not preregistered."
         ),
     };
     let shown = quote_for_shell(name);
@@ -221,7 +222,7 @@ fn declaration_section(outcome: &Outcome) -> Html {
     let files = outcome.declared.sha256.iter();
     let files = files.map(|(file, hash)| format!("{hash}  {file}\n"));
     html!(
-        "<p>{}</p>\n{}<pre>{}</pre>\n<p>SHA-256 of what was declared:</p>\n<pre>{}</pre>\n",
+        "<p>{}</p>\n{}<pre>{}</pre>\n<p>SHA-256 of the declared files:</p>\n<pre>{}</pre>\n",
         own,
         place,
         command,

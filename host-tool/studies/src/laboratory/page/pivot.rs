@@ -51,7 +51,7 @@ pub(super) fn kinds_table(outcome: &Outcome) -> Html {
             unit => format!("{measure}, {unit}"),
         }
     });
-    let heads: Vec<_> = ["kind".to_owned(), "drawn".to_owned()]
+    let heads: Vec<_> = ["kind".to_owned(), "draws".to_owned()]
         .into_iter()
         .chain(heads)
         .collect();

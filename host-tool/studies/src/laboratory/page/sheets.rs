@@ -112,7 +112,7 @@ fn draw_plots(plots: &Plots, description: &str) -> Svg {
         .collect();
     if plots.plots.iter().any(|plot| !plot.paper.is_empty()) {
         let key = Key::Dot(Shape::Diamond, Paint::Full(INK));
-        legend.push((key, "the paper's number".to_owned()));
+        legend.push((key, "the paper's value".to_owned()));
     }
     let panels = plots.plots.iter().enumerate();
     let panels: Vec<Panel> = panels

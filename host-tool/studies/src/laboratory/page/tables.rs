@@ -38,7 +38,7 @@ pub(super) fn shares_table(outcome: &Outcome) -> Html {
         }
     }
     for share in &beside {
-        rows += share_row(share, (&name(&share.claim), is_grid), "beside the paper");
+        rows += share_row(share, (&name(&share.claim), is_grid), "not in the paper");
     }
     let place = if is_grid { &["At"][..] } else { &[] };
     let heads = [
@@ -55,12 +55,12 @@ pub(super) fn shares_table(outcome: &Outcome) -> Html {
 }
 
 /// Explanation of the verdicts.
-const RULE: &str = "A row for each claim of the paper, with its parts below it (·); a claim comes \
-                    out only if all of its parts do. As the paper: the 95 % interval of the share \
-                    lies beyond one half, on the side that the paper says; not so: it lies on the \
-                    other; undecided: one half lies in it. A share of one independent case (n = 1) \
-                    is not counted, and no verdict is given of trials without drawn wearers. \
-                    Beside the paper: what it does not claim.";
+const RULE: &str = "Each row is a claim of the paper, with its parts below it (·); a claim agrees \
+                    only if all of its parts agree. Agrees: the whole 95 % interval of the share \
+                    lies on the paper's side of one half. Disagrees: it lies on the other side. \
+                    Undecided: it contains one half. A share of one independent case (n = 1) is \
+                    not counted, and trials without randomly generated wearers get no verdict. \
+                    Not in the paper: the paper does not claim this.";
 
 /// Returns the verdict of one part in words.
 fn part_in_words(share: &Share) -> &'static str {
@@ -133,7 +133,7 @@ pub(super) fn rows_table(outcome: &Outcome) -> Html {
         )
     });
     let (range, count) = match (outcome.declared.draws, &outcome.declared.drawn) {
-        (_, Some(_)) => ("5 to 95 %", "Drawn"),
+        (_, Some(_)) => ("5 to 95 %", "Draws"),
         (0, None) => ("5 to 95 % of rounds", "Rounds"),
         _ => ("5 to 95 % of wearers", "Wearers"),
     };

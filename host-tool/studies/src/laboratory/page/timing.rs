@@ -43,13 +43,16 @@ pub(super) fn section(rows: &Rows<'_>) -> Html {
     };
     if rows.is_empty() {
         return html!(
-            "<p class=\"note\">No trial was recorded here, so no edge of a pulse is known; \
+            "<p class=\"note\">No trial was recorded here, so the pulses are unknown; \
                 <code>flexor experiment</code> records trials.</p>\n"
         );
     }
     drawn
         + note("No pulse after the middle of the trial", &silent)
-        + note("Nobody saw the outputs, as of every board", &unseen)
+        + note(
+            "The outputs were not recorded, because boards do not report them",
+            &unseen,
+        )
 }
 
 fn drawing(alike: &[&Trial]) -> Html {
@@ -59,16 +62,17 @@ fn drawing(alike: &[&Trial]) -> Html {
     let more = match others {
         [] => String::new(),
         others => format!(
-            " The same edges, at amplitudes of their own, in: {}.",
+            " The same edges, with other amplitudes, in: {}.",
             names(others)
         ),
     };
     let caption = format!(
-        "One period: the first from the middle of the trial on in which most channels play.{more}"
+        "One period: the first after the middle of the trial in which most channels \
+         stimulate.{more}"
     );
     let heading = match others.len() {
         0 => first.name.clone(),
-        n => format!("{}, and {n} like it", first.name),
+        n => format!("{}, and {n} with the same edges", first.name),
     };
     html!("<h3>{}</h3>\n", heading) + figure(&edges_figure(first, others), &caption)
 }

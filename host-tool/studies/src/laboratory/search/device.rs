@@ -47,7 +47,7 @@ impl fmt::Display for Question {
         match self {
             Self::Raise(from, to) => write!(f, "raise from {from} to {to}?"),
             Self::Rating(level) => write!(f, "{level}: rating, 0 (nothing) to 10 (unbearable)?"),
-            Self::Moved(level) => write!(f, "{level}: did it move?"),
+            Self::Moved(level) => write!(f, "{level}: did the joint move?"),
         }
     }
 }
@@ -70,8 +70,8 @@ pub enum DeviceError {
     Link(#[from] Error),
     /// The device has no sensor at the joint.
     #[error(
-        "E528 nothing measures the joint of this device outside closed loop; let the operator \
-         watch it with observer = \"eye\""
+        "E528 this device measures the joint only in closed loop; let the operator watch the \
+         joint with observer = \"eye\""
     )]
     NoSensor,
     /// The device ended the search.
@@ -79,7 +79,7 @@ pub enum DeviceError {
     Ended(String),
     /// This computer stalled for this time, ms, and the device ended the search.
     #[error(
-        "E698 this computer stalled for {0} ms, and the device, which heard of no host, ended \
+        "E698 this computer stalled for {0} ms; the device received nothing meanwhile and ended \
          stimulation; close other programs, or use another computer, then search again"
     )]
     Stalled(u128),

@@ -49,7 +49,7 @@ impl Search {
             let milli = Milli::exactly(value).filter(|milli| milli.0 > 0);
             if milli.is_none() {
                 told.push(format!(
-                    "{name} is {value}: allowed are whole thousandths above 0"
+                    "{name} is {value}; allowed: multiples of 0.001 above 0"
                 ));
             }
             milli.unwrap_or(Milli(1000))
@@ -98,10 +98,10 @@ impl Search {
             let (channel, top) = (site.channel, site.amplitude(highest));
             match limit_of(channel) {
                 None => told.push(format!(
-                    "channel {channel} is not the session's, or waits for a trigger"
+                    "channel {channel} is not in the session, or waits for a trigger"
                 )),
                 Some((limit, unit)) if top > limit => told.push(format!(
-                    "the stair would go to {top} {unit} on channel {channel}, beyond the \
+                    "the staircase would reach {top} {unit} on channel {channel}, above the \
                      wearer's limit of {limit} {unit}"
                 )),
                 Some(_) => {}
@@ -178,7 +178,7 @@ impl SearchFile {
         })?;
         let (mut searches, mut told) = (Vec::new(), Vec::new());
         if file.searches.is_empty() {
-            told.push("there is no [[search]]".to_owned());
+            told.push("the file has no [[search]]".to_owned());
         }
         for (declared, number) in file.searches.into_iter().zip(1..) {
             match Search::new(declared) {
@@ -201,7 +201,7 @@ impl SearchFile {
 fn ranges(d: &SearchDeclaration, told: &mut Vec<String>) {
     let mut within = |name: &str, value: f64, least: f64, most: f64| {
         if !(least..=most).contains(&value) {
-            told.push(format!("{name} is {value}: allowed is {least} to {most}"));
+            told.push(format!("{name} is {value}; allowed: {least} to {most}"));
         }
     };
     within("windows", d.windows.into(), 1.0, 100.0);
@@ -230,7 +230,7 @@ fn ranges(d: &SearchDeclaration, told: &mut Vec<String>) {
     if d.needs_baseline() && d.rest_s < baseline_s {
         let rest_s = d.rest_s;
         told.push(format!(
-            "rest_s is {rest_s}: its baseline alone lasts {baseline_s} s"
+            "rest_s is {rest_s} s, shorter than the baseline of {baseline_s} s"
         ));
     }
 }
@@ -239,7 +239,7 @@ fn ranges(d: &SearchDeclaration, told: &mut Vec<String>) {
 fn fitting(d: &SearchDeclaration, told: &mut Vec<String>) {
     let kind = d.kind.name();
     let mut has = |name: &str, is_there: bool, is_wanted: bool| match (is_there, is_wanted) {
-        (true, false) => told.push(format!("{name} says nothing in a search of kind {kind}")),
+        (true, false) => told.push(format!("{name} has no use in a search of kind {kind}")),
         (false, true) => told.push(format!("{name} is missing in a search of kind {kind}")),
         _ => {}
     };
@@ -264,13 +264,13 @@ fn check_levels(search: &Search, told: &mut Vec<String>) {
         told.push(format!("start is {start}, above the limit of {limit}"));
     } else if (limit.0 - start.0) / step.0 >= MOST_LEVELS {
         told.push(format!(
-            "step is {step}: more than {MOST_LEVELS} levels from start to limit"
+            "step is {step}: start to limit has more than {MOST_LEVELS} levels; use a larger step"
         ));
     } else if !d.kind.is_rated() && search.false_alarm() > FALSE_ALARMS {
         told.push(format!(
             "k_sigma is {}: with {} baseline windows, {} of {} windows in a row and {} \
-             repeats, {:.1} % of searches of {} levels would find a movement where none is, \
-             allowed is 1 %",
+             repeats, {:.1} % of searches of {} levels would report a movement where there is \
+             none; allowed: at most 1 %",
             d.k_sigma,
             d.baseline_windows,
             d.consecutive,
@@ -281,7 +281,7 @@ fn check_levels(search: &Search, told: &mut Vec<String>) {
         ));
     }
     if d.kind == Kind::Ratio && limit > Milli(1000) {
-        told.push(format!("limit is {limit}: a ratio is at most 1"));
+        told.push(format!("limit is {limit}; allowed for a ratio: at most 1"));
     }
     let sites = search.sites();
     for (place, site) in sites.iter().enumerate() {
@@ -290,7 +290,7 @@ fn check_levels(search: &Search, told: &mut Vec<String>) {
             .take(place)
             .any(|other| other.channel == site.channel)
         {
-            told.push(format!("of names channel {} twice", site.channel));
+            told.push(format!("`of` names channel {} twice", site.channel));
         }
     }
 }

@@ -92,7 +92,7 @@ pub(super) fn refuse_other(dir: &Path, sweep: &Sweep, grows: bool) -> Result<(),
         return match is_begun {
             true => Ok(()),
             false if there == here => {
-                other(there, format!("the same, but {}", sweep.difference(&found)))
+                other(there, format!("the same with {}", sweep.difference(&found)))
             }
             false => other(there, here),
         };
@@ -105,7 +105,7 @@ pub(super) fn refuse_other(dir: &Path, sweep: &Sweep, grows: bool) -> Result<(),
         .filter(|entry| passes.iter().all(|pass| entry.file_name() != *pass));
     match entries.next() {
         None => Ok(()),
-        Some(_) => other("something that is no sweep".to_owned(), sweep.in_words()),
+        Some(_) => other("files that are not a sweep".to_owned(), sweep.in_words()),
     }
 }
 
@@ -137,7 +137,7 @@ pub(super) fn read_sweep(dir: &Path) -> Result<Sweep, LaboratoryError> {
     let text = input::read_text(&path, input::LONGEST_DOCUMENT).map_err(failed(&path))?;
     serde_json::from_str(&text).map_err(|error| LaboratoryError::Damaged {
         file: path.display().to_string(),
-        reason: format!("{error}; begin the sweep anew in another folder"),
+        reason: format!("{error}; start the sweep again in another folder"),
     })
 }
 
@@ -170,7 +170,7 @@ fn header(drawing: &impl Drawing) -> String {
 }
 
 /// Advice for a file with rows that no sweep wrote.
-const CUT: &str = "cut the file off before this line, and the same command goes on from there";
+const CUT: &str = "delete this line and all lines after it; the same command then continues there";
 
 /// Returns the complete units of the file, and the text of these units only.
 fn whole_rows<D: Drawing>(
@@ -184,13 +184,13 @@ fn whole_rows<D: Drawing>(
     };
     let text =
         input::read_text(path, input::LONGEST_TABLE).map_err(|error| match error.kind() {
-            ErrorKind::InvalidData => damaged("it is no text".to_owned()),
+            ErrorKind::InvalidData => damaged("it is not text".to_owned()),
             _ => failed(path)(error),
         })?;
     let head = header(drawing);
     let Some(body) = text.strip_prefix(&head) else {
         return Err(damaged(
-            "other columns than the declaration's: take the folder away, the command begins it anew"
+            "its columns are not the declaration's; remove the folder, and the command starts again"
                 .to_owned(),
         ));
     };
@@ -208,7 +208,7 @@ fn whole_rows<D: Drawing>(
             |(row, what): (usize, String)| damaged(format!("line {}: {what}; {CUT}", first + row));
         let (index, unit) = unit_of(lines, (sweep, drawing)).map_err(at)?;
         if units.insert(index, unit).is_some() {
-            return Err(at((0, format!("unit {index} stands there twice"))));
+            return Err(at((0, format!("unit {index} appears twice"))));
         }
         whole.extend(lines.iter().copied());
     }
@@ -222,9 +222,9 @@ fn unit_of<D: Drawing>(
     (sweep, drawing): (&Sweep, &D),
 ) -> Result<(u64, D::Unit), (usize, String)> {
     let index = lines.first().and_then(|line| drawing.index_of(line));
-    let index: u64 = index.ok_or_else(|| (0, "a row without its unit".to_owned()))?;
+    let index: u64 = index.ok_or_else(|| (0, "the row has no unit number".to_owned()))?;
     if index >= drawing.units(sweep.draws) || !sweep.shard.has(index) {
-        return Err((0, format!("unit {index} is none of this sweep")));
+        return Err((0, format!("unit {index} is not in this sweep")));
     }
     let begins = drawing.row_prefixes(sweep, index);
     let rest = |(row, (line, wanted)): (usize, (&&'_ str, &String))| {
@@ -232,7 +232,7 @@ fn unit_of<D: Drawing>(
         let rest = rest.and_then(|rest| rest.strip_prefix(','));
         rest.map(|rest| rest.trim_end().to_owned()).ok_or_else(|| {
             let what = format!(
-                "it is not unit {index} in its turn, as seed {} draws it; wanted is `{wanted},…`",
+                "the row of unit {index} does not begin as seed {} gives it, `{wanted},…`",
                 sweep.seed
             );
             (row, what)
@@ -246,6 +246,6 @@ fn unit_of<D: Drawing>(
     let differs = rests.iter().zip(&written).position(|(is, own)| is != own);
     match differs.and_then(|row| Some((row, written.get(row)?))) {
         None => Ok((index, unit)),
-        Some((row, own)) => Err((row, format!("its numbers make another row: `…,{own}`"))),
+        Some((row, own)) => Err((row, format!("its numbers should be written as `…,{own}`"))),
     }
 }

@@ -31,7 +31,7 @@ pub fn merge_shards<D: Drawing>(
         let lacking = sweep.units(drawing).find(|unit| !own.contains_key(unit));
         if let Some(unit) = lacking {
             let why = format!(
-                "{name} has a hole: unit {unit} is missing; run its shard again, it goes on"
+                "{name} lacks unit {unit}; run the command of this shard again to continue it"
             );
             return Err(LaboratoryError::Merge(why).into());
         }
@@ -60,7 +60,7 @@ pub fn read_shard(part: &Path) -> Result<Sweep, LaboratoryError> {
     if part.is_dir() && !folder::sweep_file(part).exists() {
         let part = name(part);
         return Err(LaboratoryError::Merge(format!(
-            "{part} has no sweep.json, so it holds no shard; give the folders that --shard I/N \
+            "{part} has no sweep.json, so it is no shard; give the folders that --shard I/N \
              --out DIR made"
         )));
     }
@@ -74,7 +74,7 @@ fn combined_sweep<D: Drawing>(
 ) -> Result<Sweep, LaboratoryError> {
     let refuse = |why: String| Err(LaboratoryError::Merge(why));
     let Some((first_name, first)) = parts.first() else {
-        return refuse("there are none".to_owned());
+        return refuse("no folder was given".to_owned());
     };
     let of = first.shard.of;
     let whole = |sweep: &Sweep| Sweep {
@@ -85,7 +85,7 @@ fn combined_sweep<D: Drawing>(
     for (name, sweep) in parts {
         if whole(sweep) != whole(first) || sweep.shard.of != of {
             let (this, that) = (sweep.difference(first), first_name);
-            return refuse(format!("{name} is not of the sweep of {that}: {this}"));
+            return refuse(format!("{name} and {that} are of different sweeps: {this}"));
         }
         if let Some(other) = seen.insert(sweep.shard.number, name) {
             let number = sweep.shard.number;
@@ -100,8 +100,8 @@ fn combined_sweep<D: Drawing>(
     match whole == wanted {
         true => Ok(whole),
         false => refuse(format!(
-            "{first_name} is not what this program makes of it: {}; merge with the program that \
-             drew it, or draw it again",
+            "{first_name} does not fit this program: {}; merge with the program that computed \
+             it, or compute it again",
             whole.difference(&wanted)
         )),
     }

@@ -280,8 +280,8 @@ impl Sweep {
         }
         let file = dir.join(drawing.file()).display().to_string();
         let reason =
-            "its units are not the first ones of this part, in order: take the file away, \
-                      the same command computes them anew"
+            "its units are not the first units of this part in ascending order; delete the \
+                      file, and the same command computes them again"
                 .to_owned();
         Err(LaboratoryError::Damaged { file, reason })
     }
@@ -343,12 +343,12 @@ impl Sweep {
         ];
         let differing = pairs.into_iter().find(|(_, this, that)| this != that);
         if let Some((what, this, that)) = differing {
-            return format!("{what} {this}, not {that}");
+            return format!("{what} {this} instead of {that}");
         }
         let mut files = self.sha256.keys().chain(other.sha256.keys());
         let file = files.find(|file| self.sha256.get(*file) != other.sha256.get(*file));
         let file = file.map(|file| format!(" ({file})"));
-        format!("another declaration{}", file.unwrap_or_default())
+        format!("a different declaration{}", file.unwrap_or_default())
     }
 }
 

@@ -105,7 +105,10 @@ impl Drawing for Playing<'_> {
         let row = |(row, rest): (usize, &&str)| {
             let fields: Vec<&str> = rest.split(',').collect();
             if fields.len() != measures {
-                return Err((row, "not a number for each measure".to_owned()));
+                return Err((
+                    row,
+                    "the row does not have one number for each measure".to_owned(),
+                ));
             }
             let numbers = fields.iter().map(|field| parse_number(field));
             let numbers: Result<TrialMeasures, String> = numbers.collect();
@@ -144,6 +147,6 @@ pub fn parse_number(field: &str) -> Result<Option<f64>, String> {
     match (field, field.parse::<f64>()) {
         ("", _) => Ok(None),
         (_, Ok(number)) if number.is_finite() => Ok(Some(number)),
-        _ => Err(format!("`{field}` is no finite number")),
+        _ => Err(format!("`{field}` is not a finite number")),
     }
 }
