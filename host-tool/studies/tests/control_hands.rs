@@ -78,22 +78,23 @@ fn a_wearer_files_hand_is_drawn_but_for_what_the_file_says() {
     assert_eq!(found.file_stem(), "control_wearer_P");
     let text = table::text(&found);
     println!("{text}");
-    assert!(text.starts_with("Of P, as the wearer file says"), "{text}");
+    assert!(text.starts_with("Wearer P; what the wearer file"), "{text}");
     assert!(text.lines().all(|line| line.chars().count() <= 80));
 }
 
 #[test]
-fn the_contenders_are_the_default_the_papers_law_and_pids() {
-    let names: Vec<String> = contenders().unwrap().iter().map(Contender::name).collect();
-    for name in [
-        "device default",
-        "default, calibrated",
-        "paper",
-        "paper +",
-        "pid",
-        "pid +",
+fn the_contenders_are_the_default_the_papers_and_the_pid_controllers() {
+    let contenders = contenders().unwrap();
+    for (name, title) in [
+        ("device default", "default controller"),
+        ("default, calibrated", "default controller, calibrated"),
+        ("paper", "paper's controller"),
+        ("paper +", "paper's controller +"),
+        ("pid", "PID controller"),
+        ("pid +", "PID controller +"),
     ] {
-        assert!(names.iter().any(|known| known == name), "{name}");
+        let found = contenders.iter().find(|known| known.name() == name);
+        assert_eq!(found.map(Contender::title).as_deref(), Some(title));
     }
 }
 

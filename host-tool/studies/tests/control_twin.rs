@@ -1,4 +1,4 @@
-//! Compares the device's default law with its twin in f64, in closed loop.
+//! Compares the default controller with its twin in f64, in closed loop.
 
 use firmware::control::JointSpec;
 use methods::control::parameters::parameters;

@@ -18,7 +18,7 @@ fn a_level_that_changes_what_is_not_there_is_named() {
     let absent = SMALL.replace("\"wall.co_contraction\"", "\"wall.other\"");
     let error = refusal(&absent);
     for wanted in [
-        "E602 small.toml: line 12: level `pre-wall`: `wall.other` cannot be taken out",
+        "E602 small.toml: line 12: level `pre-wall`: `wall.other` cannot be removed",
         "line 16: level `bare`: `wall.other`",
     ] {
         assert!(error.contains(wanted), "{wanted}: {error}");
@@ -71,7 +71,7 @@ fn a_draw_into_a_table_of_the_levels_may_not_undo_what_they_differ_in() {
     let (first, rest) = start.split_at(start.find("bare").unwrap());
     let differ = first.to_owned() + &rest.replacen("\"body.start_deg\"", &yields(0.7), 1);
     let error = refusal(&differ);
-    let wanted = "decides `body.yields`, and the draw of `body.yields.to`";
+    let wanted = "changes `body.yields`, but the draw of `body.yields.to`";
     assert!(error.contains(wanted), "{error}");
 }
 
@@ -87,7 +87,7 @@ fn a_draw_or_grid_of_what_a_level_decides_is_refused() {
         let more = format!("[[grid]]\nfield = \"{field}\"\nvalues = [1.0]\nsource = \"x\"\n");
         let error = refusal(&(SMALL.to_owned() + &more));
         let wanted =
-            format!("level `{level}` decides `wall.co_contraction`, and the grid of `{field}`");
+            format!("level `{level}` changes `wall.co_contraction`, but the grid of `{field}`");
         assert!(error.starts_with("E600 small.toml: "), "{error}");
         assert!(error.contains(&wanted), "{wanted}: {error}");
     }
@@ -158,17 +158,17 @@ fn every_mistake_of_every_claim_is_told_with_its_line() {
     for wanted in [
         at(
             5,
-            "claim `a`: `depth` is none of the declaration's measures",
+            "claim `a`: `depth` is not in the declaration's `measures`",
         ),
         at(9, "claim `a`: compares `bare` with itself"),
         at(10, "claim `a`: by is -1"),
         at(11, "claim `a`: no factor `sight`"),
         at(
             12,
-            "claim `b` compares without `is`, `than`, and combines as well",
+            "claim `b` compares levels but lacks `is`, `than`, and also has `all` or `none`",
         ),
-        at(22, "claim `c`: no claim `e` before it"),
-        at(23, "claim `c`: no claim `c` before it"),
+        at(22, "claim `c`: there is no claim `e` before this one"),
+        at(23, "claim `c`: there is no claim `c` before this one"),
         at(27, "unknown field `mesure`"),
         at(32, "claim `e`: no factor `hall`"),
         at(36, "claim `e`: no level `steep` of `wall`"),
@@ -199,7 +199,7 @@ fn a_session_that_is_not_there_is_told_by_who_asks_for_it() {
     let error = Experiment::new("small.toml", &text, &beside);
     let error = error.unwrap_err().to_string();
     let wanted =
-        "E600 small.toml: line 16: the session `nowhere.toml` of the level `bare` of `wall`";
+        "E600 small.toml: line 16: the session `nowhere.toml` of level `bare` of factor `wall`";
     assert!(error.starts_with(wanted), "{error}");
     assert!(error.contains("gone"), "{error}");
     // Each session and its wearer file are read once, however many conditions share them.
@@ -345,7 +345,7 @@ fn a_wearer_who_does_not_fit_a_declaration_is_refused_by_name() {
         (
             "harris-wall",
             bare,
-            "E663 X.toml: the wearer file has no `[elbow]`",
+            "E663 X.toml does not fit: the wearer file has no `[elbow]`",
         ),
         (
             "harris-wall",
@@ -354,7 +354,7 @@ fn a_wearer_who_does_not_fit_a_declaration_is_refused_by_name() {
                 .replace("biceps = 2", "biceps = 1"),
             "the wearer file has the triceps on channel 2",
         ),
-        ("open-trains", other(), "is played on no wearer file"),
+        ("open-trains", other(), "names no wearer file"),
     ] {
         let error = refused(name, &text);
         assert!(error.contains(wanted), "{wanted}: {error}");

@@ -127,31 +127,34 @@ fn rows_that_no_study_writes_are_refused() {
     let mut twice = lines.clone();
     twice[2] = lines[1];
     for (text, says) in [
-        (with("two_nm", "NaN"), "`NaN` is no finite number"),
-        (with("two_nm", "inf"), "`inf` is no finite number"),
+        (with("two_nm", "NaN"), "`NaN` is not a finite number"),
+        (with("two_nm", "inf"), "`inf` is not a finite number"),
         (with("two_nm", ""), "two_nm is missing"),
-        (with("va_th", "45"), "va_th is 45, it lies between 0 and 44"),
-        (
-            with("ii_500", "1.5"),
-            "ii_500 is 1.5, it lies between 0 and 1",
-        ),
+        (with("va_th", "45"), "va_th is 45; allowed: 0 to 44"),
+        (with("ii_500", "1.5"), "ii_500 is 1.5; allowed: 0 to 1"),
         (
             with("left_out", "146"),
-            "left_out is `146`, it is a count of at most 145",
+            "left_out is `146`; allowed: 0 to 145",
         ),
         (with("left_out", "-1"), "left_out is `-1`"),
-        (with("became", "lost"), "no draw becomes `lost`"),
-        (with("became", "no points"), "its numbers make another row"),
-        (with("electrodes", "square"), "no electrodes are `square`"),
-        (with("two-stronger", ""), "its numbers make another row"),
-        (with("fat_mm", "3"), "it is not unit"),
-        (with("cell", "curvature 5 searched"), "it is not unit"),
-        (with("unit", "6"), "unit 6 is none of this sweep"),
+        (with("became", "lost"), "became is `lost`; allowed: "),
+        (
+            with("became", "no points"),
+            "its numbers should be written as",
+        ),
+        (
+            with("electrodes", "square"),
+            "electrodes is `square`; allowed: ",
+        ),
+        (with("two-stronger", ""), "its numbers should be written as"),
+        (with("fat_mm", "3"), "the row of unit"),
+        (with("cell", "curvature 5 searched"), "the row of unit"),
+        (with("unit", "6"), "unit 6 is not in this sweep"),
         (
             with("posture", "true,"),
-            "fields after what was drawn, wanted are",
+            "fields after the random parameters; expected: ",
         ),
-        (twice.join("\n") + "\n", "unit 0 stands there twice"),
+        (twice.join("\n") + "\n", "unit 0 appears twice"),
     ] {
         fs::write(&rows, text).unwrap();
         let sweep = Sweep::from_drawing(&cells(), (SEED, DRAWS), Shard::WHOLE);
@@ -160,7 +163,7 @@ fn rows_that_no_study_writes_are_refused() {
         let is = error.starts_with("E608") && error.contains("draws.csv: line ");
         assert!(is && error.contains(says), "{says}: {error}");
         assert!(
-            error.contains("cut the file off before this line"),
+            error.contains("delete this line and all lines after it"),
             "{error}"
         );
     }
@@ -169,7 +172,7 @@ fn rows_that_no_study_writes_are_refused() {
     let refused = merge_shards(&[dir], &folder("points_refused"), &cells());
     let error = refused.err().unwrap().to_string();
     assert!(
-        error.contains("E608") && error.contains("other columns"),
+        error.contains("E608") && error.contains("its columns are not"),
         "{error}"
     );
 }
@@ -192,7 +195,7 @@ fn what_is_no_whole_is_not_joined() {
     };
     refused(&[&one], "shard 2/2 is missing");
     refused(&[&one, &one], "are both shard 1/2");
-    refused(&[], "there are none");
+    refused(&[], "no folder was given");
     let nothing = folder("points_nothing");
     fs::create_dir_all(&nothing).unwrap();
     refused(&[&one, &nothing], "has no sweep.json");
@@ -200,16 +203,16 @@ fn what_is_no_whole_is_not_joined() {
     let about = two.join("sweep.json");
     let text = fs::read_to_string(&about).unwrap();
     for (from, to, why) in [
-        ("1002", "1003", "seed 1003, not 1002"),
-        ("\"draws\": 6", "\"draws\": 7", "draws 7, not 6"),
-        ("\"of\": 2", "\"of\": 3", "shards 3, not 2"),
+        ("1002", "1003", "seed 1003 instead of 1002"),
+        ("\"draws\": 6", "\"draws\": 7", "draws 7 instead of 6"),
+        ("\"of\": 2", "\"of\": 3", "shards 3 instead of 2"),
         (
             "cell 15",
             "cell 14",
-            "part cell 14 (curvature 1 searched), not cell 15",
+            "part cell 14 (curvature 1 searched) instead of cell 15",
         ),
         ("\"version\": \"0", "\"version\": \"9", "version 9"),
-        (".toml\": \"", ".toml\": \"0", "another declaration"),
+        (".toml\": \"", ".toml\": \"0", "a different declaration"),
     ] {
         assert!(text.contains(from), "{from}: {text}");
         fs::write(&about, text.replacen(from, to, 1)).unwrap();
@@ -227,16 +230,13 @@ fn what_is_no_whole_is_not_joined() {
     let other = Cells::load(Some(CELL + 1)).unwrap().unwrap();
     let error = merge_shards(&[one.clone(), two.clone()], &folder("points_other"), &other);
     let error = error.err().unwrap().to_string();
-    assert!(
-        error.contains("is not what this program makes of it"),
-        "{error}"
-    );
+    assert!(error.contains("does not fit this program"), "{error}");
     let rows = fs::read_to_string(two.join("draws.csv")).unwrap();
     let cut: Vec<&str> = rows.lines().take(2).collect();
     fs::write(two.join("draws.csv"), cut.join("\n") + "\n").unwrap();
-    refused(&[&one, &two], "has a hole: unit 3 is missing");
+    refused(&[&one, &two], "lacks unit 3;");
     fs::remove_file(two.join("draws.csv")).unwrap();
-    refused(&[&one, &two], "has a hole: unit 1 is missing");
+    refused(&[&one, &two], "lacks unit 1;");
 }
 
 /// Computes every share again from the numbers of `draws.csv` alone, as `population.toml` defines

@@ -100,7 +100,7 @@ fn everything_wrong_with_a_declaration_is_told_at_once() {
         "no level `pre-fall`",
         "no claim `less-charge`",
         "0 draws",
-        "an empty block",
+        "a block is empty",
     ] {
         assert!(error.contains(wanted), "{wanted}: {error}");
     }
@@ -155,7 +155,7 @@ fn a_condition_that_no_device_arms_is_refused_by_name() {
     );
     let error = refusal(&beyond);
     assert!(
-        error.starts_with("E601 small.toml: the condition `pre-wall` makes no session"),
+        error.starts_with("E601 small.toml: condition `pre-wall` yields a session that no"),
         "{error}"
     );
     let beyond = SMALL.replace(
@@ -163,7 +163,7 @@ fn a_condition_that_no_device_arms_is_refused_by_name() {
         "duration_s = 1.5, \"wall.max\" = 90.0,",
     );
     let error = refusal(&beyond);
-    let wanted = "the conditions `pre-wall`, `bare` make no session that a device would arm: ";
+    let wanted = "conditions `pre-wall`, `bare` yield sessions that no device would arm: ";
     assert!(error.contains(wanted), "{error}");
 }
 
@@ -332,7 +332,7 @@ fn a_page_is_made_of_the_result_and_the_record_alone() {
 fn drawn_angles_and_edges_are_those_of_the_record() {
     let (dir, trials, _) = published("drawn");
     let page = page_of(&dir);
-    let limbs = between(&page, "<h2>Where the limb went</h2>", "</section>");
+    let limbs = between(&page, "<h2>Movement of the limb</h2>", "</section>");
     let timing = between(&page, "<h2>Timing of the pulses</h2>", "</section>");
     for conducted in &trials {
         let trial = &conducted.trial;
@@ -416,7 +416,7 @@ fn what_was_not_played_is_not_told() {
     let dir = folder("swept_page");
     swept(Shard::WHOLE, 3, &dir);
     let page = page_of(&dir);
-    assert!(!page.contains("<h2>Where the limb went</h2>"));
+    assert!(!page.contains("<h2>Movement of the limb</h2>"));
     let timing = between(&page, "<h2>Timing of the pulses</h2>", "</section>");
     assert!(timing.contains("No trial was recorded here") && !timing.contains("<svg"));
     let before = fs::read(dir.join("result.html")).unwrap();

@@ -14,7 +14,7 @@ use studies::tracking::wearer::{Points, shipped};
 /// Seed that no search, chart or development has used.
 const SEED: u64 = 0x6A13;
 
-/// Runs the device's default; returns the outcome and the detected limit cycles.
+/// Runs the default controller; returns the outcome and the detected limit cycles.
 fn attempt(plant: Plant, points: Points, course: Course) -> (Outcome, Vec<LimitCycle>) {
     let exercise = Exercise::new(plant, points, course).unwrap();
     let mut device = Device::new(&shipped(points)).unwrap();

@@ -62,7 +62,7 @@ fn a_lift_s_page_counts_the_eleven_claims_of_its_paper() {
     let said = headline(&outcome);
     // Four differences that the paper does not find significant are significant here.
     assert!(
-        said.starts_with("7 of the paper's 11 claims come out"),
+        said.starts_with("The result agrees with 7 of the paper's 11 claims"),
         "{said}"
     );
 }
@@ -128,8 +128,8 @@ fn one_case_is_not_counted() {
     let said = headline(&outcome);
     assert_eq!(
         said,
-        "1 of the paper's 3 claims comes out in most cases; n = 1, not counted: all: C4 correlates \
-         less than C2 (100.0 %); all: C1 correlates most (0.0 %)."
+        "The result agrees with 1 of the paper's 3 claims in most cases; n = 1, not counted: all: \
+         C4 correlates less than C2 (100.0 %); all: C1 correlates most (0.0 %)."
     );
     // Several cases of one wearer count as one, too.
     let one = Share::from_counts("a".into(), "a".into(), Some(true), (1, 1));
@@ -183,13 +183,14 @@ fn finger() -> Outcome {
 fn the_finger_s_page_begins_with_two_points_against_the_better_one() {
     let mut outcome = finger();
     let of_wearers = headline(&outcome);
-    assert!(of_wearers.starts_with("Median RMSE of 16 wearers drawn, with two points against"));
+    assert!(of_wearers.starts_with("Median RMSE of 16 wearers, with two points against"));
     outcome.declared.draws = 0;
     let said = headline(&outcome);
     assert!(
         said.starts_with(
             "RMSE with two points against the better point alone: 5.92° against 9.55° \
-             (recommended law), 13.1° against 15.2° (paper's law); the paper's: 10.7° against 17.6°."
+             (recommended law), 13.1° against 15.2° (paper's law); in the paper: 10.7° against \
+             17.6°."
         ),
         "{said}"
     );
@@ -232,12 +233,12 @@ fn a_page_has_a_row_for_each_claim_and_no_enormous_t() {
     let page = std::fs::read_to_string(dir.join("result.html")).unwrap();
     for part in [
         "C3: lower error than C2</th>",
-        "as the paper in 2 of 2 counted parts",
+        "agrees in 2 of 2 counted parts",
         "· a study: C3 errs less, p &lt; 0.05</th>",
-        "only if all of its parts do",
+        "only if all of its parts agree",
         "<td>1</td>",
         "&lt; −100 to &gt; 100",
-        "A t beyond ±100 is not printed",
+        "A t statistic beyond ±100 is not printed",
     ] {
         assert!(page.contains(part), "{part}");
     }

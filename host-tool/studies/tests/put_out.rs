@@ -51,7 +51,7 @@ fn another_pattern_is_not_taken_for_it() {
         usual
             .find_difference(&alone, VOLTS)
             .unwrap()
-            .contains(" V for ")
+            .contains(" V instead of ")
     );
     let put_out = usual.play_on_device(VOLTS, &DeviceName::Native).unwrap();
     assert!(usual.find_difference(&put_out, [34.1, 16.0]).is_some());

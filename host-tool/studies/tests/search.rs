@@ -217,7 +217,7 @@ fn what_cannot_be_is_refused_by_name_and_all_at_once() {
     let told = one("threshold", "channel = 1").limit_violations(limits);
     assert_eq!(
         told,
-        ["the stair would go to 20 V on channel 1, beyond the wearer's limit of 15 V"]
+        ["the staircase would reach 20 V on channel 1, above the wearer's limit of 15 V"]
     );
     assert_eq!(
         one("threshold", "channel = 2")

@@ -35,13 +35,16 @@ fn a_gain_that_is_none_and_an_unknown_posture_are_told() {
     let error = fit_model(&cursory, (&turning, &[]), 0.0, &study).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "E719 biceps brachii: its gain is 0, which must be a finite number above zero"
+        "E719 biceps brachii: the gain found from its twitches is 0; allowed: a finite number \
+         above 0"
     );
     let mut spec = ArmSpec::random(11, 0);
     spec.posture.elevation_deg = 130.0;
     let error = check_imus(&spec).unwrap_err().to_string();
     assert!(
-        error.starts_with("E716 a drawn arm cannot be: E711 arm: this posture is outside"),
+        error.starts_with(
+            "E716 a randomly generated arm is impossible: E711 arm: the moment arms are not"
+        ),
         "{error}"
     );
 }
@@ -182,7 +185,7 @@ fn a_condition_is_played_on_the_device() {
     let error = play_c3(&study, study.seed, &DeviceName::Native).unwrap_err();
     let told = error.to_string();
     assert!(
-        told.starts_with("E730 --device native does not play C3: "),
+        told.starts_with("E730 --device native does not play condition C3: "),
         "{told}"
     );
     assert!(told.contains("frequency_hz"), "{told}");

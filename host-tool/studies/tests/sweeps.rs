@@ -54,21 +54,24 @@ fn a_row_changed_by_hand_is_told_by_its_line() {
     without.remove(3);
     let without = without.join("\n") + "\n";
     for (text, says) in [
-        (with(6, measure, "NaN"), "line 7: `NaN` is no finite number"),
+        (
+            with(6, measure, "NaN"),
+            "line 7: `NaN` is not a finite number",
+        ),
         (
             with(6, measure, "much"),
-            "line 7: `much` is no finite number",
+            "line 7: `much` is not a finite number",
         ),
         (
             with(5, drawn, "1.25"),
-            "line 6: it is not unit 2 in its turn, as seed 3 draws it",
+            "line 6: the row of unit 2 does not begin as seed 3 gives it",
         ),
-        (with(6, "\"bare\"", "\"other\""), "line 7: it is not unit 2"),
         (
-            with(5, "2,", "99,"),
-            "line 6: unit 99 is none of this sweep",
+            with(6, "\"bare\"", "\"other\""),
+            "line 7: the row of unit 2",
         ),
-        (without, "line 4: it is not unit 1"),
+        (with(5, "2,", "99,"), "line 6: unit 99 is not in this sweep"),
+        (without, "line 4: the row of unit 1"),
     ] {
         fs::write(&rows, text).unwrap();
         let refused = merge(
@@ -127,15 +130,15 @@ fn shards_merge_to_the_bytes_of_one_sweep() {
     };
     refused(
         &[parts[0].clone(), parts[1].clone(), other],
-        "seed 4, not 3",
+        "seed 4 instead of 3",
     );
     refused(&parts[..2], "shard 3/3 is missing");
     refused(&[parts[0].clone(), parts[0].clone()], "are both shard 1/3");
-    refused(&[], "there are none");
+    refused(&[], "no folder was given");
     let rows = fs::read_to_string(parts[2].join("draws.csv")).unwrap();
     let cut: Vec<&str> = rows.lines().take(3).collect();
     fs::write(parts[2].join("draws.csv"), cut.join("\n") + "\n").unwrap();
-    refused(&parts, "has a hole: unit 5 is missing");
+    refused(&parts, "lacks unit 5;");
 }
 
 #[test]

@@ -70,7 +70,7 @@ pub(super) fn shares(study: &Study, all: &[Replication]) -> Vec<Share> {
             (holds as u64, known.len() as u64)
         };
         let named = |more: &str, says: &str| (format!("{}{more}", claim.id), says.to_owned());
-        let (id, says) = named("", &format!("persons: {}", claim.says));
+        let (id, says) = named("", &format!("wearers: {}", claim.says));
         shares.push(Share::from_counts(id, says, claim.paper, counted(&known)));
         let sides = |own: &Replication| {
             let mean = |side| mean(study, own, claim.metric, side);
@@ -87,7 +87,7 @@ pub(super) fn shares(study: &Study, all: &[Replication]) -> Vec<Share> {
         if !known.is_empty() {
             let (id, says) = named(
                 "/significant",
-                &format!("p < 0.05: {}, or less", claim.says),
+                &format!("p < 0.05, either sign: {}", claim.says),
             );
             shares.push(Share::from_counts(
                 id,
@@ -169,31 +169,31 @@ fn changes(study: &Study, all: &[Replication]) -> [Row; 5] {
     [
         row(
             "resist/of-resist",
-            "resist less none, of resist (text)",
+            "(resist − none) / resist (paper's text)",
             35.73,
             &change(None, Resist, Resist),
         ),
         row(
             "resist/of-none",
-            "resist less none, of none (its means)",
+            "(resist − none) / none (paper's means)",
             meant(None, Resist, None),
             &change(None, Resist, None),
         ),
         row(
             "assist/text",
-            "assist less none, of assist (text)",
+            "(assist − none) / assist (paper's text)",
             20.5,
             &change(None, Assist, Assist),
         ),
         row(
             "assist/of-assist",
-            "assist less none, of assist (its means)",
+            "(assist − none) / assist (paper's means)",
             meant(None, Assist, Assist),
             &change(None, Assist, Assist),
         ),
         row(
             "assist/of-none",
-            "assist less none, of none (its means)",
+            "(assist − none) / none (paper's means)",
             meant(None, Assist, None),
             &change(None, Assist, None),
         ),
@@ -213,7 +213,7 @@ fn proxy_rows(study: &Study, all: &[Replication]) -> Vec<Row> {
         };
         let part =
             |own: &Replication| 100.0 * mean(study, own, Metric::Power, &side) / printed.mean;
-        let quantity = format!("{}: proxy over equation 5 as printed", condition.name());
+        let quantity = format!("{}: proxy relative to the printed power", condition.name());
         let values = all.iter().map(part);
         Some(Row::from_numbers(
             format!("{}/proxy-part", condition.name()),
@@ -244,28 +244,28 @@ fn stimulation_rows(all: &[Replication]) -> Vec<Row> {
         };
         rows.push(row(
             "lifting",
-            "time lifting",
+            "duration of lifting",
             "s",
             Some(1.74),
             own().map(|result| result.phases_s[0]).collect(),
         ));
         rows.push(row(
             "dropping",
-            "time dropping",
+            "duration of dropping",
             "s",
             Some(1.74),
             own().map(|result| result.phases_s[1]).collect(),
         ));
         rows.push(row(
             "elbow",
-            "most of stimulation, elbow",
+            "peak stimulated torque, elbow",
             "N·m",
             None,
             own().map(|result| result.stimulated_nm[0]).collect(),
         ));
         rows.push(row(
             "shoulder",
-            "most of stimulation, shoulder",
+            "peak stimulated torque, shoulder",
             "N·m",
             None,
             own().map(|result| result.stimulated_nm[1]).collect(),
@@ -276,7 +276,7 @@ fn stimulation_rows(all: &[Replication]) -> Vec<Row> {
         .map(|result| 100.0 * result.weak);
     rows.push(Row::from_numbers(
         "weak".to_owned(),
-        "steps without drives for what is wanted".to_owned(),
+        "steps in which muscles were too weak".to_owned(),
         "%",
         None,
         weak,
@@ -297,8 +297,7 @@ pub(super) fn whole_device_row(study: &Study, seed: u64) -> Result<Row, LiftErro
     };
     Ok(Row::from_numbers(
         "whole-device".to_owned(),
-        "bursts of a lift that the whole device puts out as the fast way, to one DAC code"
-            .to_owned(),
+        "bursts of the whole device that equal the fast simulation, to one DAC code".to_owned(),
         "%",
         None,
         vec![share(Condition::Assist)?, share(Condition::Resist)?],

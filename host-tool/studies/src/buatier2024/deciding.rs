@@ -44,19 +44,19 @@ fn models(study: &Study) -> Vec<(&'static str, Study)> {
     };
     vec![
         (
-            "C = k itself (raw)",
+            "C = k (not scaled to its peak)",
             with(&|spec| spec.model.scale = Scale::Raw),
         ),
         (
-            "I = C·I₀ (scaled)",
+            "I = C·I₀ (not from the threshold)",
             with(&|spec| spec.model.form = Form::Scaled),
         ),
         (
-            "both: equation 4 of k itself",
+            "C = k and I = C·I₀ (equation 4)",
             with(&|spec| (spec.model.scale, spec.model.form) = (Scale::Raw, Form::Scaled)),
         ),
         (
-            "no co-contraction in the model",
+            "model without co-contraction",
             with(&|spec| spec.model.co_contraction = 0.0),
         ),
     ]
@@ -73,7 +73,7 @@ pub fn compute_sensitivity(
     is_asked: &(dyn Fn() -> bool + Sync),
 ) -> Result<Sensitivity, LiftError> {
     let nominal = nominal_values(study);
-    let mut cases = vec![("nothing changed".to_owned(), study.clone(), nominal.clone())];
+    let mut cases = vec![("no change".to_owned(), study.clone(), nominal.clone())];
     for (place, range) in study.ranges.iter().enumerate() {
         for end in [0.0, 1.0] {
             let mut values = nominal.clone();
@@ -92,7 +92,7 @@ pub fn compute_sensitivity(
     };
     let all: Result<Vec<ChangeEffect>, LiftError> = cases.par_iter().map(one).collect();
     let mut all = all?.into_iter();
-    let nothing = || LiftError::Declaration("nothing to change".to_owned());
+    let nothing = || LiftError::Declaration("there is no assumption to change".to_owned());
     let middle = all.next().ok_or_else(nothing)?;
     let mut ends = Vec::new();
     for _ in &study.ranges {
@@ -167,7 +167,7 @@ impl Sensitivity {
 
     /// Returns all results as a table.
     pub(super) fn sheet(&self, study: &Study) -> Sheet {
-        let mut heads = vec!["changed alone".to_owned()];
+        let mut heads = vec!["changed assumption".to_owned()];
         heads.extend(study.claims.iter().map(|claim| claim.id.clone()));
         let row = |change: &ChangeEffect| {
             let cells = (0..study.claims.len()).map(|at| change.verdict(at).to_owned());
@@ -175,10 +175,11 @@ impl Sensitivity {
         };
         let all = std::iter::once(&self.middle).chain(self.ends.iter().flatten());
         let rows = all.chain(&self.models).map(row).collect();
-        let caption = "A person in the middle of every range, targets believed at the same place \
-                       in all conditions; each range at both ends, the model otherwise. Yes or no: \
-                       the claim holds in all or none of the persons, who differ in noise alone.";
-        let title = "which assumption decides";
+        let caption = "Wearers with the middle value of every range, who believe targets at the \
+                       same positions in all conditions and differ in noise only. Each row \
+                       changes one assumption: a range to one of its ends, or the model. Yes, no \
+                       or some: the claim holds in all, none or some of these wearers.";
+        let title = "which assumption decides a claim";
         Sheet::table("Ours", title, caption.to_owned(), Grid { heads, rows })
     }
 
@@ -190,11 +191,11 @@ impl Sensitivity {
             let middle = self.middle.verdict(at);
             match decides.is_empty() {
                 true => format!(
-                    "{}: {middle} in the middle; no assumption alone turns it over.",
+                    "{}: {middle} with middle values; no single assumption reverses it.",
                     claim.says
                 ),
                 false => format!(
-                    "{}: {middle} in the middle; decided by {}.",
+                    "{}: {middle} with middle values; decided by {}.",
                     claim.says,
                     decides.join(", ")
                 ),

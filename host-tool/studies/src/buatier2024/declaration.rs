@@ -302,7 +302,7 @@ impl Study {
         ];
         let mut wrong: Vec<String> = (positive.into_iter())
             .filter(|(_, value)| !(value.is_finite() && *value > 0.0))
-            .map(|(name, value)| format!("{name} is {value}, must be above zero"))
+            .map(|(name, value)| format!("{name} is {value}; allowed: above 0"))
             .collect();
         let counts = [
             ("protocol.persons", protocol.persons, 3),
@@ -312,11 +312,12 @@ impl Study {
             ("studies", self.studies as usize, 1),
         ];
         let few = counts.into_iter().filter(|(_, index, least)| index < least);
-        wrong
-            .extend(few.map(|(name, index, least)| format!("{name} is {index}, at least {least}")));
+        wrong.extend(
+            few.map(|(name, index, least)| format!("{name} is {index}; allowed: {least} or more")),
+        );
         if protocol.repetitions == 0 || !protocol.repetitions.is_multiple_of(HEIGHTS) {
             wrong.push(format!(
-                "protocol.repetitions is {}, must be a multiple of {HEIGHTS}",
+                "protocol.repetitions is {}; allowed: a multiple of {HEIGHTS} above 0",
                 protocol.repetitions
             ));
         }
@@ -326,17 +327,22 @@ impl Study {
         ] {
             if value != 200 {
                 wrong.push(format!(
-                    "{name} is {value}: object, person and record go at 200 Hz"
+                    "{name} is {value}; allowed: 200, the rate of object, wearer and record"
                 ));
             }
         }
         if !(0.0..=0.9).contains(&model.overlap) || !(0.0..=1.0).contains(&model.co_contraction) {
-            wrong.push("model.overlap goes to 0.9, model.co_contraction to 1".to_owned());
+            wrong.push(
+                "model.overlap or model.co_contraction is out of range; allowed: 0 to 0.9 and 0 \
+                 to 1"
+                    .to_owned(),
+            );
         }
         for range in &self.ranges {
             if !(range.low <= range.high && (!range.logarithm || range.low > 0.0)) {
                 wrong.push(format!(
-                    "the range of `{}` must rise, in the logarithm from above 0",
+                    "the range of `{}` is invalid: low must not be above high, and a logarithmic \
+                     range must begin above 0",
                     range.field
                 ));
             }
@@ -353,7 +359,7 @@ impl Study {
                 .filter_map(|printed_value| printed_value.height.as_ref()),
         );
         for name in named.filter(|name| !heights().any(|height| height == *name)) {
-            wrong.push(format!("there is no height `{name}`"));
+            wrong.push(format!("no entry of way.heights is named `{name}`"));
         }
         wrong
     }

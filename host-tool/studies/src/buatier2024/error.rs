@@ -10,7 +10,7 @@ use host_core::statistics::StatisticsError;
 #[derive(Debug, thiserror::Error)]
 pub enum LiftError {
     /// The declaration is invalid; lists every mistake.
-    #[error("E760 the declaration of buatier: {0}")]
+    #[error("E760 the declaration buatier.toml is invalid: {0}")]
     Declaration(String),
     /// The trajectory needs more torque than the muscles have.
     #[error(transparent)]
@@ -22,22 +22,25 @@ pub enum LiftError {
     #[error(transparent)]
     Motion(#[from] MotionError),
     /// A randomly generated arm is invalid.
-    #[error("E769 a drawn person cannot be; change that field's range in the declaration")]
+    #[error("E769 a random wearer is impossible; change the range of this field in buatier.toml")]
     Arm(#[from] InvalidSagittal),
     /// The device refuses the modulation of a joint.
-    #[error("E767 joint {0}: the device refuses its modulation: {1}")]
+    #[error("E767 the device refuses the modulation of joint {0}: {1}")]
     Refused(u8, String),
     /// The whole device refuses a request, or its link fails.
     #[error(transparent)]
     Link(#[from] host_core::link::Error),
     /// The whole device stops with a fault.
-    #[error("E759 the whole device stops with fault {0} in the lift that the fast way has")]
+    #[error(
+        "E759 the whole device stopped with fault {0} in a lift that the fast simulation \
+         completes; report this with the --seed"
+    )]
     Faulted(String),
     /// The caller asked to end.
-    #[error("E580 a signal came before it was computed")]
+    #[error("E580 a signal came before the computation was complete")]
     Asked,
     /// The statistics of a sample cannot be computed.
-    #[error("E768 statistics of {0}: {1}")]
+    #[error("E768 no statistics of {0} can be computed: {1}")]
     Statistics(String, StatisticsError),
 }
 

@@ -68,15 +68,15 @@ pub(super) fn hands(study: &Study, person: &LiftWearer) -> Result<Sheet, LiftErr
     }
     plots.extend(paths);
     let series = [
-        "object held, stimulated unless none",
-        "back to the table, as meant",
+        "lift, stimulated except in none",
+        "planned return to the table",
     ];
     Ok(Sheet::figure(
         "Figure 3",
-        "the hand in the sagittal plane over 30 s",
-        "Right hand of the first person drawn, from the shoulder, in the second target set of each \
-         condition, simulated. Above over time, below its path. The paper's figure is a picture of \
-         another person."
+        "path of the hand in the sagittal plane over 30 s",
+        "Right hand of the first simulated wearer relative to the shoulder, in the second target \
+         set of each condition. Upper row: height over time. Lower row: path. The paper's figure \
+         shows a real participant."
             .to_owned(),
         Plots {
             beside: Condition::ALL.len(),
@@ -140,12 +140,13 @@ pub(super) fn activations(study: &Study) -> Result<[Sheet; 2], LiftError> {
     let arm = &nominal.arms[0];
     let curves = curves(study, arm.stature_m, arm.mass_kg)?;
     let plots = (0..MUSCLES.len()).map(|muscle| activation_plot(&curves, muscle));
-    let series = ["static optimisation, three heights", "quartic"];
-    let caption = "Along the declared way, muscles as the sources have them, a wearer in the \
-                   middle. The paper's curves are a picture and their coefficients unpublished.";
+    let series = ["static optimisation, three heights", "quartic fit"];
+    let caption = "Along the preregistered trajectory, with the muscles of the sources and a \
+                   wearer with the middle value of every range. The paper shows its curves in a \
+                   figure only and does not publish their coefficients.";
     let figure = Sheet::figure(
         "Figure 3, right",
-        "activation by angle",
+        "activation k against joint angle",
         caption.to_owned(),
         Plots {
             beside: 2,
@@ -199,7 +200,16 @@ fn activation_plot(curves: &Curves, muscle: usize) -> Plot {
 /// Tabulates the quartics of equation 3 and their residuals.
 fn quartic_table(curves: &Curves) -> Sheet {
     let heads = [
-        "muscle", "peak k", "a0", "a1", "a2", "a3", "a4", "left", "most", "device",
+        "muscle",
+        "peak k",
+        "a0",
+        "a1",
+        "a2",
+        "a3",
+        "a4",
+        "residual, rms",
+        "residual, largest",
+        "residual on device, rms",
     ];
     let rows = curves.muscles.iter().zip(MUSCLES).map(|(curve, name)| {
         let mut row = vec![name.to_owned(), format!("{:.4}", curve.peak)];
@@ -208,14 +218,19 @@ fn quartic_table(curves: &Curves) -> Sheet {
         row.push(format!("{:.3}", curve.left_on_device[0]));
         row
     });
-    let caption = "C = k over its peak: a0 to a4 per degree by least squares, what is left of it \
-                   (root mean square and most), and of what the device has, whose C stays between \
-                   0 and 1.";
+    let caption = "C is k divided by its peak. a0 to a4 are the coefficients of the quartic in \
+                   the joint angle in degrees, fitted by least squares. The device's quartic \
+                   differs, because its C stays between 0 and 1.";
     let grid = Grid {
         heads: heads.map(str::to_owned).to_vec(),
         rows: rows.collect(),
     };
-    Sheet::table("Equation 3", "quartics of C", caption.to_owned(), grid)
+    Sheet::table(
+        "Equation 3",
+        "quartic polynomials of C",
+        caption.to_owned(),
+        grid,
+    )
 }
 
 /// Draws figure 4: means over all wearers, with the 5th to 95th percentile of the means of the
@@ -279,9 +294,9 @@ pub(super) fn bars(study: &Study, all: &[Replication]) -> Sheet {
     Sheet::figure(
         "Figure 4",
         "metabolic proxy, matching error, smoothness",
-        "Means over all persons with the 5th to 95th percentile of the studies' means, simulated; \
-         marks are what the paper prints of people. The proxy stands for muscles' heat alone, not \
-         for equation 5, which needs gas exchange."
+        "Simulated: means of all wearers, with the 5th to 95th percentile of the studies' means. \
+         Marks: the paper's values, which were measured in people. The proxy represents the heat \
+         and work of muscles only; it is not equation 5, which needs gas exchange."
             .to_owned(),
         Plots {
             beside: 3,
@@ -333,9 +348,10 @@ pub(super) fn tests(study: &Study, all: &[Replication]) -> Sheet {
         heads: heads.map(str::to_owned).to_vec(),
         rows: rows.collect(),
     };
-    let caption = "Of each study of eight: Shapiro and Wilk's test of any condition, Mauchly's, the \
-                   repeated-measures analysis of variance (by Greenhouse and Geisser where \
-                   sphericity fails), paired t with Bonferroni's correction.";
+    let caption = "Number of studies of eight wearers in which a test is significant: \
+                   Shapiro-Wilk in any condition, Mauchly, repeated-measures analysis of variance \
+                   (with the Greenhouse-Geisser correction where sphericity fails), and paired t \
+                   tests with Bonferroni correction.";
     Sheet::table(
         "Section IV.D",
         "the paper's tests",

@@ -13,20 +13,24 @@ use host_core::record::sha256;
 pub const NAME: &str = "buatier";
 /// Notes in every result.
 const SIMULATED: &str =
-    "Simulated: drawn persons of mostly assumed parameters; no evidence about people.";
-const MEANING: &str = "Ours is the median, low and high the 5th and 95th percentile: of the \
-                       studies' means, or of persons where stimulation is described.";
-const PROXY: &str = "Metabolic proxy: heat of activation and maintenance and heat and work of \
-                     shortening of sixteen arm muscles (Bhargava 2004), over the time of lifts and \
-                     ways back and the body's mass. VO2 and VCO2 cannot be simulated, so equation 5 \
-                     has no number here; heart, breathing and trunk are missing.";
-const PRINTED: &str = "The paper prints assist +20.5 %, where its means give 23.9 % of assist and \
-                       31 % of none; its +35.73 % of resist is relative to resist (55 % of none). \
-                       Means of none for errors and smoothness are a picture.";
-const MODEL: &str = "The paper prints no quartics, no scale of k, no I0, no masses, no heights, no \
-                     filter order and no thresholds of SPARC: all assumed. Without co-contraction \
-                     static optimisation leaves the posterior deltoid idle and the triceps nearly \
-                     so, for nothing pulls the arms up: what is stimulated in the drop rests on it.";
+    "Simulated: random wearers with mostly assumed parameters; no evidence about people.";
+const MEANING: &str = "Each result is a median with the 5th and 95th percentile: of the studies' \
+                       means, or of the wearers where stimulation is described.";
+const PROXY: &str = "Metabolic proxy: heat of activation, maintenance and shortening, and work of \
+                     shortening, of sixteen arm muscles (Bhargava 2004), divided by the duration \
+                     of lifts and returns and by body mass. VO2 and VCO2 cannot be simulated, so \
+                     equation 5 has no value here. The proxy does not include heart, breathing \
+                     and trunk.";
+const PRINTED: &str = "The paper states +20.5 % for assist, but its means give 23.9 % of assist \
+                       or 31 % of none. Its +35.73 % for resist is relative to resist (55 % of \
+                       none). It shows the means of none for error and smoothness in a figure \
+                       only.";
+const MODEL: &str = "The paper does not state the quartics, the scale of k, I0, masses, target \
+                     heights, filter order or the thresholds of SPARC: all of them are assumed. \
+                     Without co-contraction, static optimisation leaves the posterior deltoid \
+                     idle and the triceps almost idle, because nothing pulls the arms up. The \
+                     stimulation in the drop phase therefore depends on the assumed \
+                     co-contraction.";
 
 /// The command's information about the run.
 #[derive(Clone, Debug)]

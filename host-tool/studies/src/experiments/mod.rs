@@ -78,7 +78,7 @@ fn embedded_text(path: &str) -> Result<String, LaboratoryError> {
     let session = SESSIONS.iter().find(|(file, _)| *file == path);
     let wearer = || path.strip_prefix("../wearers/").and_then(builtin_wearer);
     let text = session.map(|(_, text)| *text).or_else(wearer);
-    let absent = || std::io::Error::other("no file of the program has this name");
+    let absent = || std::io::Error::other("no built-in file has this name");
     let text = text.ok_or_else(|| LaboratoryError::File(path.to_owned(), absent()))?;
     Ok(text.to_owned())
 }

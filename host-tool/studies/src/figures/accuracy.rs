@@ -52,7 +52,7 @@ pub fn picture(chart: &Chart) -> String {
     ));
     legend.push((
         Key::Dot(Shape::Disc, Paint::Ring(INK, 1.6)),
-        "the paper's own".to_owned(),
+        "the paper's method".to_owned(),
     ));
     legend.push((
         Key::Line(FRONT),
@@ -70,10 +70,11 @@ pub fn picture(chart: &Chart) -> String {
         legend,
         rows: ROWS.into_iter().map(row).collect(),
         notes: vec![
-            "Simulated: cycles of a Cortex-M4 counted by the chip simulator, 168 · 10⁶ per second \
-             are the whole CPU. A line joins the steps of one method, longer ones to the left. \
-             Filled: planned from each pulse on and read through cubics; rings: a step ends at \
-             every reading. Named: what lies on the front at 10 % and below."
+            "Simulated: cycles of a Cortex-M4 counted by the chip simulator; 168 · 10⁶ per second \
+             are the whole CPU. A line joins the step sizes of one method, longer steps to the \
+             left. Filled marks: steps start at each pulse, and readings are interpolated by \
+             cubics. Rings: a step ends at every reading. Marks with names lie on the Pareto \
+             front, with errors of at most 10 %."
                 .to_owned(),
         ],
         ..Figure::default()
@@ -132,7 +133,7 @@ fn panel(
     let x = Axis::decades("cycles per simulated second and muscle", cycles);
     let y = Axis::decades("worst error (% of peak)", errors)
         .reference_line(NOTICED_PCT, "noticed", MUTED)
-        .reference_line(WANTED_PCT, "wanted", MUTED);
+        .reference_line(WANTED_PCT, "goal", MUTED);
     let is_last = number == Number::F64 || number == Number::Micromath;
     let title = format!("{name}; read every {} ms", output_us / 1000);
     let height = f64::from(errors.1 - errors.0) * DECADE;

@@ -1,6 +1,7 @@
-//! Figure of control laws on random wearers: cycles, mean and 95th percentile of the error.
+//! Figure of controllers on random wearers: cycles, mean and 95th percentile of the error.
 
 use crate::tracking::campaign::Campaign;
+use crate::tracking::candidate::Equipment;
 use crate::tracking::contender::Contender;
 use crate::tracking::table::{TWO_POINT_MEAN, TWO_POINT_P95};
 use crate::tracking::wearer::Points;
@@ -18,28 +19,28 @@ pub fn picture(campaign: &Campaign) -> String {
     order.sort_by_key(|n| campaign.cycles[*n].map_or(u64::MAX, |c| c.whole));
     let errors = Points::ALL.map(|points| errors(campaign, &order, points));
     let dots = [
-        ("mean, law alone", PALETTE[0], Shape::Disc),
+        ("mean, controller alone", PALETTE[0], Shape::Disc),
         ("mean, with add-ons (+)", PALETTE[2], Shape::Up),
-        ("mean, device default", PALETTE[1], Shape::Star),
+        ("mean, default controller", PALETTE[1], Shape::Star),
     ];
     let dots =
         dots.map(|(name, color, shape)| (Key::Dot(shape, Paint::Full(color)), name.to_owned()));
     let to = (
         Key::Line(stroke(MUTED, 2.0)),
-        "to the 95th percentile".to_owned(),
+        "from the mean to the 95th percentile".to_owned(),
     );
     Figure {
         description: format!(
-            "Tracking error and cycles of {} control laws on {} random simulated wearers",
+            "Tracking error and cycles of {} controllers on {} random simulated wearers",
             order.len(),
             campaign.plan.plants
         ),
         legend: dots.into_iter().chain([to]).collect(),
         rows: vec![[cost(campaign, &order)].into_iter().chain(errors).collect()],
         notes: vec![
-            "Optimum: mean of what no law can beat, found offline with the whole target known. \
-             Goals: what the mean and the 95th percentile of two-point control were to reach. \
-             Simulated wearers, not people."
+            "Optimum: mean of the smallest possible error, computed offline with the whole \
+             reference known. Goals: values set in advance for the mean and the 95th percentile \
+             of two-point control. Simulated wearers, not people."
                 .to_owned(),
         ],
         ..Figure::default()
@@ -47,17 +48,17 @@ pub fn picture(campaign: &Campaign) -> String {
     .file()
 }
 
-fn mark(contender: &Contender) -> (Color, Shape) {
+const fn mark(contender: &Contender) -> (Color, Shape) {
     match contender {
         Contender::Shipped | Contender::Ablated(_) => (PALETTE[1], Shape::Star),
-        Contender::Searched(..) if contender.name().ends_with('+') => (PALETTE[2], Shape::Up),
-        Contender::Searched(..) => (PALETTE[0], Shape::Disc),
+        Contender::Searched(Equipment::Equipped, _) => (PALETTE[2], Shape::Up),
+        Contender::Searched(Equipment::Alone, _) => (PALETTE[0], Shape::Disc),
     }
 }
 
 /// Returns an empty panel with the device's row shaded.
 fn panel(campaign: &Campaign, order: &[usize], title: &str, x: Axis, silent: bool) -> Panel {
-    let names = order.iter().map(|n| campaign.contenders[*n].name());
+    let names = order.iter().map(|n| campaign.contenders[*n].title());
     let is_shipped = |n: &usize| matches!(campaign.contenders[*n], Contender::Shipped);
     let shaded = order.iter().position(is_shipped).map(|row| {
         let (row, whole) = (row as f64, (f64::NEG_INFINITY, f64::INFINITY));
@@ -72,7 +73,10 @@ fn panel(campaign: &Campaign, order: &[usize], title: &str, x: Axis, silent: boo
 
 fn cost(campaign: &Campaign, order: &[usize]) -> Panel {
     let cycles = [100.0, 300.0, 1000.0, 3000.0, 10_000.0].map(|n| (n, format!("{n}")));
-    let x = Axis::new("cycles of the law in its tick", Scale::Log(100.0, 10_000.0));
+    let x = Axis::new(
+        "cycles of the controller per tick",
+        Scale::Log(100.0, 10_000.0),
+    );
     let mut panel = panel(campaign, order, "Cost", x.ticks(cycles.into()), false);
     panel.share = 0.8;
     for (row, n) in (0..).map(f64::from).zip(order) {
@@ -91,7 +95,7 @@ fn cost(campaign: &Campaign, order: &[usize]) -> Panel {
 }
 
 fn errors(campaign: &Campaign, order: &[usize], points: Points) -> Panel {
-    let name = "RMSE to the reachable target (°)";
+    let name = "RMSE to the reachable reference (°)";
     let mut x = Axis::linear(name, (0.0, ERROR_TOP), 5.0);
     x = x.reference_line(campaign.optimum(points).0, "optimum", MUTED);
     if points == Points::Two {

@@ -39,19 +39,19 @@ pub fn picture(chip: &OnChip) -> String {
         );
     }
     y.grid = true;
-    let what = "Mean and most core clock cycles of each algorithm on the chip simulator";
+    let what = "Mean and maximum core clock cycles of each algorithm on the chip simulator";
     Figure {
         description: what.to_owned(),
         title: "Cycles of one call on the chip simulator".to_owned(),
         subtitle:
-            "Five wait states, caches on, prefetched lines cached. At the right: mean / most."
+            "Five wait states, caches on, prefetched lines cached. At the right: mean / maximum."
                 .to_owned(),
         legend: vec![
             (Key::Dot(MEAN.0, MEAN.1), "mean".to_owned()),
-            (Key::Dot(MOST.0, MOST.1), "most".to_owned()),
+            (Key::Dot(MOST.0, MOST.1), "maximum".to_owned()),
             (
                 Key::Line(stroke(MUTED, 1.4)),
-                "deadline: the next window, the next tick".to_owned(),
+                "deadline: next window or next tick".to_owned(),
             ),
         ],
         rows: vec![vec![Panel {

@@ -1,4 +1,4 @@
-//! Figure of control laws on widened wearers: failures against delay and strength.
+//! Figure of controllers on widened wearers: failures against delay and strength.
 
 use crate::tracking::campaign::{Campaign, Case};
 use crate::tracking::contender::Contender;
@@ -20,27 +20,35 @@ const HELD: Color = MUTED;
 const FAILED: Color = PALETTE[1];
 const REFUSED: Color = PALETTE[5];
 
-/// Draws where each of some laws fails, as an SVG file.
+/// Draws where each of some controllers fails, as an SVG file.
 pub fn picture(campaign: &Campaign) -> String {
     let shown = shown(campaign);
     let line = |(place, n): (usize, &usize)| {
         let (color, shape) = series(place);
-        let name = campaign.contenders[*n].name();
+        let name = campaign.contenders[*n].title();
         (Key::Marked(stroke(color, 2.0), shape), name)
     };
     let dots = [
         (
             Shape::Disc,
             Paint::Full(HELD),
-            format!("within {FAILS_DEG}° RMSE in reach"),
+            format!("succeeds: RMSE up to {FAILS_DEG}°"),
         ),
-        (Shape::Disc, Paint::Full(FAILED), "fails a sine".to_owned()),
-        (Shape::Square, Paint::Full(FAILED), "fails steps".to_owned()),
-        (Shape::Up, Paint::Full(FAILED), "fails a hold".to_owned()),
+        (
+            Shape::Disc,
+            Paint::Full(FAILED),
+            "fails at a sine".to_owned(),
+        ),
+        (
+            Shape::Square,
+            Paint::Full(FAILED),
+            "fails at steps".to_owned(),
+        ),
+        (Shape::Up, Paint::Full(FAILED), "fails at a hold".to_owned()),
         (
             Shape::Diamond,
             Paint::Ring(REFUSED, 1.5),
-            "refused by name".to_owned(),
+            "refused".to_owned(),
         ),
     ];
     let dots = dots.map(|(shape, paint, name)| (Key::Dot(shape, paint), name));
@@ -53,13 +61,13 @@ pub fn picture(campaign: &Campaign) -> String {
     let mut rows: Vec<Vec<Panel>> = Points::ALL.map(scatter).into();
     rows.extend(Points::ALL.map(|points| shares(campaign, &shown, points)));
     Figure {
-        title: "Where control laws fail on widened wearers".to_owned(),
+        title: "Where controllers fail on wearers that vary more widely".to_owned(),
         subtitle: format!(
             "{} simulated wearers, seed {}: no evidence about people.",
             campaign.plan.plants, campaign.plan.seed
         ),
         description: format!(
-            "Failures of control laws on {} widened simulated wearers over delay and strength",
+            "Failures of controllers on {} widely varied simulated wearers, by delay and strength",
             campaign.plan.plants
         ),
         legend: dots
@@ -68,15 +76,18 @@ pub fn picture(campaign: &Campaign) -> String {
             .collect(),
         rows,
         notes: vec![
-            "Best PID, best other law: of least mean RMSE two-point. The laws know the nominal \
-             wearer's file only, not the strength. Table: control_widened.csv."
+            "Besides the default controller, the PID controller and the other controller with the \
+             smallest mean RMSE in two-point control are shown; + marks controllers with add-ons. \
+             The controllers know only the nominal wearer file, not the strength. Table: \
+             control_widened.csv."
                 .to_owned(),
         ],
     }
     .file()
 }
 
-/// Returns the default, the best PID and the best other law with two points.
+/// Returns the default controller, the best PID controller and the best other controller with two
+/// points.
 fn shown(campaign: &Campaign) -> Vec<usize> {
     let is_other = |c: &Contender| matches!(c, Contender::Searched(..)) && !c.is_pid();
     let two = Points::Two;
@@ -105,7 +116,7 @@ fn strength(name: &str) -> Axis {
 fn wearers(campaign: &Campaign, points: Points, n: usize) -> Panel {
     let x = delay(&format!("delay (ms), {}", points.name()));
     let y = strength("strength × nominal");
-    let mut panel = Panel::new(&campaign.contenders[n].name(), x, y, HEIGHTS.0);
+    let mut panel = Panel::new(&campaign.contenders[n].title(), x, y, HEIGHTS.0);
     let f = failures(campaign, points, n, None);
     panel.result = format!("{} fail", f.failed);
     let mut cases = campaign.cases_with(points);
@@ -154,9 +165,9 @@ fn shares(campaign: &Campaign, shown: &[usize], points: Points) -> Vec<Panel> {
         }
         panel
     };
-    let kinds = Axis::rows("course", Kind::ALL.map(|k| k.name().to_owned()));
+    let kinds = Axis::rows("reference", Kind::ALL.map(|k| k.name().to_owned()));
     let mut by_course = Panel::new(
-        &format!("{}, by course", points.name()),
+        &format!("{}, by reference", points.name()),
         kinds,
         y(),
         HEIGHTS.1,

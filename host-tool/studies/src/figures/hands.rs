@@ -1,4 +1,4 @@
-//! Figure of control laws on hands: every hand's error, and means.
+//! Figure of controllers on hands: every hand's error, and means.
 
 use crate::hands::{Contender, DrivenHand, Hands};
 use crate::tracking::wearer::Points;
@@ -10,38 +10,39 @@ const PITCH: f64 = 40.0;
 /// edge.
 const ERROR_TOP: f64 = 100.0;
 
-/// Draws one row for each law, as an SVG file.
+/// Draws one row for each controller, as an SVG file.
 pub fn picture(hands: &Hands) -> String {
     let dots = [
-        ("a hand", MUTED, Shape::Disc),
-        ("mean, device", PALETTE[1], Shape::Star),
-        ("mean, law in floats", PALETTE[0], Shape::Square),
+        ("one hand", MUTED, Shape::Disc),
+        ("mean, device code", PALETTE[1], Shape::Star),
+        ("mean, floating point", PALETTE[0], Shape::Square),
     ];
     let dots =
         dots.map(|(name, color, shape)| (Key::Dot(shape, Paint::Full(color)), name.to_owned()));
     let to = (
         Key::Line(stroke(MUTED, 2.0)),
-        "to the 95th percentile".to_owned(),
+        "from the mean to the 95th percentile".to_owned(),
     );
     let of = hands.wearer.as_ref().map(|wearer| format!(" of {wearer}"));
     Figure {
-        title: "Control laws on simulated hands".to_owned(),
+        title: "Controllers on simulated hands".to_owned(),
         subtitle: format!(
-            "{} of {} drawn hands{} can be driven, seed {}: no evidence about people.",
+            "{} of {} random hands{} can be driven, seed {}: no evidence about people.",
             hands.cases.len(),
             hands.plan.draws,
             of.unwrap_or_default(),
             hands.plan.seed
         ),
         description: format!(
-            "Tracking error of control laws on {} simulated hands",
+            "Tracking error of controllers on {} simulated hands",
             hands.cases.len()
         ),
         legend: dots.into_iter().chain([to]).collect(),
         rows: vec![Points::ALL.map(|points| errors(hands, points)).into()],
         notes: vec![
-            "Target: a sine between 15 and 85 % of the range that each hand holds. Held still: a \
-             finger held in the middle of the target. Table: "
+            "Reference: a sine between 15 and 85 % of the range that each hand can hold. Held \
+             still: a finger that stays in the middle of the reference. + marks controllers with \
+             add-ons. Table: "
                 .to_owned()
                 + &hands.file_stem()
                 + ".csv.",
@@ -60,7 +61,7 @@ const fn mark(contender: &Contender) -> (Color, Shape) {
 fn errors(hands: &Hands, points: Points) -> Panel {
     let x = Axis::linear("RMSE (% of the range held)", (0.0, ERROR_TOP), 5.0);
     let x = x.reference_line(100.0 * DrivenHand::STILL, "held still", MUTED);
-    let names = hands.contenders.iter().map(Contender::name);
+    let names = hands.contenders.iter().map(Contender::title);
     let y = Axis::rows("", names).hide_labels(points == Points::Two);
     let height = hands.contenders.len() as f64 * PITCH;
     let mut panel = Panel::new(points.name(), x, y, height);

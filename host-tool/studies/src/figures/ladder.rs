@@ -19,14 +19,15 @@ pub fn picture(rows: &[Row], seed: u64) -> String {
     let panels: Vec<Panel> = (0..TOLERANCES.len()).map(|n| panel(rows, n)).collect();
     let sessions = rows.chunk_by(|a, b| a.session == b.session).count();
     Figure {
-        title: format!("Muscle models chosen for {sessions} drawn sessions (simulated)"),
+        title: format!("Muscle models chosen for {sessions} random sessions (simulated)"),
         description: "Error of the chosen muscle model and of the next cheaper one".to_owned(),
         legend: legend.collect(),
         rows: panels.chunks(2).map(<[Panel]>::to_vec).collect(),
         notes: vec![format!(
-            "Seed {seed}; {} muscles, each a mark in every panel where a model was chosen that has a \
-             cheaper one. Errors are of what the session uses, in % of its largest true force; \
-             {LEAST} and less stand at the edge.",
+            "Seed {seed}; {} muscles. A muscle is marked in each panel in which a model was chosen \
+             for which a cheaper one exists. Errors are those of the predicted values that the \
+             session uses, in % of its largest true force; errors of {LEAST} % and less are drawn \
+             at the edge.",
             rows.len()
         )],
         ..Figure::default()

@@ -170,7 +170,7 @@ fn series(row: usize) -> (Color, Shape) {
 
 fn lines_subtitle(map: &Map) -> String {
     format!(
-        "Lines: {}, each beside its name and what is fitted to it. A row without end has no line.",
+        "Lines: {}; beside each are its name and the fit. A row that diverges has no line.",
         map.quantity
     )
 }

@@ -50,7 +50,7 @@ pub(super) fn intensities(sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
             Some(others(session, ['g', 'h', 'i'])? > others(session, ['d', 'e', 'f'])?)
         });
         let id = format!("over-{who}");
-        let words = "others bend more 4 V above the greatest".to_owned();
+        let words = "other fingers bend more 4 V above maximum".to_owned();
         shares.push(claim(&id, format!("{who}: {words}"), Some(true), bend));
     }
     (rows, shares)
@@ -119,7 +119,7 @@ fn rotation(bent: &[[[f64; 3]; 2]]) -> Vec<Row> {
         ] {
             rows.push(Row {
                 id: format!("rotation, {name}, {what}"),
-                quantity: format!("0° against 90°, {name}, all draws, {what}"),
+                quantity: format!("0° against 90° pronation, {name}, {what}"),
                 unit: String::new(),
                 paper: None,
                 ours: value,
@@ -153,7 +153,7 @@ fn posture_claims(
     [
         of(
             "one-falls",
-            "one point bends most at 0°".into(),
+            "one point bends most at 0° of pronation".into(),
             |[one, _], _| one[0] > one[1] && one[0] > one[2],
         ),
         of(
@@ -163,7 +163,7 @@ fn posture_claims(
         ),
         of(
             "two-enough",
-            format!("two points reach {least_deg}° at 45°"),
+            format!("two points reach {least_deg}° at 45° of pronation"),
             |[_, two], least_deg| two[1] >= least_deg,
         ),
     ]

@@ -18,16 +18,17 @@ use std::path::{Path, PathBuf};
 pub const TWO_POINTS: &str = "two-points";
 /// Notes that accompany every result.
 pub const SIMULATED: &str =
-    "Simulated: drawn forearms of assumed parameters; no evidence about people.";
-const MEANING: &str = "Ours is the median, low and high the 5th and 95th percentile of the \
-                       wearers with points and voltages: a range of bodies, no confidence \
-                       interval. The paper prints none of these of a population.";
-const COLUMNS: &str = "n: wearers with all numbers; columns: in how many of a hundred each claim \
-                       holds (host-tool/experiments/hamana-population.toml has them in this \
-                       order).";
-const COUNTED: &str = "A draw whose searches find no two points, no coupling or no voltages is \
-                       counted as such, in its row of draws.csv and below; a claim is judged in \
-                       the others.";
+    "Simulated: random forearms with assumed parameters; no evidence about people.";
+const MEANING: &str = "Ours is the median; low and high are the 5th and 95th percentiles over the \
+                       wearers that have points and voltages. They show how bodies differ and are \
+                       not a confidence interval. The paper prints no such numbers for a \
+                       population.";
+const COLUMNS: &str = "n: number of wearers that have all numbers. Columns: percentage of these \
+                       wearers for whom each claim holds, in the order of the claims in \
+                       host-tool/experiments/hamana-population.toml.";
+const COUNTED: &str = "A draw has no numbers if its searches find no two points, no coupling or \
+                       no voltages. Its row in draws.csv gives the reason, and the list below \
+                       counts such draws. Claims are judged in the other draws only.";
 
 /// All cells of the population, or a single one.
 pub struct Cells {
@@ -73,7 +74,7 @@ impl Cells {
             }
         }
         let only = sweep.only.as_deref().unwrap_or_default();
-        let why = format!("they are of {only}, which this program does not have");
+        let why = format!("they belong to {only}, which this version of the program does not have");
         Err(LaboratoryError::Merge(why).into())
     }
 
@@ -117,12 +118,12 @@ impl Cells {
     fn notes(&self, summaries: &[Summary]) -> Vec<String> {
         let ranges = self.population.ranges.iter().map(|range| {
             let (field, low, high, source) = (&range.field, range.low, range.high, &range.source);
-            format!("Drawn: {field} from {low} to {high} ({source}).")
+            format!("Random range: {field} from {low} to {high} ({source}).")
         });
         let missing = summaries.iter().map(|summary| {
             let (name, missing, draws) =
                 (summary.cell.name(), summary.missing(), summary.drawn.len());
-            format!("{name}: {missing}; of {draws} draws.")
+            format!("{name}, {draws} draws: {missing}.")
         });
         let said = [SIMULATED, MEANING, COUNTED].map(str::to_owned);
         said.into_iter().chain(ranges).chain(missing).collect()
@@ -185,7 +186,10 @@ impl Drawing for Cells {
     ) -> Result<Option<DrawOutcome>, TwoPointsError> {
         match self.place(sweep.draws, unit) {
             (Some(cell), wearer) => self.population.draw(cell, sweep.seed, wearer).map(Some),
-            (None, _) => Err(TwoPointsError::Declaration(format!("no unit {unit}"))),
+            (None, _) => {
+                let why = format!("the sweep has no unit {unit}");
+                Err(TwoPointsError::Declaration(why))
+            }
         }
     }
 
@@ -212,8 +216,12 @@ impl Drawing for Cells {
             title: population.title.clone(),
             seed,
             simulated: Some(true),
-            cut_short: (done < of)
-                .then(|| format!("Cut short: {done} of {of} cells, the first ones.")),
+            cut_short: (done < of).then(|| {
+                format!(
+                    "Cut short: {done} of {of} cells are complete; the cells after them are \
+                     missing."
+                )
+            }),
             declared: Preregistration {
                 asked: TWO_POINTS.to_owned(),
                 command: Some(self.command(draws)),

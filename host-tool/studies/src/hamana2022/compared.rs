@@ -50,7 +50,7 @@ fn patterns(
         (
             "friedman",
             "χ²",
-            "Friedman over phase differences",
+            "Friedman test over phase differences",
             printed.friedman,
         ),
         (
@@ -97,7 +97,7 @@ fn patterns(
     let people = all.iter().map(|replication| replication.n as f64).collect();
     rows.push(row(
         "participants",
-        "participants of a draw".into(),
+        "participants per draw".into(),
         "",
         Some(4.0),
         people,
@@ -107,7 +107,7 @@ fn patterns(
         left_out.map(|averages| 100.0 * averages.left_out as f64 / averages.of.max(1) as f64);
     rows.push(row(
         "left-out",
-        "trials left out".into(),
+        "excluded trials".into(),
         "%",
         None,
         parts.collect(),
@@ -126,9 +126,15 @@ fn table_4(sessions: &[Session]) -> Vec<Row> {
                 Averages::from_session(Experiment::Torque, &session.conditions, &session.stimulated)
             })
             .collect();
-        for (place, point) in ["A-C", "A-I", "B-C", "B-I"].into_iter().enumerate() {
-            let name = format!("{who}, {point}");
-            let id = format!("{name}/One point's torque, part of the greatest pattern");
+        let points = [
+            ("A-C", "A, conducted"),
+            ("A-I", "A, isolated"),
+            ("B-C", "B, conducted"),
+            ("B-I", "B, isolated"),
+        ];
+        for (place, (point, words)) in points.into_iter().enumerate() {
+            let name = format!("{who}, relative torque of {words}");
+            let id = format!("{who}, {point}/One point's torque, part of the greatest pattern");
             let values = all.iter().filter_map(|averages| averages.points[place]);
             rows.push(row(&id, name, "", None, values.collect()));
         }
@@ -198,7 +204,7 @@ fn pattern_claims(is_torque: bool, protocol: &Protocol, all: &[Replication]) -> 
     let mut shares = vec![
         claim(
             "phase-difference",
-            "phase differences differ (Friedman)".into(),
+            "results differ by phase difference (Friedman)".into(),
             Some(!is_torque),
             all.iter()
                 .map(|comparison| significant(comparison.friedman)),
@@ -214,20 +220,20 @@ fn pattern_claims(is_torque: bool, protocol: &Protocol, all: &[Replication]) -> 
     if is_torque {
         shares.push(claim(
             "conducted-more",
-            "conducted pulls more at 1, 2, 5, 10 ms".into(),
+            "conducted: more torque at 1, 2, 5 and 10 ms".into(),
             Some(true),
             all.iter().map(more),
         ));
         shares.push(claim(
             "one-alike",
-            "one point alike, conducted or isolated".into(),
+            "one point: same torque, conducted or isolated".into(),
             Some(true),
             all.iter()
                 .map(|replication| replication.one_point.map(|[c, i]| ALIKE.contains(&(c / i)))),
         ));
         shares.push(claim(
             "two-more",
-            "conducted two points pull more than one".into(),
+            "conducted: more torque by two points than by one".into(),
             Some(true),
             all.iter().map(|replication| {
                 let [one, _] = replication.one_point?;
@@ -239,7 +245,10 @@ fn pattern_claims(is_torque: bool, protocol: &Protocol, all: &[Replication]) -> 
     } else {
         shares.push(claim(
             "selective",
-            format!("above {} from pattern 5 on", protocol.selective),
+            format!(
+                "individuation above {} from pattern 5 on",
+                protocol.selective
+            ),
             Some(true),
             all.iter().map(|replication| {
                 let late: Option<Vec<f64>> = replication.patterns[5..].iter().copied().collect();
@@ -248,7 +257,7 @@ fn pattern_claims(is_torque: bool, protocol: &Protocol, all: &[Replication]) -> 
         ));
         shares.push(claim(
             "together-worst",
-            "together least selective of all".into(),
+            "simultaneous pulses are least selective".into(),
             Some(true),
             all.iter().map(|replication| {
                 let rest: Option<Vec<f64>> = replication.patterns[1..].iter().copied().collect();

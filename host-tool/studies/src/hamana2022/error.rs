@@ -9,13 +9,16 @@ use host_core::session::SessionError;
 #[derive(Debug, thiserror::Error)]
 pub enum TwoPointsError {
     /// The declaration is invalid.
-    #[error("E621 the population's declaration: {0}")]
+    #[error("E621 the declaration of the two-point study is wrong: {0}")]
     Declaration(String),
     /// No wearer has this name.
-    #[error("E624 there is no wearer `{0}`; there are P, Q, R and S, or a file that ends in .toml")]
+    #[error(
+        "E624 there is no wearer `{0}`; choose P, Q, R, S or all, or give a wearer file that ends \
+         in .toml"
+    )]
     Nobody(String),
     /// No ablation has this name: the name, and those that exist.
-    #[error("E627 there is no departure `{0}`; there are {1}")]
+    #[error("E627 --ablation `{0}` does not exist; choose one of {1}")]
     NoDeparture(String, String),
     /// A wearer file lacks values that these studies need: the file, and the values.
     #[error("E625 {0}: {1}")]
@@ -24,16 +27,22 @@ pub enum TwoPointsError {
     #[error(transparent)]
     File(#[from] SessionError),
     /// The device does not play a pattern as intended: the pattern, and the reason.
-    #[error("E628 {0}: the device does not put it out as the body alone is given it: {1}")]
+    #[error("E628 {0}: the device does not play this pattern as the study intends: {1}")]
     PutOut(String, String),
     /// The device cannot be opened.
     #[error(transparent)]
     Device(#[from] OpenError),
     /// A random hand is invalid.
-    #[error("E622 a drawn hand cannot be; change its field in the population's declaration")]
+    #[error(
+        "E622 a randomly generated hand is impossible; change the range of the named field in \
+         hamana-population.toml"
+    )]
     Hand(#[from] InvalidHand),
     /// The circuit of a random hand cannot be solved.
-    #[error("E623 the circuit of a drawn hand cannot be solved: a mistake of the program")]
+    #[error(
+        "E623 the circuit of a randomly generated hand cannot be solved (an error in the program; \
+         please report it)"
+    )]
     Network(#[from] InvalidSegment),
     /// The sweep failed.
     #[error(transparent)]

@@ -40,15 +40,17 @@ impl Participant {
     /// # Errors
     /// Fails if the file has no `[forearm]`, or a threshold outside the range of the searches.
     pub(super) fn from_wearer(wearer: &Wearer) -> Result<Self, String> {
-        let forearm = wearer.forearm.ok_or("it has no `[forearm]`")?;
+        let forearm = wearer
+            .forearm
+            .ok_or("the file has no `[forearm]` section")?;
         let thresholds_v = wearer.forearm_thresholds_v();
         let names = ["A", "B", "the extensor's point"];
         let numbered = names.into_iter().zip(thresholds_v.into_iter().flatten());
         let wrong = numbered.filter(|(_, v)| !(LEAST_V..=DEVICE_V).contains(v));
         let wrong = wrong.map(|(name, v)| {
             format!(
-                "the threshold of {name} is {v} V, searches go from {LEAST_V} to {DEVICE_V} V, \
-                 the device's 20 mA into 2 kΩ"
+                "the threshold of {name} is {v} V; allowed: {LEAST_V} to {DEVICE_V} V (the \
+                 device's largest current, 20 mA, into 2 kΩ)"
             )
         });
         let wrong: Vec<String> = wrong.collect();

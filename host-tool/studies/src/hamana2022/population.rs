@@ -166,7 +166,7 @@ pub fn rule(name: &str) -> Result<Rule, TwoPointsError> {
         "curvature" => Ok(Rule::Curvature),
         "field" => Ok(Rule::Field),
         _ => Err(TwoPointsError::Declaration(format!(
-            "no rule `{name}`: potential, curvature or field"
+            "there is no rule `{name}`; allowed: potential, curvature, field"
         ))),
     }
 }
@@ -183,7 +183,10 @@ pub fn ablate(mut spec: HandSpec, name: &str) -> Result<HandSpec, TwoPointsError
         "refractoriness" => (spec.membrane.absolute_s, spec.membrane.relative_s) = (0.0, 0.0),
         "summation" => spec.sums = false,
         _ => {
-            let what = format!("no ablation `{name}`");
+            let what = format!(
+                "there is no ablation `{name}`; allowed: capacitance, limiter, nonlinearity, \
+                 refractoriness, summation"
+            );
             return Err(TwoPointsError::Declaration(what));
         }
     }

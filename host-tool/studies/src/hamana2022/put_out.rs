@@ -150,7 +150,8 @@ impl Pattern {
         let mut port = device.open(&file.session, 1)?;
         let heard = StageEvent::default();
         let world = port.world();
-        let world = world.ok_or_else(|| failed("it is not simulated".to_owned()))?;
+        let unsuitable = "the device is not simulated; choose --device native, chip or qemu";
+        let world = world.ok_or_else(|| failed(unsuitable.to_owned()))?;
         world.body = Box::new(Leads {
             loads: [Load::Ohms(LOAD_OHM.into()); CHANNELS],
             heard: heard.clone(),
@@ -161,7 +162,7 @@ impl Pattern {
         }
         let epoch_us = outcome
             .epoch_us
-            .ok_or_else(|| failed("no start".to_owned()))?;
+            .ok_or_else(|| failed("the session did not start".to_owned()))?;
         let heard = heard.lock().unwrap_or_else(PoisonError::into_inner);
         Ok(period(&heard, epoch_us + RISEN_US))
     }
@@ -177,7 +178,7 @@ impl Pattern {
             let short_v = asked_v[point] - volts[point];
             if !(-1e-9..=STEP_V + 5e-4).contains(&short_v) {
                 let (found, asked) = (volts[point], asked_v[point]);
-                return Some(format!("{found} V for {asked} V"));
+                return Some(format!("{found} V instead of {asked} V"));
             }
         }
         let (expected, found) = (by_microsecond(&self.period(volts)), by_microsecond(put_out));
@@ -191,7 +192,10 @@ impl Pattern {
             })
         };
         let at_us = expected.iter().zip(&found).position(|both| !is_like(both));
-        at_us.map(|at| format!("{:?} for {:?} at {at} µs", found[at], expected[at]))
+        at_us.map(|at| {
+            let (found, expected) = (&found[at], &expected[at]);
+            format!("terminals {found:?} instead of {expected:?} at {at} µs")
+        })
     }
 }
 
@@ -242,16 +246,18 @@ impl OutputComparison {
     #[must_use]
     pub fn in_words(&self, who: &str, device: &DeviceName) -> String {
         let torques = match self.apart {
-            0.0 => "equal to the last bit".to_owned(),
+            0.0 => "identical to the last bit".to_owned(),
             apart => format!(
-                "apart by at most {:.1} % of what the flexors have, by what that leaves on the skin",
+                "different by at most {:.1} % of the flexors' largest torque, because of the \
+                 charge that floating leaves on the skin",
                 100.0 * apart
             ),
         };
         format!(
-            "All numbers are of the body alone. {} patterns of {who} were put out by --device {} as \
-             well, into dummy loads: the same terminals at every microsecond, but that a point \
-             floats, while nothing drives, before its own pulse; torques are {torques}.",
+            "All numbers of this study are computed on the simulated hand without a device. As a \
+             check, {} patterns of {who} were also played by --device {} into dummy loads. At \
+             every microsecond the output equals the intended pattern, except that before its own \
+             pulse a point may float while no point is driven. The torques are {torques}.",
             self.patterns,
             device.to_argument()
         )

@@ -86,30 +86,35 @@ pub(super) fn parse_row(row: &str, population: &Population) -> Result<DrawOutcom
     let wanted = columns(population).len();
     if fields.len() != wanted {
         return Err(format!(
-            "{} fields after what was drawn, wanted are {wanted}",
+            "the row has {} fields after the random parameters; expected: {wanted}",
             fields.len()
         ));
     }
     let [became, electrodes, rest @ ..] = &fields[..] else {
-        return Err("no fields".to_owned());
+        return Err("the row has no fields".to_owned());
     };
     if *became != WHOLE {
         let known = MISSING.into_iter().find(|(name, _)| name == became);
         let known = known.map(|(_, drawn)| drawn);
-        return known.ok_or_else(|| format!("no draw becomes `{became}`"));
+        return known.ok_or_else(|| {
+            format!(
+                "became is `{became}`; allowed: whole, no points, no coupling, held by the \
+                 limiter, no voltages"
+            )
+        });
     }
     let is_small = ELECTRODES
         .iter()
         .position(|electrode| electrode == electrodes);
-    let is_small = is_small.ok_or_else(|| format!("no electrodes are `{electrodes}`"))? == 1;
+    let is_small = is_small
+        .ok_or_else(|| format!("electrodes is `{electrodes}`; allowed: round, small"))?
+        == 1;
     let mut values = [None; NUMBERS.len()];
     for ((value, field), (name, ends)) in values.iter_mut().zip(rest).zip(NUMBERS) {
         *value = parse_number(field)?;
         if value.is_some_and(|value| !(ends[0]..=ends[1]).contains(&value)) {
             let [low, high] = ends;
-            return Err(format!(
-                "{name} is {field}, it lies between {low} and {high}"
-            ));
+            return Err(format!("{name} is {field}; allowed: {low} to {high}"));
         }
     }
     let left_out = rest.get(NUMBERS.len()).copied().unwrap_or_default();
@@ -118,7 +123,7 @@ pub(super) fn parse_row(row: &str, population: &Population) -> Result<DrawOutcom
     match left_out.parse() {
         Ok(left_out) if left_out <= most => numbers_of(values, is_small, left_out),
         _ => Err(format!(
-            "left_out is `{left_out}`, it is a count of at most {most} trials"
+            "left_out is `{left_out}`; allowed: 0 to {most} trials"
         )),
     }
 }

@@ -21,7 +21,7 @@ const SHORT: [&str; 8] = [
 ];
 
 /// Wording of the share of draws whose searches succeed; the other shares count only these.
-const FOUND: &str = "searches find points and voltages; no other share counts a draw without";
+const FOUND: &str = "points and voltages found; only these draws are judged";
 
 /// Quantity that a claim compares; `None` if a wearer has none.
 type Measure = fn(&Numbers) -> Option<f64>;
@@ -29,33 +29,54 @@ type Measure = fn(&Numbers) -> Option<f64>;
 const TWO_ONE: &str = "two points over one, torque";
 const APART: &str = "two points conducted over isolated, torque";
 const ALIKE: &str = "one point conducted over isolated, torque";
-/// Name, unit and getter of each quantity.
-const MEASURES: [(&str, &str, Measure); 9] = [
-    (TWO_ONE, "", |numbers| {
+/// Id, wording, unit and getter of each quantity.
+const MEASURES: [(&str, &str, &str, Measure); 9] = [
+    (TWO_ONE, "torque, two points / one point", "", |numbers| {
         Some(numbers.torques.two / numbers.torques.one)
     }),
-    (APART, "", |numbers| {
-        Some(numbers.torques.two / numbers.torques.apart)
-    }),
-    ("isolated two points over one, torque", "", |numbers| {
-        Some(numbers.torques.apart / numbers.torques.one)
-    }),
-    (ALIKE, "", |numbers| {
-        Some(numbers.torques.one / numbers.torques.one_isolated)
-    }),
-    ("individuation, both together", "", |numbers| {
-        numbers.individuations[TOGETHER]
-    }),
-    ("individuation, 2000 µs apart", "", |numbers| {
-        numbers.individuations[LATE]
-    }),
-    ("r_th", "", |numbers| numbers.voltages.ratio),
-    ("one point loses by pronation", "°", |numbers| {
-        Some(numbers.postures[0][0] - numbers.postures[0][2])
-    }),
-    ("two points lose by pronation", "°", |numbers| {
-        Some(numbers.postures[1][0] - numbers.postures[1][2])
-    }),
+    (
+        APART,
+        "torque of two points, conducted / isolated",
+        "",
+        |numbers| Some(numbers.torques.two / numbers.torques.apart),
+    ),
+    (
+        "isolated two points over one, torque",
+        "torque, two isolated points / one point",
+        "",
+        |numbers| Some(numbers.torques.apart / numbers.torques.one),
+    ),
+    (
+        ALIKE,
+        "torque of one point, conducted / isolated",
+        "",
+        |numbers| Some(numbers.torques.one / numbers.torques.one_isolated),
+    ),
+    (
+        "individuation, both together",
+        "individuation index, pulses 0 µs apart",
+        "",
+        |numbers| numbers.individuations[TOGETHER],
+    ),
+    (
+        "individuation, 2000 µs apart",
+        "individuation index, pulses 2000 µs apart",
+        "",
+        |numbers| numbers.individuations[LATE],
+    ),
+    ("r_th", "r_th", "", |numbers| numbers.voltages.ratio),
+    (
+        "one point loses by pronation",
+        "angle lost by pronation, one point",
+        "°",
+        |numbers| Some(numbers.postures[0][0] - numbers.postures[0][2]),
+    ),
+    (
+        "two points lose by pronation",
+        "angle lost by pronation, two points",
+        "°",
+        |numbers| Some(numbers.postures[1][0] - numbers.postures[1][2]),
+    ),
 ];
 
 impl Cell {
@@ -134,11 +155,11 @@ impl Summary {
     pub fn details(&self) -> String {
         let median = |id: &str| {
             let measure = MEASURES.iter().find(|measure| measure.0 == id);
-            let middle = measure.and_then(|(_, _, of)| statistics::median(self.sorted(*of)));
+            let middle = measure.and_then(|(_, _, _, of)| statistics::median(self.sorted(*of)));
             middle.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"))
         };
         format!(
-            "  {}; medians: two/one {}, C/I {}, one C/I {}",
+            "  {}\n  median torque ratios: two points/one {}, C/I {}, C/I of one point {}",
             self.missing(),
             median(TWO_ONE),
             median(APART),
@@ -157,9 +178,9 @@ impl Summary {
         let unlike = match count(|draw| matches!(draw, DrawOutcome::NoCoupling | DrawOutcome::Held))
         {
             0 => String::new(),
-            some => format!(", other thresholds {some}"),
+            some => format!(", without the given thresholds {some}"),
         };
-        format!("no points {no_points}{unlike}, no voltages {no_volts}")
+        format!("draws without points {no_points}{unlike}, without voltages {no_volts}")
     }
 
     /// Returns the values of a quantity in ascending order.
@@ -175,8 +196,8 @@ impl Summary {
     #[must_use]
     pub fn rows(&self) -> Vec<Row> {
         let name = self.cell.name();
-        let row = |(id, unit, of): &(&str, &str, Measure)| {
-            let (id, quantity) = (format!("{name}/{id}"), format!("{id}: {name}"));
+        let row = |(id, words, unit, of): &(&str, &str, &str, Measure)| {
+            let (id, quantity) = (format!("{name}/{id}"), format!("{words}: {name}"));
             Row::from_numbers(id, quantity, unit, None, self.sorted(*of))
         };
         MEASURES.iter().map(row).collect()
@@ -188,7 +209,7 @@ impl Summary {
     pub fn shares(&self, population: &Population) -> Vec<Share> {
         let claims = population.claims.iter().enumerate();
         let each = claims.map(|(index, claim)| (&*claim.id, &*claim.says, self.holds(index)));
-        let jointly = ("all", "all of them in one wearer", self.holds_jointly());
+        let jointly = ("all", "all claims in one wearer", self.holds_jointly());
         let share = |(id, says, cases): (&str, &str, (u64, u64))| Share {
             at: self.cell.name(),
             ..Share::from_counts(id.to_owned(), says.to_owned(), Some(true), cases)

@@ -121,8 +121,11 @@ impl Wearer {
             Ok(ranges) => ranges,
             Err(why) => return Ok(Err(why)),
         };
-        let text = adapt_session(method.session(), ranges, law)
-            .ok_or_else(|| TwoPointsError::Declaration("experiment 4's session".to_owned()))?;
+        let text = adapt_session(method.session(), ranges, law).ok_or_else(|| {
+            TwoPointsError::Declaration(
+                "the session of experiment 4 cannot be adapted to the wearer".to_owned(),
+            )
+        })?;
         let mut file = match SessionFile::parse("hamana-4.toml", &text) {
             Ok(file) => file,
             // The session is invalid if threshold and largest voltage are equal, because nothing
@@ -163,7 +166,7 @@ fn adapt_session(text: &str, ranges_v: [[f64; 2]; 3], law: &str) -> Option<Strin
     for channel in table.get_mut("channel")?.as_array_mut()? {
         let channel = channel.as_table_mut()?;
         let most_v = range(channel.get("number")?)?[1];
-        // The paper's law switches its voltages without a ramp.
+        // The paper's controller switches its voltages without a ramp.
         for field in ["limit", "start"] {
             channel.insert(field.into(), most_v.into());
         }

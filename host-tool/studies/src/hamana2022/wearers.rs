@@ -59,13 +59,15 @@ const TRIALS: u64 = 0x7121;
 /// Reads a participant from the wearer file `file` with this text; all of its thresholds must be
 /// known.
 fn own(file: &str, text: &str) -> Result<Participant, TwoPointsError> {
-    let of = Participant::from_wearer(&wearer::Wearer::parse(file, text)?).and_then(|participant| {
-        let missing = "no thresholds are known: measure those of A, B and the extensor's point, \
-                       V, as `motor_threshold` of channels 1 to 3 or as `forearm.thresholds_v`";
-        participant
-            .thresholds_v
-            .map_or(Err(missing.to_owned()), |_| Ok(participant))
-    });
+    let of =
+        Participant::from_wearer(&wearer::Wearer::parse(file, text)?).and_then(|participant| {
+            let missing = "the file has no thresholds: measure those of point A, point B and the \
+                           extensor's point, and enter them in V as `motor_threshold` of channels \
+                           1 to 3 or as `forearm.thresholds_v`";
+            participant
+                .thresholds_v
+                .map_or(Err(missing.to_owned()), |_| Ok(participant))
+        });
     of.map_err(|why| TwoPointsError::Wearer(file.to_owned(), why))
 }
 
@@ -130,7 +132,7 @@ impl Participants {
     #[must_use]
     pub fn ablation_note(&self) -> Option<String> {
         let Departure { name, says, .. } = &self.departure;
-        (!name.is_empty()).then(|| format!("Departure {name}: {says}."))
+        (!name.is_empty()).then(|| format!("Ablation `{name}` (option --ablation): {says}."))
     }
 
     /// Generates draw `index` of `participant`, or returns the reason why that is impossible.

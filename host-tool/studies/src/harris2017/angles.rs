@@ -22,11 +22,11 @@ pub struct AngleDependence {
 /// Each cause alone, then both together.
 pub const DEPENDS: [(&str, AngleDependence); 5] = [
     (
-        "arms, Rankin & Neptune",
+        "moment arms, Rankin & Neptune",
         AngleDependence::new(Some(Source::RankinNeptune), false),
     ),
     (
-        "arms, MuscleArms",
+        "moment arms, MuscleArms",
         AngleDependence::new(Some(Source::MuscleArms), false),
     ),
     ("force-length alone", AngleDependence::new(None, true)),

@@ -57,7 +57,11 @@ pub fn holds(
             let apart = first.torque_nm / second.torque_nm - 1.0;
             apart.is_finite().then(|| apart.abs() < judged.same_within)
         }
-        _ => return Err(RampsError::Declaration(format!("no claim `{id}`"))),
+        _ => {
+            return Err(RampsError::Declaration(format!(
+                "no rule judges the claim `{id}`"
+            )));
+        }
     })
 }
 

@@ -110,7 +110,7 @@ impl Stimulation {
         let mut port = device.open(&file.session, 1)?;
         let heard = ElectrodeLog::default();
         let world = port.world();
-        let world = world.ok_or_else(|| failed("it is not simulated".to_owned()))?;
+        let world = world.ok_or_else(|| failed("the device is not a simulator".to_owned()))?;
         world.body = Box::new(Notes::new(&heard));
         let streamed = self.stream(protocol, &file, port);
         let epoch_us = streamed.map_err(|e| failed(e.to_string()))?;
@@ -163,7 +163,7 @@ impl Stimulation {
 /// Compares the pulses one by one; fails if they differ by more than the resolution of the current.
 fn compare_pulses(meant: &[Pulse], found: &[Pulse]) -> Result<OutputDifference, String> {
     if meant.len() != found.len() {
-        return Err(format!("{} pulses for {}", found.len(), meant.len()));
+        return Err(format!("{} pulses instead of {}", found.len(), meant.len()));
     }
     let mut apart = OutputDifference {
         pulses: meant.len(),
@@ -178,7 +178,7 @@ fn compare_pulses(meant: &[Pulse], found: &[Pulse]) -> Result<OutputDifference, 
         let is_like = (meant.t_us, meant.channel, meant.width_us)
             == (found.t_us, found.channel, found.width_us);
         if !(is_like && by <= STEP_MA + 5e-4) {
-            return Err(format!("{found:?} for {meant:?}"));
+            return Err(format!("{found:?} instead of {meant:?}"));
         }
         apart.current_ma = apart.current_ma.max(by);
     }
@@ -213,9 +213,10 @@ impl OutputDifference {
     #[must_use]
     pub fn in_words(&self, device: &DeviceName) -> String {
         format!(
-            "Everybody got the pulses that --device {} put out, streamed to it once: {} pulses of \
-             seven stimulations, each at the microsecond and with the width that was meant, \
-             currents within {:.1} µA (a step of the converter is 1.5 µA).",
+            "All wearers received the pulses that --device {} emitted; each stimulation was \
+             streamed to it once. These were {} pulses of seven stimulations, all at the intended \
+             microsecond and with the intended width; currents were within {:.1} µA of the \
+             intended ones (a step of the converter is 1.5 µA).",
             device.to_argument(),
             self.pulses,
             1e3 * self.current_ma

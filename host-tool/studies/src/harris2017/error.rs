@@ -7,13 +7,15 @@ use host_core::run::OpenError;
 #[derive(Debug, thiserror::Error)]
 pub enum RampsError {
     /// The declaration is invalid.
-    #[error("E690 the declaration of harris-ramps: {0}")]
+    #[error("E690 the declaration harris-ramps.toml is invalid: {0}")]
     Declaration(String),
     /// A random wearer's elbow is invalid.
-    #[error("E691 a drawn elbow cannot be; change that field's range in the declaration")]
+    #[error(
+        "E691 a random elbow is impossible; change the range of this field in harris-ramps.toml"
+    )]
     Bench(#[from] InvalidBench),
     /// The device does not play a test: its description, and the reason.
-    #[error("E692 {0}: the device does not put it out: {1}")]
+    #[error("E692 {0}: the device did not play this stimulation: {1}")]
     Device(String, String),
     /// The device cannot be opened.
     #[error(transparent)]

@@ -8,10 +8,10 @@ use crate::laboratory::{Curve, Plot, Plots, Sheet, SheetAxis};
 
 /// Series of figure 3.
 const CURVES: [&str; 4] = [
-    "contraction, measured",
-    "contraction, fitted",
+    "contraction threshold, measured",
+    "contraction threshold, fitted",
     "recommended maximum, assumed",
-    "lowest fibre's threshold",
+    "lowest threshold of the fibres",
 ];
 /// Number of points of a plotted strength–duration curve.
 const POINTS: u32 = 60;
@@ -28,13 +28,14 @@ impl Study {
             .collect();
         let mut sheets: Vec<Sheet> = self.strength_durations(all).into_iter().collect();
         if let Some(first) = all.first() {
-            let caption = "Torque by the cell of participant 1, simulated: width ramps above, \
-                           current ramps below, angles from left to right. The paper's figure 6 \
-                           is a picture of another person; its numbers are not printed.";
+            let caption = "Simulated torque of participant 1 at the load cell: width ramps in the \
+                           upper row, current ramps in the lower row, one angle per column. The \
+                           paper's figure 6 shows a real participant and prints no numbers.";
             sheets.push(self.torques("Figure 6", caption, first, &[&widths, &currents]));
         }
         if let Some(second) = all.get(1) {
-            let caption = "The same of participant 2, current ramps alone, as figure 7 has them.";
+            let caption = "Simulated torque of participant 2 at the load cell: current ramps \
+                           only, as in the paper's figure 7.";
             sheets.push(self.torques("Figure 7", caption, second, &[&currents]));
         }
         sheets
@@ -70,7 +71,7 @@ impl Study {
         });
         Sheet::figure(
             number,
-            "torque at the elbow over ramps",
+            "elbow torque during the ramps",
             caption.to_owned(),
             Plots {
                 beside: self.declared.protocol.angles_deg.len(),
@@ -84,14 +85,15 @@ impl Study {
     fn strength_durations(&self, all: &[DrawResult]) -> Option<Sheet> {
         let plot = |(place, found): (usize, &DrawResult)| self.strength_duration(place, found);
         let plots: Vec<Plot> = all.iter().take(2).enumerate().filter_map(plot).collect();
-        let caption = "Thresholds of the triceps by the bench's own search, simulated, with the \
-                       law through them. Figure 3 is redrawn from Baker et al. 1993 and a \
-                       picture: the upper curve is assumed (the largest pulses of section 3.3, \
-                       nothing above 80 mA).";
+        let caption = "Simulated thresholds of the triceps, found by a search on the test rig, \
+                       with the fitted strength-duration law. The paper's figure 3 is redrawn \
+                       from Baker et al. 1993 and prints no numbers, so the upper curve is \
+                       assumed: it goes through the largest pulses of section 3.3 and is limited \
+                       to 80 mA.";
         (!plots.is_empty()).then(|| {
             Sheet::figure(
                 "Figure 3",
-                "current against width: contraction and maximum",
+                "contraction threshold and recommended maximum against pulse width",
                 caption.to_owned(),
                 Plots {
                     beside: 2,

@@ -72,7 +72,7 @@ impl OpenDevice {
         let mut port = device.open(&file.session, 1)?;
         let heard = ElectrodeLog::default();
         let world = port.world();
-        let world = world.ok_or_else(|| failed("it is not simulated"))?;
+        let world = world.ok_or_else(|| failed("the device is not a simulator"))?;
         world.body = Box::new(Notes::new(&heard));
         let stepper = begin(file, port, ma).map_err(failed)?;
         Ok(Self { stepper, heard })
@@ -146,7 +146,7 @@ fn failed(why: impl ToString) -> RampsError {
 }
 
 fn silent() -> RampsError {
-    failed("a pulse did not come")
+    failed("no pulse followed within 250 ms")
 }
 
 /// Measures the latency from an edge at the trigger input to the first edge of the train.
@@ -194,13 +194,14 @@ impl Latency {
             format!("{least} to {most} µs at {rate_hz} Hz from {from_ma} mA")
         });
         format!(
-            "Latency on --device {}, of {TIMES} each: from an edge at the trigger input to the \
-             first edge of its train {least} to {most} µs, by design 1000; from the host's \
-             setpoint of 20 mA to the first pulse that has it {}. That is the wait for the \
-             running train's next slot; `start` lets the first pulse have 20 mA. The paper: {} to \
-             {} µs from a reference pulse, set by the same program that sent the command, to the \
-             first pulse: with its USB, serial line and stimulator in it. The wire of a simulator \
-             takes no time, the chip's USB does.",
+            "Latency of --device {}, {TIMES} repetitions each. From an edge at the trigger input \
+             to the first edge of its train: {least} to {most} µs; the design value is 1000 µs. \
+             From the host's setpoint of 20 mA to the first pulse with that current: {}. A \
+             setpoint waits for the next pulse of the running train; the channel's `start` lets \
+             that pulse have 20 mA without a rise. The paper states {} to {} µs from a reference \
+             pulse, set by the program that sent the command, to the first pulse. This includes \
+             its USB, serial line and stimulator. The wire of the native simulator takes no time; \
+             the USB of the chip simulator does.",
             device.to_argument(),
             commands.collect::<Vec<_>>().join(", "),
             PAPER_US[0],

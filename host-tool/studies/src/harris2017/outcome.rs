@@ -10,20 +10,21 @@ use host_core::record::sha256;
 use std::collections::BTreeMap;
 
 /// Notes that accompany every result.
-const SIMULATED: &str = "Simulated: drawn elbows of assumed parameters; no evidence about people.";
-const MEANING: &str = "Ours is the median, low and high the 5th and 95th percentile of the persons \
-                       drawn. Participants 1 and 2 are the first two of them: nothing was chosen \
-                       to resemble figure 6 or 7, whose curves were not at hand and whose numbers \
-                       the paper does not print.";
+const SIMULATED: &str = "Simulated: random elbows with assumed parameters; no evidence about \
+                         people.";
+const MEANING: &str = "Each result is the median of the simulated wearers, with the 5th and 95th \
+                       percentile. Participants 1 and 2 are the first two wearers: nothing was \
+                       chosen to resemble figure 6 or 7, whose curves were not available and \
+                       whose numbers the paper does not print.";
 const ANGLES: &str = "The paper's angles are between forearm and upper arm: its 75° is 105° of \
-                      flexion. Moment arms by Rankin & Neptune are second-hand, and beyond 100° of \
-                      flexion their two fits part (1.2 mm at 105°).";
-const FATIGUE: &str = "Nobody tires here: the rests of five minutes have no effect, and neither \
-                       has the order.";
-const PAIN: &str = "The paper calls 45 µs with 80 mA uncomfortable, and says that no test went \
-                    beyond the recommended maximum, which 35 mA at 300 µs did not. Both lie on one \
-                    curve I = b (1 + c/d) for c = 88 µs (ours), which figure 3's upper curve is \
-                    assumed to be here.";
+                      flexion. The moment arms by Rankin & Neptune come from a secondary source; \
+                      above 100° of flexion, their two fits differ (by 1.2 mm at 105°).";
+const FATIGUE: &str = "Fatigue is not simulated, so the rests of five minutes and the order of \
+                       the tests have no effect.";
+const PAIN: &str = "The paper calls 80 mA at 45 µs uncomfortable, and states that no test \
+                    exceeded the recommended maximum, so 35 mA at 300 µs did not. Both pulses lie \
+                    on one curve I = b (1 + c/d) if c is 88 µs (our assumption). This curve is \
+                    the assumed upper curve of figure 3.";
 
 /// Information about the run that only the command knows.
 #[derive(Clone, Debug)]

@@ -25,7 +25,7 @@ impl Study {
         let parts = all
             .iter()
             .filter_map(|result| co_contraction(&self.declared, result));
-        let says = "biceps at 40 mA, 25 µs against the triceps at 80 mA, 35 µs";
+        let says = "biceps torque relative to triceps (40 mA × 25 µs and 80 mA × 35 µs)";
         let id = "biceps-part".to_owned();
         rows.push(row(
             id,
@@ -35,7 +35,7 @@ impl Study {
         ));
         let found = all.iter().filter_map(DrawResult::chronaxies_us);
         let parts = found.map(|(found, _, truth)| 1e2 * (found / truth - 1.0));
-        let says = "chronaxie found against the true one".to_owned();
+        let says = "error of the fitted chronaxie".to_owned();
         rows.push(row("chronaxie".to_owned(), says, "%", parts.collect()));
         for (nth, id) in ["beyond-first", "beyond-second"].into_iter().enumerate() {
             let beyond = self.declared.beyond;
@@ -61,8 +61,8 @@ impl Study {
         let told = |what: &str, says: &str| (format!("{id}/{what}"), format!("{says}, {words}"));
         let (peak, begin, linear) = (
             told("peak", "peak torque"),
-            told("begin", "torque begins"),
-            told("linearity", "R² of a line"),
+            told("begin", "onset of torque"),
+            told("linearity", "linearity (R²)"),
         );
         [
             row(
@@ -105,19 +105,20 @@ impl Study {
                     .map(|result| relative_torque_change(&result.person, depends, deg));
                 let numbers = numbers.collect::<Result<Vec<f64>, _>>()?;
                 let id = format!("angle-{nth}-{deg}");
-                let says = format!("triceps at {deg}°: {words}");
+                let says = format!("torque change at {deg}°: {words}");
                 let numbers = numbers.into_iter().map(|number| 1e2 * number).collect();
                 rows.push(row(id, says, "%", numbers));
             }
         }
         let numbers = all.iter().map(|result| 1e2 * result.departs).collect();
-        let says = "a current ramp's end at ±15°, the most".to_owned();
+        let says = "largest change at ±15°, current ramp".to_owned();
         rows.push(row("angle-most".to_owned(), says, "%", numbers));
         let level = self.declared.judged.level;
         for noise in [0.06, 0.10] {
             let least = least_found(noise, level, self.seed).map(|value| 1e2 * value);
             let percent = (1e2 * noise).round();
-            let says = format!("±15° that 4 of 5 such studies find, noise of {percent} %");
+            let says =
+                format!("smallest detectable change, noise {percent} % (found by 4 of 5 studies)");
             let id = format!("least-found-{percent}");
             rows.push(row(id, says, "%", least.into_iter().collect()));
         }
@@ -153,7 +154,7 @@ impl Study {
             tested.iter().filter(|flag| **flag).count() as u64,
             tested.len() as u64,
         );
-        let says = "a study of two finds ±15° significant (p < 0.05)";
+        let says = "two participants show an effect of ±15°, p < 0.05";
         Share::from_counts(
             "angle-significant".to_owned(),
             says.to_owned(),
@@ -172,7 +173,7 @@ impl Study {
             within.iter().filter(|flag| **flag).count() as u64,
             within.len() as u64,
         );
-        let says = "the chronaxie's 95 % interval has the true one";
+        let says = "the 95 % interval contains the true chronaxie";
         Share::from_counts(
             "chronaxie-covered".to_owned(),
             says.to_owned(),

@@ -103,6 +103,6 @@ impl laboratory::Study for Run {
     }
 
     fn progress_text(&self, done: u64) -> String {
-        format!("{done} of {} persons", self.units())
+        format!("{done} of {} wearers", self.units())
     }
 }

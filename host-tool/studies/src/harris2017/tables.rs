@@ -34,7 +34,7 @@ impl Study {
             .muscles
             .iter_mut()
             .for_each(|stimulation| stimulation.length_at_90 = 1.0);
-        let (mut heads, mut rows) = (vec!["torque against 90°".to_owned()], Vec::new());
+        let (mut heads, mut rows) = (vec!["what depends on the angle".to_owned()], Vec::new());
         let angles = || {
             self.declared
                 .protocol
@@ -51,13 +51,14 @@ impl Study {
             }
             rows.push(row);
         }
-        let caption = "Triceps with all heads excited alike, forces of arm26.osim, the long head \
-                       at its best length at 90° (assumed; it is drawn between 0.8 and 1.2 of it). \
-                       The paper: 75° to 105° \"did not alter the torque output significantly\", \
-                       of two participants, without a number. Angles are between forearm and upper \
-                       arm.";
+        let caption = "Change of the triceps' torque relative to 90°, with all heads excited \
+                       equally and the muscle forces of arm26.osim. The long head is assumed to \
+                       have its optimal length at 90°; the draws vary this length from 0.8 to 1.2 \
+                       of the optimum. The paper: 75° to 105° \"did not alter the torque output \
+                       significantly\", for two participants, without a number. Angles are \
+                       between forearm and upper arm.";
         let grid = Grid { heads, rows };
-        let title = "what ±15° do to the triceps' torque";
+        let title = "effect of ±15° on the triceps' torque";
         Ok(Some(Sheet::table(
             "Angles",
             title,
@@ -99,7 +100,7 @@ impl Study {
             row.extend(OTHERS.map(stimulated));
             row
         };
-        let heads = ["at 90°", "triceps first", "another first"].map(str::to_owned);
+        let heads = ["ramp at 90°", "triceps first", "another first"].map(str::to_owned);
         let heads = heads
             .into_iter()
             .chain(OTHERS.map(|muscle| in_words(muscle).to_owned()));
@@ -110,11 +111,11 @@ impl Study {
                 .map(row)
                 .collect(),
         };
-        let caption = "Shares of the persons drawn, simulated. First: whose fibres answer first (1 \
-                       % of what can be reached); the rest: in whom the muscle counts as \
-                       stimulated by the ramp's end (0.1 N m of elbow torque; of the deltoid, \
-                       which has none, 5 % of its fibres).";
-        let title = "which muscle answers first, and which others do";
+        let caption = "Shares of the simulated wearers. First: the muscle whose fibres respond \
+                       first (1 % of the fibres within reach). Other columns: the muscle counts \
+                       as stimulated at the end of the ramp (0.1 N·m of elbow torque, or 5 % of \
+                       the fibres for the deltoid, which has no torque at the elbow).";
+        let title = "which muscle responds first, and which others respond";
         Sheet::table("Muscles", title, caption.to_owned(), grid)
     }
 
@@ -145,10 +146,11 @@ impl Study {
         let heads = heads
             .into_iter()
             .chain(OTHERS.map(|muscle| in_words(muscle).to_owned()));
-        let caption = "Of the body alone, held at 50 Hz and 90°, median of the persons: no device \
-                       of this program puts out more than 100 mA. With one chronaxie of 200 µs for \
-                       everything both pulses do the same by construction, at less than half of \
-                       the charge; what differs here, chronaxies do.";
+        let caption = "Medians of the simulated wearers at 50 Hz and 90°, computed with the body \
+                       alone, because no device of this program outputs more than 100 mA. If \
+                       every muscle had a chronaxie of 200 µs, both pulses would have the same \
+                       effect by construction, the second with less than half of the charge. The \
+                       differences here come from different chronaxies.";
         let grid = Grid {
             heads: heads.collect(),
             rows: rows.to_vec(),
@@ -167,10 +169,10 @@ impl Study {
         let heads = [
             "pair",
             "rheobase, mA",
-            "95 %",
+            "95 % interval",
             "chronaxie, µs",
-            "95 %",
-            "true, µs",
+            "95 % interval",
+            "true chronaxie, µs",
         ];
         let mut rows = Vec::new();
         for (place, found) in all.iter().take(2).enumerate() {
@@ -196,13 +198,14 @@ impl Study {
                 ]);
             }
         }
-        let caption = "Fitted through thresholds found by steps of 0.5 mA at ten widths. The \
-                       rheobase is that of a torque of 0.05 N m and lies above the lowest fibre's.";
+        let caption = "Law fitted to thresholds that were found in steps of 0.5 mA at ten pulse \
+                       widths. The rheobase belongs to a torque of 0.05 N·m and is therefore \
+                       higher than the lowest rheobase of the fibres.";
         let grid = Grid {
             heads: heads.map(str::to_owned).to_vec(),
             rows,
         };
-        let title = "thresholds of the participants against width";
+        let title = "thresholds of the participants against pulse width";
         (!grid.rows.is_empty())
             .then(|| Sheet::table("Strength and duration", title, caption.to_owned(), grid))
     }

@@ -84,13 +84,13 @@ impl Study {
             ),
             counted_share(
                 "nrmse-i5",
-                "the model's mean NRMSE at I5 is below 10 %",
+                "mean NRMSE of the model at I5: below 10 %",
                 Some(true),
                 count(&|all| Some(mean_nrmse(all, last)? < claims.nrmse_i5_percent)),
             ),
             counted_share(
                 "nrmse",
-                "and at I1 to I4 at most 13.1 %",
+                "mean NRMSE of the model at I1 to I4: ≤ 13.1 %",
                 Some(true),
                 count(&|all| {
                     let means: Option<Vec<f64>> = (0..last).map(|i| mean_nrmse(all, i)).collect();
@@ -106,7 +106,7 @@ impl Study {
             let printed_ma = self.truths.get(draw.subject)?.printed_ma;
             Some((draw.searched.i_mt_ma()? - printed_ma).abs() <= step)
         });
-        let claim = "I_MT found by force is the printed one ± 0.5 mA";
+        let claim = "I_MT found by force: printed value ± 0.5 mA";
         counted_share("i-mt", claim, Some(true), count_holds(near))
     }
 
@@ -115,27 +115,27 @@ impl Study {
         let rows = [
             (
                 "detector-false",
-                "detector: threshold where no fibre answers",
+                "detector: threshold found where no fibre responds",
                 found.without_force,
             ),
             (
                 "detector-early",
-                "detector: below the true step",
+                "detector: threshold below the true step",
                 found.early,
             ),
             (
                 "detector-near",
-                "detector: within a step of the truth",
+                "detector: within one step of the true threshold",
                 found.within,
             ),
             (
                 "bare-false",
-                "bare 0.015 N rule: where no fibre answers",
+                "0.015 N rule alone: found where no fibre responds",
                 found.bare_without_force,
             ),
             (
                 "bare-near",
-                "bare 0.015 N rule: within a step",
+                "0.015 N rule alone: within one step",
                 found.bare_within,
             ),
         ];
@@ -146,8 +146,11 @@ impl Study {
     fn covered(&self, parts: &[Part]) -> Vec<Share> {
         let mut all = Vec::new();
         let fits = [
-            (FitKind::Whitened, "95 % interval covers"),
-            (FitKind::Averaged, "averaged fit's covers"),
+            (FitKind::Whitened, "95 % interval contains the true"),
+            (
+                FitKind::Averaged,
+                "averaged fit: interval contains the true",
+            ),
         ];
         for (which, told) in fits {
             let cells = self.cells(parts, which);

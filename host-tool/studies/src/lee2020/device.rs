@@ -133,9 +133,12 @@ impl OnDevice {
         let file = session(&any, spec.channel, most_ma)?;
         let mut port = device.open(&file.session, seed)?;
         let heard = Arc::new(Mutex::new(BodyNotes::default()));
-        let world = port
-            .world()
-            .ok_or_else(|| failed(&any, "it is not simulated"))?;
+        let world = port.world().ok_or_else(|| {
+            failed(
+                &any,
+                "the device is not simulated; choose --device native, chip or qemu",
+            )
+        })?;
         let mut wrist = Wrist::new(spec, seed)?;
         wrist.advance(world.now_us());
         world.body = Box::new(NotingWrist {
@@ -158,7 +161,7 @@ impl OnDevice {
     }
 
     fn wait_s(&mut self, s: f64) -> Result<(), String> {
-        let gone = || "the device is gone".to_owned();
+        let gone = || "the device is no longer connected".to_owned();
         let port = self.port.as_mut().ok_or_else(gone)?;
         let world = port.world().ok_or_else(gone)?;
         rest_wearer(world, s, &mut || true).map_err(|e| e.to_string())
@@ -167,7 +170,7 @@ impl OnDevice {
     /// Returns the first difference between the pulses and the direct stimulation.
     fn find_difference(came: &[BodyPulse], train: &Train) -> Option<String> {
         if came.len() != train.pulses as usize {
-            return Some(format!("{} pulses came", came.len()));
+            return Some(format!("the device output {} pulses", came.len()));
         }
         let first_us = came.first()?.0;
         (0u64..)
@@ -179,7 +182,10 @@ impl OnDevice {
                     && (ma - train.ma).abs() <= STEP_MA;
                 (!is_like).then(|| {
                     let late_us = t_us - first_us;
-                    format!("pulse {place} has {ma:.3} mA for {width_us} µs at {late_us} µs")
+                    format!(
+                        "pulse {place} (counted from 0) has {ma:.3} mA for {width_us} µs, \
+                         {late_us} µs after the first"
+                    )
                 })
             })
     }
@@ -200,11 +206,11 @@ impl OnDevice {
         let begin_ms = (first_us / SAMPLE_US).saturating_sub(train.before as u64);
         let skipped = begin_ms
             .checked_sub(heard.since_ms)
-            .ok_or("there was too little rest before")?;
+            .ok_or("the recorded rest before the train is too short")?;
         let all = heard.samples_n.iter().skip(skipped as usize).copied();
         let samples_n: Vec<f64> = all.take(train.samples).collect();
         if samples_n.len() < train.samples {
-            return Err("there was too little rest after".to_owned());
+            return Err("the recorded rest after the train is too short".to_owned());
         }
         let record = ForceRecord {
             pulses_us: own
@@ -227,7 +233,7 @@ impl Stimulator for OnDevice {
         let port = self
             .port
             .take()
-            .ok_or_else(|| told("the device is gone".to_owned()))?;
+            .ok_or_else(|| told("the device is no longer connected".to_owned()))?;
         let (outcome, port) = run(&file, port, None, |_: f64| ());
         self.port = port;
         if let Some(error) = outcome.error {
@@ -235,7 +241,7 @@ impl Stimulator for OnDevice {
         }
         let epoch_us = outcome
             .epoch_us
-            .ok_or_else(|| told("it did not start".to_owned()))?;
+            .ok_or_else(|| told("the session did not start".to_owned()))?;
         let after = train.samples.saturating_sub(train.before + 1_000);
         self.wait_s(1e-3 * after as f64 + 0.05).map_err(told)?;
         let (record, pulses) = self.record(train, epoch_us).map_err(told)?;
@@ -245,7 +251,7 @@ impl Stimulator for OnDevice {
     }
 
     fn rest(&mut self, s: f64) -> Result<(), LeeError> {
-        let gone = |why| LeeError::PutOut("a break".to_owned(), why);
+        let gone = |why| LeeError::PutOut("rest between trains".to_owned(), why);
         self.wait_s(s).map_err(gone)
     }
 }
@@ -310,11 +316,12 @@ impl Study {
             .i_mt_ma()
             .map_or_else(|| "none".to_owned(), |i_mt_ma| format!("{i_mt_ma} mA"));
         Ok(vec![format!(
-            "All numbers are of the body alone. {}'s whole protocol, each train an ordinary \
-             session, was put out by --device {} as well: {trains} trains, {pulses} pulses, each \
-             at the microsecond, of the width and within a converter's step of the amplitude that \
-             the body alone is given; I_MT {i_mt} (truth {} mA), and the intervals of {} of the \
-             5 constants that were fitted to it have the truth.",
+            "All numbers of this study are computed on the simulated wrist without a device. As a \
+             check, the whole protocol of {} was also played by --device {}, each train as an \
+             ordinary session: {trains} trains with {pulses} pulses. Time (to the microsecond) \
+             and width of each pulse equal those of the study, and its amplitude differs by at \
+             most one step of the converter. In this run, I_MT is {i_mt} (true value: {} mA), and \
+             the 95 % intervals of {} of the 5 fitted constants contain the true value.",
             name(SAMPLE),
             self.device.to_argument(),
             truth.i_mt_ma,

@@ -8,17 +8,19 @@ use host_core::run::OpenError;
 #[derive(Debug, thiserror::Error)]
 pub enum LeeError {
     /// The declaration is invalid.
-    #[error("E646 lee.toml: {0}")]
+    #[error("E646 the declaration lee.toml is wrong: {0}")]
     Declaration(String),
     /// A train on a device differs from the direct stimulation; contains the train and the
     /// difference.
-    #[error("E647 {0}: the device does not put it out as the body alone is given it: {1}")]
+    #[error("E647 {0}: the device does not play this as the study intends: {1}")]
     PutOut(String, String),
     /// The results cannot be written as a wearer file.
-    #[error("E648 {0} cannot be a wearer file: {1}")]
+    #[error("E648 the results do not make a valid wearer file {0}: {1}")]
     Wearer(String, String),
     /// The test rig is invalid.
-    #[error("E649 a bench cannot be made: a mistake of the program")]
+    #[error(
+        "E649 the simulated test rig is impossible (an error in the program; please report it)"
+    )]
     Bench(#[from] InvalidBench),
     /// A record cannot be analysed.
     #[error(transparent)]

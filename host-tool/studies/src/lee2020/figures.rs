@@ -77,12 +77,13 @@ impl Study {
             series: frequencies(),
             plots: [BEST, WORST].into_iter().filter_map(plot).collect(),
         };
-        let caption = "Peaks of the first replication and the exponential through them. The paper \
-                       shows K05 as the best (R² 0.97 to 0.99) and K03 as the worst (0.90 to \
-                       0.93); the bench's pools have another order.";
+        let caption = "Peak forces of the first replication, and the exponential fitted to them. \
+                       The paper shows K05 as the subject with the best fit (R² 0.97 to 0.99) and \
+                       K03 as the one with the worst (0.90 to 0.93); on the simulated test rig \
+                       the order is different.";
         Sheet::figure(
             "Figure 7",
-            "exponential estimates",
+            "exponential fits of peak force",
             caption.to_owned(),
             plots,
         )
@@ -113,11 +114,11 @@ impl Study {
             series: vec!["ours".to_owned(), "the paper's slope".to_owned()],
             plots: vec![plot],
         };
-        let caption = "All amplitudes and frequencies of the first replication; the paper's slope \
-                       of 0.92, whose intercept is not printed.";
+        let caption = "All amplitudes and frequencies of the first replication. The line has the \
+                       paper's slope of 0.92; the paper does not print its intercept.";
         Sheet::figure(
             "Figure 8",
-            "estimated over measured peaks",
+            "estimated against measured peak force",
             caption.to_owned(),
             plots,
         )
@@ -139,12 +140,14 @@ impl Study {
             sheet(
                 "Figure 9",
                 last..last + 1,
-                "At I5, where the model is fitted; both averaged over 40 ms.",
+                "Measured force and model at I5, where the model is fitted; both are averaged \
+                 over 40 ms.",
             ),
             sheet(
                 "Figure 10",
                 0..last,
-                "At I1 to I4, with A of equation 6; both averaged over 40 ms.",
+                "Measured force and model at I1 to I4, with A from equation 6; both are averaged \
+                 over 40 ms.",
             ),
         ]
     }

@@ -51,12 +51,14 @@ impl Study {
         let mut heads = vec![""];
         heads.extend(NAMES);
         let (number, what) = match which {
-            FitKind::Whitened => ("Table A", "samples, averaging undone"),
-            FitKind::Averaged => ("Table B", "averages, as the paper compares"),
+            FitKind::Whitened => ("Table A", "intervals of the fit to samples"),
+            FitKind::Averaged => ("Table B", "intervals of the fit to averaged force"),
         };
-        let caption = "Coverage of 95 % intervals in %, variance over the Cramér-Rao bound, and \
-                       the bound's standard deviation in % of the constant; last row pooled, with \
-                       the geometric mean over subjects. Ours: the paper has no intervals.";
+        let caption = "Three numbers for each constant: coverage of the 95 % interval in %; \
+                       variance divided by the Cramér-Rao bound; and the standard deviation at \
+                       the bound in % of the constant. The last row pools all subjects, with the \
+                       geometric mean of the ratios. This table is ours; the paper has no \
+                       intervals.";
         Sheet::table(number, what, caption.to_owned(), grid(&heads, rows))
     }
 
@@ -67,13 +69,8 @@ impl Study {
             ("three trains with decay", &frequencies, 1_000, false),
             ("40 Hz with decay", &frequencies[2..], 1_000, false),
             ("40 Hz without decay", &frequencies[2..], 0, false),
-            ("three, residuals of table 4", &frequencies, 1_000, true),
-            (
-                "40 Hz, residuals of table 4",
-                &frequencies[2..],
-                1_000,
-                true,
-            ),
+            ("three, noise as in table 4", &frequencies, 1_000, true),
+            ("40 Hz, noise as in table 4", &frequencies[2..], 1_000, true),
         ];
         let mut rows = Vec::new();
         for (what, trains, decay, is_large) in cases {
@@ -96,14 +93,15 @@ impl Study {
             }
             rows.push(row);
         }
-        let mut heads = vec!["% of it (untold)"];
+        let mut heads = vec!["% (undetermined)"];
         heads.extend(NAMES);
-        let caption = "Least standard deviation that data of the kind allow (Cramér-Rao), median \
-                       over subjects, and in brackets in how many of ten the 95 % interval must \
-                       reach further than ±50 %: the constant that they cannot tell.";
+        let caption = "Smallest standard deviation that such data allow (Cramér-Rao bound), in % \
+                       of the constant, as the median over subjects. In brackets: for how many of \
+                       the ten subjects the 95 % interval extends beyond ±50 %, so that the data \
+                       do not determine the constant.";
         Sheet::table(
             "Table C",
-            "what data can tell",
+            "accuracy that data allow",
             caption.to_owned(),
             grid(&heads, rows),
         )
@@ -148,10 +146,13 @@ impl Study {
         }
         let heads = "mA,print,true,ours,±1 %,bare,±1 %,range,N at 40 Hz,8 mA/N";
         let heads: Vec<&str> = heads.split(',').collect();
-        let caption = "I_MT: printed; lowest step at which the noise-free 40 ms mean exceeds \
-                       0.015 N; by the detector (median) and how often within a step, %; the same \
-                       by the bare rule; haptic range from I_MT to 1.5·I_MT that follows, and the \
-                       peak force at its ends; force of the placement pulse.";
+        let caption = "Motor threshold I_MT. print: as the paper prints it. true: the lowest step \
+                       at which the noise-free 40 ms mean exceeds 0.015 N. ours: found by the \
+                       detector (median). bare: found by the 0.015 N rule alone (median). ±1 %: \
+                       percentage of replications in which the value to its left is within one \
+                       step of the true one. range: the haptic range, I_MT to 1.5·I_MT, mA. N at \
+                       40 Hz: peak force at both ends of this range. 8 mA/N: force of the \
+                       placement pulse of 8 mA, N.";
         Sheet::table(
             "Table D",
             "motor thresholds",

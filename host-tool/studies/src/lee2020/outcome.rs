@@ -12,18 +12,22 @@ use host_core::identify::NAMES;
 use host_core::record::sha256;
 
 /// Notes in every result.
-const SIMULATED: &str = "Simulated: benches whose parameters are the paper's own tables, with an \
+const SIMULATED: &str = "Simulated: test rigs with the parameters of the paper's tables and with \
                          assumed recruitment, sensor and noise; no evidence about people.";
-const MEANING: &str = "Ours is the median, low and high the 5th and 95th percentile of the \
-                       replications (of a mean over subjects: of the replications' means).";
-const PRINTED: &str = "Tables 2 to 7 are of trains at the printed amplitudes. At the printed I_MT \
-                       force is already 1.5 to 11 N, a hundred times the 0.015 N by which the \
-                       paper says it was found in steps of 0.5 mA: where force rises from nothing \
-                       both cannot be. The bench keeps the forces; its fibres begin at 0.8 of the \
-                       printed I_MT (assumed), so a search by force finds less than is printed.";
-const OWN: &str = "Coverage, bound and thresholds are ours: the paper has no truth to compare with. \
-                   A bench of the model's own structure proves the arithmetic, nothing of muscles; \
-                   figure A says how fits of other structures agree.";
+const MEANING: &str = "Ours is the median; low and high are the 5th and 95th percentiles over the \
+                       replications. For a mean over subjects, they are taken over the means of \
+                       the replications.";
+const PRINTED: &str = "Tables 2 to 7 use trains at the printed amplitudes. The paper says that \
+                       I_MT was found in steps of 0.5 mA as the amplitude at which force exceeds \
+                       0.015 N. But the force that it prints at I_MT is 1.5 to 11 N, a hundred \
+                       times as much. If force rises continuously from zero, both cannot be true. \
+                       The test rig reproduces the printed forces: its fibres begin to respond at \
+                       0.8 of the printed I_MT (assumed). A search by force therefore finds a \
+                       lower I_MT than the printed one.";
+const OWN: &str = "Coverage, Cramér-Rao bound and threshold errors are our additions: the paper \
+                   has no true values for comparison. A test rig with the same structure as the \
+                   fitted model shows that the arithmetic is correct, and nothing about muscles. \
+                   Figure A shows how well the model fits test rigs with other structures.";
 
 /// The command's information about the run.
 #[derive(Clone, Debug)]
@@ -90,18 +94,22 @@ impl Study {
                 ));
             };
             let own = move |analysis: &TrainAnalysis| analysis.exponentials[f];
-            add("a", "a of the exponential", "N", a, &|analysis| {
+            add("a", "a of the exponential fit", "N", a, &|analysis| {
                 Some(own(analysis)?.0.a_n)
             });
-            add("b", "b of the exponential", "1/mA", b, &|analysis| {
+            add("b", "b of the exponential fit", "1/mA", b, &|analysis| {
                 Some(own(analysis)?.0.b_per_ma)
             });
-            add("r2", "its R²", "", r2, &|analysis| {
+            add("r2", "R² of the exponential fit", "", r2, &|analysis| {
                 Some(own(analysis)?.1.r2)
             });
-            add("nrmse", "its NRMSE", "%", nrmse, &|analysis| {
-                Some(own(analysis)?.1.nrmse_percent)
-            });
+            add(
+                "nrmse",
+                "NRMSE of the exponential fit",
+                "%",
+                nrmse,
+                &|analysis| Some(own(analysis)?.1.nrmse_percent),
+            );
             let table_7 = paper::TABLE_7.iter().map(|table_7| table_7[f]).sum::<f64>() / 10.0;
             add("t-rt", "T_RT", "ms", table_7, &|analysis| {
                 Some(1e3 * analysis.responses.last()?[f]?.t_rt_s())
@@ -140,7 +148,7 @@ impl Study {
                 "slope of estimated over measured peaks",
                 "",
             ),
-            ("figure-8-r2", "its R²", ""),
+            ("figure-8-r2", "R² of estimated over measured peaks", ""),
             ("figure-8-rmse", "RMSE of estimated peaks", "N"),
         ];
         let all = names.iter().zip(paper::FIGURE_8).enumerate();
@@ -158,7 +166,7 @@ impl Study {
         let mut rows = Vec::new();
         let one = |value: Option<f64>| value.into_iter().collect::<Vec<f64>>();
         for (off, of) in self.t_rt_off_ms(parts).iter().zip(["fitted", "true"]) {
-            let told = format!("T_RT off table 7, rms of 8, {of}");
+            let told = format!("T_RT error, rms of 8 subjects, {of}");
             rows.push(row(
                 (&format!("t-rt-off-{of}"), &told, "ms"),
                 None,
@@ -167,7 +175,7 @@ impl Study {
             for (subject, rms) in paper::APART.into_iter().zip(off.apart) {
                 let (id, what) = (
                     format!("t-rt-off-{of}-{}", name(subject)),
-                    format!("the same, {}", name(subject)),
+                    format!("T_RT error, {}, {of}", name(subject)),
                 );
                 rows.push(row((&id, &what, "ms"), None, one(rms)));
             }
@@ -183,7 +191,7 @@ impl Study {
             let geometric = mean_sd(&logarithms).map(|pair| pair.0.exp());
             let (id, what) = (
                 format!("over-bound-{name}"),
-                format!("variance over its bound, {name}"),
+                format!("variance / Cramér-Rao bound, {name}"),
             );
             rows.push(row((&id, &what, ""), None, one(geometric)));
         }
@@ -192,7 +200,7 @@ impl Study {
                 .filter_map(|draw| draw.searched.i_mt_ma());
             let (id, what) = (
                 format!("i-mt-{}", name(subject)),
-                format!("I_MT by force, {}", name(subject)),
+                format!("I_MT found by force, {}", name(subject)),
             );
             let printed = self.truths.get(subject).map(|truth| truth.printed_ma);
             rows.push(row((&id, &what, "mA"), printed, all.collect()));
@@ -252,6 +260,6 @@ fn failures(parts: &[Part]) -> Vec<String> {
         }
     }
     all.into_iter()
-        .map(|(why, count)| format!("{count} sessions came to nothing: {why}."))
+        .map(|(why, count)| format!("{count} sessions have no result: {why}."))
         .collect()
 }

@@ -50,22 +50,30 @@ impl Study {
             "1".to_owned(),
         ]);
         let heads = [
-            "lowest and spread, of I_MT",
+            "lowest and spread / I_MT",
             "subjects",
             "b (1/mA)",
             "R²",
-            "found/print",
+            "found/printed",
         ];
         let grid = Grid {
             heads: heads.map(str::to_owned).into(),
             rows,
         };
-        let caption = "Means over subjects of pools that all go through table 2's ratios: where \
-                       fibres begin and how wide they spread, the exponential from the printed \
-                       I_MT to 1.5 times it, and where a search in steps of 0.5 mA for 0.015 N \
-                       ends over the printed I_MT. A foot far below makes the exponential fit \
-                       and the threshold miss; a foot close by the other way round.";
-        Sheet::table("Table E", "where fibres begin", caption.to_owned(), grid)
+        let caption = "Pools of muscle fibres that all reproduce the force ratios of table 2 but \
+                       differ in the lowest threshold of a fibre and in the spread of thresholds, \
+                       both as fractions of I_MT; means over subjects. b and R²: the exponential \
+                       fitted from the printed I_MT to 1.5 times it. found/printed: the I_MT that \
+                       a search for 0.015 N in steps of 0.5 mA finds, divided by the printed one. \
+                       If the lowest threshold is far below I_MT, the exponential fits well but \
+                       the search finds too low an I_MT; if it is close to I_MT, the opposite \
+                       holds.";
+        Sheet::table(
+            "Table E",
+            "lowest threshold of the fibres",
+            caption.to_owned(),
+            grid,
+        )
     }
 
     /// Returns b, R², and the ratio of found to printed I_MT of a subject.

@@ -59,10 +59,19 @@ impl Study {
             }
             row
         };
-        let heads = ["N", "20 min", "max", "30 min", "max", "40 min", "max"];
-        let caption = "Peak force at the printed I_MT and 1.5·I_MT, paper / ours (median). The \
-                       bench was made to go through the ratios (geometric mean over frequencies) \
-                       and table 4; the rest follows.";
+        let heads = [
+            "N",
+            "20 Hz min",
+            "max",
+            "30 Hz min",
+            "max",
+            "40 Hz min",
+            "max",
+        ];
+        let caption = "Peak force at the printed I_MT (min) and at 1.5·I_MT (max), paper / ours \
+                       (median). The test rig is constructed to reproduce the ratios of max to \
+                       min (geometric mean over frequencies) and table 4; the other values follow \
+                       from these.";
         Sheet::table(
             "Table 2",
             "peak force",
@@ -109,11 +118,12 @@ impl Study {
             "NRMSE (%)",
             "b, found",
         ];
-        let caption = "Exponential of equation 5, means over subjects, paper / ours; the last \
-                       column is of trains from the threshold that was found by force.";
+        let caption = "Exponential of equation 5: means over subjects, paper / ours. The last \
+                       column uses trains that start at the threshold found by force instead of \
+                       the printed one.";
         Sheet::table(
             "Table 3",
-            "the exponential",
+            "exponential fit",
             caption.to_owned(),
             grid(&heads, rows),
         )
@@ -153,10 +163,11 @@ impl Study {
             "τ2 (ms)",
             "NRMSE (%)",
         ];
-        let caption = "Constants fitted to the three trains at I5, paper / ours (median over \
-                       replications, as the paper compares: averaged force). The bench has the \
-                       printed constants, with K06's τ2 corrected to 176 ms, so this says only \
-                       that they are found again; the paper's NRMSE of 8.06 % is of people.";
+        let caption = "Constants fitted to the three trains at I5, paper / ours: median over \
+                       replications, fitted to averaged force as in the paper. The test rig has \
+                       the printed constants, with K06's τ2 corrected to 176 ms, so this table \
+                       only shows that the fit recovers them. The paper's NRMSE of 8.06 % was \
+                       measured on people.";
         Sheet::table(
             "Table 4",
             "the model's constants",
@@ -191,9 +202,10 @@ impl Study {
         }
         rows.push(row);
         let heads = ["NRMSE, %", "I1", "I2", "I3", "I4", "I5"];
-        let caption = "How the model fitted at I5 agrees, paper / ours, A of the others by \
-                       equation 6. Ours at I5 is noise alone; at I1 to I4 it is what an \
-                       exponential misses of a pool whose force has a foot.";
+        let caption = "Error (NRMSE) of the model, paper / ours. The model is fitted at I5; at I1 \
+                       to I4, A follows from equation 6. Our error at I5 is noise alone. At I1 to \
+                       I4 it also contains the error of the exponential, because the simulated \
+                       force rises from zero more slowly than an exponential does.";
         Sheet::table(
             "Table 5",
             "the model at all amplitudes",
@@ -220,9 +232,9 @@ impl Study {
             ]);
         }
         let heads = ["ms", "T0.1", "T0.5", "T0.9", "T_RT"];
-        let caption = "Of the fitted model over fifteen trains, from where it exceeds 0.015 N, \
-                       paper / ours. At lower amplitudes that is later, which moves T0.1 to T0.9 \
-                       alike.";
+        let caption = "Response times of the fitted model, means over fifteen trains, paper / \
+                       ours. Time starts when the force exceeds 0.015 N. At lower amplitudes this \
+                       happens later, which shifts T0.1, T0.5 and T0.9 equally.";
         Sheet::table(
             "Table 6",
             "response times",
@@ -252,11 +264,12 @@ impl Study {
         let [fitted, truth] = self.t_rt_off_ms(parts);
         let ms = |value: Option<f64>| cell(value, 2);
         let caption = format!(
-            "T_RT at I5: paper / of fitted models (median) / of the true constants, whose rms \
-             off the paper is {} ms ({} fitted) but for K06 ({} ms; its τ2 corrected) and K08 \
-             ({} ms; follows from none of its constants). The paper's 30 Hz is a period of \
-             33.2 ms. K09's force at 30 Hz passes 90 % of its peak by a ripple that reaches \
-             89.997 %: a fit off by so little gives 275 instead of 291 ms.",
+            "T_RT at I5: paper / fitted models (median) / true constants. The rms difference of \
+             the true constants from the paper is {} ms ({} ms for the fitted models) without K06 \
+             ({} ms, because its τ2 is corrected) and K08 ({} ms; its printed T_RT follows from \
+             none of its constants). The paper's 30 Hz is a period of 33.2 ms. In K09 at 30 Hz, \
+             one ripple of the force reaches 89.997 % of the peak; a fit that differs by this \
+             little already gives 275 instead of 291 ms.",
             ms(truth.usual),
             ms(fitted.usual),
             ms(truth.apart[0]),

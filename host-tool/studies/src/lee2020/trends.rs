@@ -79,9 +79,9 @@ impl Study {
                 ),
             ],
         };
-        let caption = "Mean ± standard deviation over subjects: left of the fitted model, with \
-                       table 7's means; right of the measured force, which the 40 ms average and \
-                       noise reach too.";
+        let caption = "T_RT, mean ± standard deviation over subjects. Left: fitted model, with \
+                       the means of the paper's table 7. Right: measured force, which also \
+                       contains the 40 ms average and noise.";
         Sheet::figure("Figure 11", "response time", caption.to_owned(), plots)
     }
 
@@ -92,11 +92,17 @@ impl Study {
             series: vec!["I5".to_owned(), "I1 to I4".to_owned()],
             plots: Kind::ALL.map(|kind| self.mismatch_of(parts, kind)).into(),
         };
-        let caption = "Bodies of another structure: mean NRMSE over subjects (bars: 10th to 90th \
-                       percentile) of the model fitted at I5, against the size of the departure; \
-                       size 0 is the model's own structure. Lines across: the paper's 8.06 % at \
-                       I5 and 10.8 to 13.1 % at I1 to I4. What a size of 1 is: docs/identify.md.";
-        Sheet::figure("Figure A", "other structures", caption.to_owned(), plots)
+        let caption = "Simulated muscles whose structure differs from the model: mean NRMSE over \
+                       subjects of the model fitted at I5, against the size of the difference \
+                       (bars: 10th to 90th percentile). At size 0 the structures are equal; \
+                       docs/identify.md defines size 1. Horizontal lines: the paper's 8.06 % at \
+                       I5 and 10.8 to 13.1 % at I1 to I4.";
+        Sheet::figure(
+            "Figure A",
+            "error with other muscle structures",
+            caption.to_owned(),
+            plots,
+        )
     }
 
     fn mismatch_of(&self, parts: &[Part], kind: Kind) -> Plot {

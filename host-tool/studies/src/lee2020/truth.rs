@@ -32,7 +32,9 @@ impl Truth {
     /// Fails if there is no such subject, or with E646 if no amplitude moves its wrist.
     pub fn for_subject(index: usize, declared: &Declaration) -> Result<Self, LeeError> {
         let spec = WristSpec::subject(index)?;
-        let nothing = LeeError::Declaration("most_ma moves nobody".to_owned());
+        let nothing = LeeError::Declaration(
+            "no amplitude up to search.most_ma moves a subject's wrist".to_owned(),
+        );
         let printed_ma = PRINTED.get(index).map_or(0.0, |pair| pair.0);
         Ok(Self {
             i_mt_ma: lowest_step(spec, declared)?.ok_or(nothing)?,

@@ -43,7 +43,9 @@ impl Study {
             // Comparing texts instead of values ignores the load, which has no meaning for a
             // current stage.
             if back.to_toml() != text {
-                return Err(wrong("it reads back as another".to_owned()));
+                return Err(wrong(
+                    "reading the written file gives another wearer".to_owned(),
+                ));
             }
             all.push((file, text));
         }
@@ -58,8 +60,9 @@ impl Study {
         );
         let mut wearer = Wearer::new(&name(drawn.subject), Evidence::Simulated, &source);
         wearer.note = Some(
-            "A bench whose parameters are Lee 2020's tables: no person. Threshold by force, limit \
-             1.5 times it, constants at the limit with 95 % intervals."
+            "Simulated test rig with the parameters of Lee 2020's tables, not a person. The \
+             threshold was found by force, the limit is 1.5 times the threshold, and the \
+             constants hold at the limit, with 95 % intervals."
                 .to_owned(),
         );
         wearer.limits.return_area_mm2 = 2_500;
@@ -69,7 +72,7 @@ impl Study {
         wearer.history.push(History {
             at: "simulated".to_owned(),
             by: "flexor experiment lee".to_owned(),
-            what: "threshold searched, fifteen trains, constants fitted".to_owned(),
+            what: "found the threshold, played fifteen trains, fitted the constants".to_owned(),
             device: None,
             firmware: None,
             seed: Some(self.seed),
@@ -94,7 +97,7 @@ impl Study {
         let hz = trains.frequencies_hz.map(f64::from);
         Some(Electrode {
             channel: 1,
-            place: "wrist extensors of a simulated forearm on a bench".to_owned(),
+            place: "wrist extensors of a simulated forearm on a test rig".to_owned(),
             area_mm2: 2_500,
             unit: Unit::Milliampere,
             load_ohm: 2_000,

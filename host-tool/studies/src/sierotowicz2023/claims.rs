@@ -70,7 +70,10 @@ fn wearer_claims(all: &[Replication]) -> Vec<Share> {
             lower("C3", "C2"),
         ),
         count(
-            ("fresh-c2", "calibrated before tiring: lower than C2"),
+            (
+                "fresh-c2",
+                "calibrated without fatigue: lower error than C2",
+            ),
             None,
             lower("fresh", "C2"),
         ),
@@ -101,7 +104,7 @@ fn wearer_claims(all: &[Replication]) -> Vec<Share> {
             higher,
         ),
         count(
-            ("geometry", "calibration: nearer to the body's geometry"),
+            ("geometry", "calibrated geometry is nearer to the true one"),
             None,
             nearer,
         ),
@@ -111,10 +114,7 @@ fn wearer_claims(all: &[Replication]) -> Vec<Share> {
             lower("squares", "C3"),
         ),
         count(
-            (
-                "slow",
-                "around: 20 Hz errs at most a tenth more than 200 Hz",
-            ),
+            ("slow", "force circle: 20 Hz at most 10 % worse than 200 Hz"),
             None,
             wearers(all)
                 .map(|wearers| wearers.walks[1].part <= 1.1 * wearers.walks[0].part)
@@ -151,20 +151,27 @@ fn study_claims(all: &[Replication]) -> Vec<Share> {
     let yes = Some(true);
     vec![
         count(
-            ("wilcoxon", "a study: C3 correlates more, p < 0.05"),
+            ("wilcoxon", "studies: C3 correlates more than C2, p < 0.05"),
             yes,
             significant.collect(),
         ),
         count(
-            ("mann-whitney", "a study: C3 errs less, p < 0.05"),
+            (
+                "mann-whitney",
+                "studies: C3 has less error than C2, p < 0.05",
+            ),
             yes,
             smaller.collect(),
         ),
         count(
-            ("c4-sign", "all: C4 correlates less than C2"),
+            ("c4-sign", "all studies: C4 correlates less than C2"),
             yes,
             vec![less],
         ),
-        count(("c1-sign", "all: C1 correlates most"), yes, vec![most]),
+        count(
+            ("c1-sign", "all studies: C1 correlates most"),
+            yes,
+            vec![most],
+        ),
     ]
 }

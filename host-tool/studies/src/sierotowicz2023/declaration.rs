@@ -216,7 +216,7 @@ impl Study {
         let mut wrong: Vec<String> = times
             .into_iter()
             .filter(|(_, value)| !is_positive(*value))
-            .map(|(name, value)| format!("{name} is {value}, must be above zero"))
+            .map(|(name, value)| format!("{name} is {value}; allowed: finite and above 0"))
             .collect();
         if protocol.magnitudes.is_empty()
             || !protocol
@@ -224,7 +224,7 @@ impl Study {
                 .iter()
                 .all(|magnitude| (0.0..=1.0).contains(magnitude))
         {
-            wrong.push("protocol.magnitudes must be parts of one".to_owned());
+            wrong.push("protocol.magnitudes must be one or more fractions from 0 to 1".to_owned());
         }
         let counts = [
             ("replications", self.replications as usize, 1),
@@ -240,14 +240,17 @@ impl Study {
             ("regression.folds", self.regression.folds, 2),
         ];
         let few = counts.into_iter().filter(|(_, index, least)| index < least);
-        wrong
-            .extend(few.map(|(name, index, least)| format!("{name} is {index}, at least {least}")));
+        wrong.extend(
+            few.map(|(name, index, least)| format!("{name} is {index}; allowed: {least} or more")),
+        );
         for (name, [low, high]) in [
             ("comfort.least", self.comfort.least),
             ("comfort.greatest", self.comfort.greatest),
         ] {
             if !(0.0 < low && low <= high && high <= 1.0) {
-                wrong.push(format!("{name} must rise within 0 to 1"));
+                wrong.push(format!(
+                    "{name} must be two numbers [low, high] with 0 < low <= high <= 1"
+                ));
             }
         }
         wrong

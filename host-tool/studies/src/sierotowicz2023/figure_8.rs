@@ -40,17 +40,18 @@ fn errors_n(of: &Replication, name: &str, axis: usize) -> Vec<f64> {
 /// Plots each condition's error beside the largest reference force, along each axis.
 pub(super) fn figure(all: &[Replication]) -> Sheet {
     let plots: Vec<Plot> = (0..AXES.len()).map(|axis| plot(all, axis)).collect();
-    let caption = "Root mean square error of each condition's targets and the greatest wanted \
-                   force, along x (forward), y (to the left), z (up) and of the whole force: means \
-                   over participants with their 5th to 95th percentile, simulated. The paper has \
-                   the same of its three participants as a picture; tests are in the table below.";
+    let caption = "Root mean square error (RMSE) and largest reference force of each condition, \
+                   along x (forward), y (left) and z (up), and of the force vector (norm): means \
+                   over participants, with the 5th to 95th percentile, simulated. The paper shows \
+                   the same for its three participants, as a picture without numbers. The table \
+                   below has the tests.";
     Sheet::figure(
         "Figure 8",
         "errors by axis and condition",
         caption.to_owned(),
         Plots {
             beside: 2,
-            series: ["RMSE", "greatest wanted"].map(str::to_owned).to_vec(),
+            series: ["RMSE", "largest reference"].map(str::to_owned).to_vec(),
             plots,
         },
     )
@@ -135,10 +136,12 @@ pub(super) fn tests(all: &[Replication]) -> Sheet {
         "studies",
         "paper's p",
     ];
-    let caption = "Mann and Whitney's U test of the errors of single targets, all participants of a \
-                   study together, simulated: in how many studies the second condition errs less, \
-                   or more, with p below 0.05, uncorrected as in the paper. -: the paper finds \
-                   none along z; ?: it does not say, and of C2 and C4 not on which axis.";
+    let caption = "Mann-Whitney U test of the errors of single targets, with all participants of \
+                   a study together; simulated. less, more: the number of studies in which the \
+                   second condition has a smaller, or a larger, error with p below 0.05, \
+                   uncorrected as in the paper. Last column: - means that the paper finds no \
+                   difference along z; ? means that the paper does not say. For C2 and C4 the \
+                   paper does not say on which axis the difference lies.";
     let grid = Grid {
         heads: heads.map(str::to_owned).to_vec(),
         rows,

@@ -139,7 +139,7 @@ fn describe_order(order: [i8; 3]) -> String {
             ["x", "y", "z"][usize::from(axis.unsigned_abs()) - 1]
         )
     };
-    format!("{} where x, y, z are meant", order.map(name).join(", "))
+    format!("{} instead of x, y, z", order.map(name).join(", "))
 }
 
 /// Measures how fast each segment turns in the axes of the simulated arm, rad/s. Subtracts the

@@ -85,7 +85,7 @@ fn picture(person: &ParticipantResult, name: &str, title: &str) -> Svg {
     });
     let largest = sizes.fold(0.0, f64::max).max(1e-9);
     canvas.text((12.0, 18.0), title, Words::new(13.0, INK).bold());
-    let below = format!("longest arrow {largest:.1} N as seen");
+    let below = format!("longest arrow: {largest:.1} N in this view");
     canvas.text((12.0, SIZE.1 - 14.0), &below, Words::new(12.0, MUTED));
     let joints = person.places_m.map(place);
     let trunk = [place([0.0, 0.0, 0.05]), place([0.0, 0.0, -0.42])];
@@ -105,8 +105,10 @@ fn picture(person: &ParticipantResult, name: &str, title: &str) -> Svg {
         );
         arrow(&mut canvas, hand, scaled(*given), (color, 2.2));
     }
-    let described =
-        format!("{title}: an arm with wanted (broad) and given (arrow) forces at the hand");
+    let described = format!(
+        "{title}: an arm with reference forces (broad lines) and measured forces (arrows) at the \
+         hand"
+    );
     canvas.svg(SIZE, &described)
 }
 
@@ -118,24 +120,24 @@ fn legend() -> Svg {
         canvas.line(&[(x, 14.0), (x + 24.0, 14.0)], stroke(PALETTE[at], 4.0));
         canvas.text((x + 30.0, 14.0), name, Words::new(13.0, INK));
     }
-    canvas.svg((740.0, 28.0), "colours of the six wanted directions")
+    canvas.svg((740.0, 28.0), "colours of the six reference directions")
 }
 
 /// Returns the page with the arms of this study's participants.
 #[must_use]
 pub fn page(study: &Replication) -> String {
     let mut body = html!(
-        "<p class=\"facts\">Simulated arms, no evidence about people. Seen from the front, the \
-         right and above; a broad line is the wanted force at full size, the arrow of its colour \
-         the mean of five measured, turned about the vertical as the study turns all of a \
-         condition.</p>\n<figure>{}</figure>\n",
+        "<p class=\"facts\">Simulated arms, no evidence about people. View from the front, the \
+         right and above. A broad line is the reference force at full size; the arrow of the same \
+         colour is the mean of five measured forces. All measured forces of a condition are \
+         rotated about the vertical by one angle, as in the analysis.</p>\n<figure>{}</figure>\n",
         legend()
     );
     for (at, person) in study.people.iter().enumerate() {
         let pictures = [
             ("C2", "C2: S1's frame"),
             ("C3", "C3: calibrated"),
-            ("squares", "C3 by least squares"),
+            ("squares", "C3 with least squares"),
         ];
         let pictures = pictures.map(|(name, told)| {
             let title = format!("S{}, {told}", at + 1);
@@ -148,5 +150,5 @@ pub fn page(study: &Replication) -> String {
             pictures.into_iter().collect::<Html>()
         );
     }
-    document("Wanted and given forces at the hand", &body)
+    document("Reference and measured forces at the hand", &body)
 }

@@ -203,7 +203,7 @@ fn play_on_device(
     let failed = |why: String| EndpointError::NotPlayed(device.to_argument(), why);
     let told = |error: &dyn std::fmt::Display| failed(error.to_string());
     let mut port = device.open(&file.session, seed).map_err(|e| told(&e))?;
-    let not_simulated = || failed("it is not simulated".to_owned());
+    let not_simulated = || failed("the device is not simulated".to_owned());
     let heard = ElectrodeLog::default();
     port.world().ok_or_else(not_simulated)?.body = Box::new(Notes::new(&heard));
     let (outcome, port) = run(file, port, None, |_: f64| ());
@@ -211,11 +211,14 @@ fn play_on_device(
         return Err(told(&error));
     }
     if outcome.refused > 0 {
-        return Err(failed(format!("{} requests are refused", outcome.refused)));
+        return Err(failed(format!(
+            "the device refused {} requests",
+            outcome.refused
+        )));
     }
     let epoch_us = outcome
         .epoch_us
-        .ok_or_else(|| failed("no start".to_owned()))?;
+        .ok_or_else(|| failed("the session did not start".to_owned()))?;
     let mut port = port.ok_or_else(not_simulated)?;
     let trace = &port.world().ok_or_else(not_simulated)?.recorder.trace;
     // Ends before the stop, whose time differs between devices.
@@ -367,15 +370,16 @@ impl DeviceCheck {
     pub fn in_words(&self, device: &DeviceName) -> String {
         let edges = match device {
             DeviceName::Native => "edges",
-            _ => "edges, each as the native device's",
+            _ => "edges, each equal to the native device's",
         };
         let ([ours, theirs], [off, rms]) = (self.pulses, self.force_n);
         format!(
-            "All numbers are of the body alone. {} contractions of S2's C3 in the first study were \
-             put out by --device {} as well ({} before them it refuses: a muscle would have to be \
-             stronger): {} {edges}; {ours} pulses where the study gave {theirs}, currents at most \
-             {:.4} mA apart, mean forces at most {off:.3} N apart where the study's are {rms:.2} N \
-             (root mean square).",
+            "All numbers of this study are computed on the simulated arm without a device. As a \
+             check, {} contractions of S2 in condition C3 of the first study were also played by \
+             --device {}. (The device refuses {} contractions before these, because a muscle \
+             would have to be stronger.) The output has {} {edges}, and {ours} pulses where the \
+             study has {theirs}. Currents differ by at most {:.4} mA, and mean forces by at most \
+             {off:.3} N; the study's mean forces are {rms:.2} N (root mean square).",
             self.played,
             device.to_argument(),
             self.refused,

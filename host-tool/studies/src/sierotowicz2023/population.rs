@@ -14,11 +14,13 @@ use host_core::statistics::{bootstrap_bca, cohens_d_pooled, mann_whitney, mean, 
 
 /// Notes that accompany every result.
 const SIMULATED: &str =
-    "Simulated: drawn arms of mostly assumed parameters; no evidence about people.";
-const MEANING: &str = "Ours is the median, low and high the 5th and 95th percentile: over \
-                       participants, or over studies of three where a test is made of one.";
-const FRAME: &str = "Uncalibrated is S1's frame: routing, gains and lengths as the calibration \
-                     has them of S1 of the same study. Wearers are S2 and S3.";
+    "Simulated: random arms with mostly assumed parameters; no evidence about people.";
+const MEANING: &str = "Ours is the median; low and high are the 5th and 95th percentiles. They \
+                       are taken over participants; for numbers of a whole study (three \
+                       participants), over studies.";
+const FRAME: &str = "Uncalibrated means S1's frame: the muscle lines, gains and lengths that the \
+                     calibration finds on participant S1 of the same study. Wearers are the \
+                     participants S2 and S3.";
 /// Number of bootstrap resamples for an interval.
 const RESAMPLES: usize = 4_000;
 
@@ -67,7 +69,13 @@ fn condition_rows(study: &Study, all: &[Replication], name: &str) -> [Row; 5] {
         )
     };
     [
-        named("diagonal", "correlation, diagonal", "", printed, diagonal),
+        named(
+            "diagonal",
+            "mean diagonal correlation",
+            "",
+            printed,
+            diagonal,
+        ),
         named(
             "median",
             "median error",
@@ -77,13 +85,13 @@ fn condition_rows(study: &Study, all: &[Replication], name: &str) -> [Row; 5] {
         ),
         named(
             "rmse",
-            "RMSE, size",
+            "RMSE of the force vector",
             "N",
             None,
             of(&|condition| condition.measures.rmse_n[3]),
         ),
-        named("part", "RMSE over greatest wanted", "", None, part),
-        named("angle", "median angle to wanted", "°", None, angle),
+        named("part", "RMSE / largest reference", "", None, part),
+        named("angle", "median angle to reference", "°", None, angle),
     ]
 }
 
@@ -98,7 +106,7 @@ fn rows(study: &Study, all: &[Replication]) -> Vec<Row> {
         let all = ["C2", "C3", "C4"].map(|name| diagonal(replication, name));
         all.into_iter().flatten().fold(f64::NEG_INFINITY, f64::max)
     });
-    let name = "a study's best component, C2 to C4";
+    let name = "best correlation of a study, C2 to C4";
     rows.push(row("best", name, "", Some(paper.best), best.collect()));
     rows.extend(geometry_rows(all));
     rows.extend(device_rows(all));
@@ -124,19 +132,14 @@ fn geometry_rows(all: &[Replication]) -> Vec<Row> {
     let all = [
         (
             "geometry/before",
-            "geometry's error, S1's frame",
+            "geometry error, S1's frame",
             "°",
             worn(0),
         ),
-        (
-            "geometry/after",
-            "geometry's error, calibrated",
-            "°",
-            worn(1),
-        ),
+        ("geometry/after", "geometry error, calibrated", "°", worn(1)),
         (
             "geometry/rested",
-            "geometry's error, calibrated at rest",
+            "geometry error, calibrated at rest",
             "°",
             wearers(all)
                 .map(|wearer| median(&wearer.rested_deg))
@@ -144,7 +147,7 @@ fn geometry_rows(all: &[Replication]) -> Vec<Row> {
         ),
         (
             "geometry/reversed",
-            "of nine lines turned about, calibrated",
+            "reversed lines of nine, calibrated",
             "lines",
             reversed,
         ),
@@ -162,31 +165,31 @@ fn geometry_rows(all: &[Replication]) -> Vec<Row> {
         ),
         (
             "step/near",
-            "nearest neighbour: greatest step of 1°",
+            "nearest neighbour: max step, 1°",
             "of range",
             step(0),
         ),
         (
             "step/squares",
-            "least squares: greatest step of 1°",
+            "least squares: max step, 1°",
             "of range",
             step(1),
         ),
         (
             "left/C2",
-            "C2: least left by tiredness",
+            "C2: lowest force left by fatigue",
             "of force",
             left(0),
         ),
         (
             "left/C3",
-            "C3: least left by tiredness",
+            "C3: lowest force left by fatigue",
             "of force",
             left(1),
         ),
         (
             "left/C4",
-            "C4: least left by tiredness",
+            "C4: lowest force left by fatigue",
             "of force",
             left(2),
         ),
@@ -214,21 +217,46 @@ fn device_rows(all: &[Replication]) -> Vec<Row> {
     let each = [
         (
             "walk/200",
-            "around at 200 Hz: RMSE over wanted",
+            "force circle, 200 Hz: RMSE / reference",
             "",
             walk(0),
         ),
-        ("walk/20", "around at 20 Hz: RMSE over wanted", "", walk(1)),
-        ("walk/change", "the same, 20 Hz against 200 Hz", "%", slower),
+        (
+            "walk/20",
+            "force circle, 20 Hz: RMSE / reference",
+            "",
+            walk(1),
+        ),
+        (
+            "walk/change",
+            "force circle: RMSE at 20 against 200 Hz",
+            "%",
+            slower,
+        ),
         (
             "numbers/share",
             "micromath's share of C3's error",
             "%",
             of(&|wearer| 100.0 * wearer.share_of_numbers()),
         ),
-        ("beyond/C2", "C2: targets beyond a limit", "%", beyond("C2")),
-        ("beyond/C3", "C3: targets beyond a limit", "%", beyond("C3")),
-        ("beyond/C4", "C4: targets beyond a limit", "%", beyond("C4")),
+        (
+            "beyond/C2",
+            "C2: targets above a muscle's limit",
+            "%",
+            beyond("C2"),
+        ),
+        (
+            "beyond/C3",
+            "C3: targets above a muscle's limit",
+            "%",
+            beyond("C3"),
+        ),
+        (
+            "beyond/C4",
+            "C4: targets above a muscle's limit",
+            "%",
+            beyond("C4"),
+        ),
     ];
     let each = each.into_iter();
     each.map(|(id, name, unit, values)| row(id, name, unit, None, values))
@@ -253,21 +281,21 @@ fn tests(study: &Study, all: &[Replication]) -> Vec<Row> {
     vec![
         row(
             "d",
-            "a study's d, C3 against C2",
+            "Cohen's d of a study, C3 against C2",
             "",
             Some(study.paper.cohens_d),
             of(&d),
         ),
         row(
             "wilcoxon",
-            "a study's Wilcoxon p, C2 and C3",
+            "Wilcoxon p of a study, C2 and C3",
             "",
             None,
             of(&w),
         ),
         row(
             "mann-whitney",
-            "a study's Mann-Whitney p, C2 and C3",
+            "Mann-Whitney p of a study, C2 and C3",
             "",
             None,
             of(&u),
@@ -290,8 +318,9 @@ fn interval(study: &Study, all: &[Replication], less: &str) -> Option<String> {
     let level = study.claims.level;
     let found = bootstrap_bca(&each, median, RESAMPLES, level, 1).ok()?;
     Some(format!(
-        "Median error of {less} against C2, change in percent, wearers of a study averaged, median \
-         over studies: {:.1} ({:.0} % interval {:.1} to {:.1}).",
+        "Change of the median error from C2 to {less}, %: {:.1} ({:.0} % interval {:.1} to \
+         {:.1}). It is averaged over the wearers of a study; the number is the median over \
+         studies.",
         found.value,
         100.0 * level,
         found.low,
@@ -311,13 +340,15 @@ fn who_did_not_twitch(all: &[Replication]) -> Vec<String> {
     let (at_rest, few) = of(&|wearer| &wearer.rested_untwitched);
     if who > 0 {
         notes.push(format!(
-            "In {who} wearers twitches of some channel ({channels} in all) turned nothing: it kept \
-             S1's frame. Where each twitch waits for the arm to rest: in {at_rest} ({few} channels)."
+            "In {who} wearers, the twitches of some channels ({channels} in total) did not turn \
+             the joint; these channels kept S1's frame. If each twitch waits until the arm is at \
+             rest, this happens in {at_rest} wearers ({few} channels)."
         ));
     }
     for item in all.iter().filter(|replication| replication.in_vain > 0) {
         notes.push(format!(
-            "Study {}: a channel of S1 did not twitch; another was drawn as S1, {} in vain.",
+            "Study {}: the twitches of a channel of S1 did not turn its joint, so another S1 was \
+             generated; discarded draws: {}.",
             item.index, item.in_vain
         ));
     }
@@ -334,8 +365,9 @@ fn expectation_note(study: &Study, lower: &Share) -> Option<String> {
         Reach::Undecided => format!("undecided with {} wearers", lower.of),
     };
     Some(format!(
-        "Asked beforehand: calibrated errs less than S1's frame in {:.0} % of wearers or more: \
-         {verdict} ({} of {}, {}; 95 % interval {:.1} to {:.1} %).",
+        "Preregistered expectation: calibration (C3) gives a lower median error than S1's frame \
+         (C2) in at least {:.0} % of wearers. Result: {verdict} ({} of {}, {}; 95 % interval \
+         {:.1} to {:.1} %).",
         100.0 * study.claims.share,
         lower.holds,
         lower.of,
@@ -379,7 +411,7 @@ pub fn outcome(
     notes.extend(
         told.failed
             .iter()
-            .map(|why| format!("A study is missing: {why}.")),
+            .map(|why| format!("Missing result, {why}.")),
     );
     let as_declared = (told.seed, told.draws) == (study.seed, study.replications);
     Ok(Outcome {

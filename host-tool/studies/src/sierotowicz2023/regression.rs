@@ -64,7 +64,7 @@ pub fn ridge(
     ridge: f64,
 ) -> Result<DMatrix<f64>, EndpointError> {
     if features.nrows() != wanted.nrows() {
-        let what = format!("{} inputs for {} outputs", features.nrows(), wanted.nrows());
+        let what = format!("{} inputs but {} outputs", features.nrows(), wanted.nrows());
         return Err(EndpointError::Regression(what));
     }
     let mut kernel = features * features.transpose();
@@ -72,7 +72,7 @@ pub fn ridge(
         kernel[(at, at)] += ridge;
     }
     let factor = kernel.cholesky().ok_or_else(|| {
-        EndpointError::Regression("its ridge is too small for these points".to_owned())
+        EndpointError::Regression("regression.ridge is too small for these points".to_owned())
     })?;
     Ok(features.transpose() * factor.solve(wanted))
 }

@@ -106,7 +106,7 @@ impl laboratory::Study for Run {
     ) -> anyhow::Result<Option<Self::Unit>> {
         let found = replication(&self.study, self.seed, index);
         Ok(Some(
-            found.map_err(|error| format!("number {index}: {error}")),
+            found.map_err(|error| format!("study {index}: {error}")),
         ))
     }
 

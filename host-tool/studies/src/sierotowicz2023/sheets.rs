@@ -47,11 +47,18 @@ pub(super) fn table_1(study: &Study, all: &[Replication]) -> Sheet {
         heads: heads.map(str::to_owned).to_vec(),
         rows: names.enumerate().map(line).collect(),
     };
-    let caption = "Ridge regression on random Fourier features, currents to wrench and to joint \
-                   torques; means over participants and C2 to C4, simulated. Ten folds, then \
-                   leaving out one of twelve commands, of which 60 points are repetitions. The \
-                   paper's are grand means of ten folds.";
-    Sheet::table("Table 1", "what currents predict", caption.to_owned(), grid)
+    let caption = "Ridge regression with random Fourier features, which predicts the wrench and \
+                   the joint torques from the currents: means over participants and over C2 to \
+                   C4, simulated. R² and NRMSE: ten-fold cross-validation, as in the paper. R² \
+                   out and NRMSE out: leaving out one of the twelve commands at a time (the 60 \
+                   points are repetitions of twelve commands). The paper prints grand means over \
+                   ten folds.";
+    Sheet::table(
+        "Table 1",
+        "prediction from currents",
+        caption.to_owned(),
+        grid,
+    )
 }
 
 /// Tabulates figure 7: the mean correlation matrix of each condition.
@@ -60,7 +67,7 @@ pub(super) fn figure_7(all: &[Replication]) -> Sheet {
     let mut rows = Vec::new();
     for name in CONDITIONS {
         for (wanted, axis) in axes.iter().enumerate() {
-            let mut cells = vec![format!("{name}, wanted {axis}")];
+            let mut cells = vec![format!("{name}, reference {axis}")];
             for measured in 0..3 {
                 let each = people(all).filter_map(|wearer| wearer.condition(name));
                 let each: Vec<f64> = each
@@ -71,12 +78,12 @@ pub(super) fn figure_7(all: &[Replication]) -> Sheet {
             rows.push(cells);
         }
     }
-    let heads = ["", "given x", "given y", "given z"]
+    let heads = ["", "measured x", "measured y", "measured z"]
         .map(str::to_owned)
         .to_vec();
-    let caption = "Correlation of wanted with measured direction, means over participants, \
-                   simulated; x forward, y to the left, z up. The paper's figure 7 has a matrix \
-                   of each participant.";
+    let caption = "Correlation between reference and measured direction of force: means over \
+                   participants, simulated; x forward, y left, z up. The paper's figure 7 has a \
+                   matrix for each participant.";
     Sheet::table(
         "Figure 7",
         "correlation matrices",
@@ -119,14 +126,14 @@ pub(super) fn forces(all: &[Replication]) -> Option<Sheet> {
             rows.push(cells);
         }
     }
-    let heads = ["", "wanted N", "C2: x y z", "C3: x y z"]
+    let heads = ["", "reference N", "C2: x y z", "C3: x y z"]
         .map(str::to_owned)
         .to_vec();
-    let caption = "Of the first study, simulated: forces at full size, N, means of five. Drawn \
-                   with the arm on arms.html.";
+    let caption = "Forces at full size in the first study, N, as means of five contractions; \
+                   simulated. The page arms.html draws them with the arm.";
     Some(Sheet::table(
         "Forces",
-        "wanted and given",
+        "reference and measured",
         caption.to_owned(),
         Grid { heads, rows },
     ))

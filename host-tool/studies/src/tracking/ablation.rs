@@ -1,4 +1,4 @@
-//! Variants of the device's default law without one of its terms.
+//! Variants of the default controller without one of its terms.
 
 use super::wearer::{self, Points};
 use firmware::control::{JointSpec, LawSpec, ResponseSpec};
@@ -53,7 +53,7 @@ impl Term {
         }
     }
 
-    /// Returns the default without the term, otherwise unchanged.
+    /// Returns the default controller without the term, otherwise unchanged.
     pub fn without(self, points: Points) -> JointSpec {
         let mut spec = wearer::shipped(points);
         if let LawSpec::Recommended {

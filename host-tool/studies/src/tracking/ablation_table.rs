@@ -1,4 +1,4 @@
-//! Tables of the ablation: the contribution of each term of the device's default.
+//! Tables of the ablation: the contribution of each term of the default controller.
 
 use super::campaign::Campaign;
 use super::columns::{Column, add_to_json, cells, names};
@@ -26,17 +26,18 @@ fn name(campaign: &Campaign, contender: usize) -> String {
     }
 }
 
-/// Formats the table for people, at most 80 columns. The first contender is the whole default;
-/// there is no PID, so that `over_pid` is the difference to the whole default.
+/// Formats the table for people, at most 80 columns. The first contender is the whole default
+/// controller; there is no PID controller, so that `over_pid` is the difference to the whole one.
 pub fn text(campaigns: &[Campaign]) -> String {
     let mut out = String::from(
-        "the device's default without one term, nothing tuned anew; simulated wearers\n",
+        "default controller without one of its terms, not tuned again; simulated wearers\n",
     );
     for campaign in campaigns {
         let plan = campaign.plan;
         for points in Points::ALL {
             out += &format!(
-                "\n{} wearers, {}: {} of seed {}, RMSE in degrees\n{:<20}{:>6}{:>6}{:>6}{:>7}{:>6}{:>7}  - whole [95 %]\n",
+                "\n{} wearers, {}: {} draws, seed {}, RMSE in degrees\n\
+                 {:<20}{:>6}{:>6}{:>6}{:>7}{:>6}{:>7}  minus whole [95 %]\n",
                 plan.wearers.name(),
                 points.name(),
                 plan.plants,
@@ -69,7 +70,8 @@ pub fn text(campaigns: &[Campaign]) -> String {
             }
         }
     }
-    out += "\nhold, h.f., ripple: mean, failures and 95th percentile of ripple of the holds\n";
+    out += "\nhold: mean RMSE of the holds; h.f.: failed holds;\n\
+            ripple: 95th percentile of the ripple of the holds\n";
     out
 }
 

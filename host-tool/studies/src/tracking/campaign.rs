@@ -209,7 +209,7 @@ impl Campaign {
         cases.map(|c| c.outcomes[contender].rmse).collect()
     }
 
-    /// Returns the index of the device's default, if it takes part.
+    /// Returns the index of the default controller, if it takes part.
     pub fn shipped(&self) -> Option<usize> {
         let is = |c: &Contender| matches!(c, Contender::Shipped);
         self.contenders.iter().position(is)

@@ -4,6 +4,7 @@ use super::TrackingError;
 use super::driver::Floating;
 use super::wearer::{self, KnownWearer, Points};
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, WearerModel};
+use host_core::session::LawName;
 use methods::control::parameters::parameters;
 use methods::control::{AddOns, Controller, DelayCompensation, DerivativeKind, Form, Parameter};
 use methods::real::Real;
@@ -34,6 +35,16 @@ impl Equipment {
 pub const PERIODS_MS: [u32; 3] = [2, 5, 11];
 /// Times for which lost setpoints may be extrapolated, ms; 0 holds the last one.
 pub const EXTRAPOLATIONS_MS: [u16; 4] = [0, 50, 100, 200];
+
+/// Returns the name of the controller in text tables and charts.
+pub const fn form_title(form: Form) -> &'static str {
+    match form {
+        Form::Paper => LawName::Paper.title(),
+        Form::Pid => LawName::Pid.title(),
+        Form::Twisting(_) | Form::TwistingWithLinear => form.name(),
+    }
+}
+
 /// A law with all choices and parameters.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Candidate {
@@ -49,6 +60,16 @@ pub struct Candidate {
 }
 
 impl Candidate {
+    /// Returns the name in CSV and JSON; a plus stands for add-ons.
+    pub fn name(&self, equipment: Equipment) -> String {
+        marked(self.form.name(), equipment)
+    }
+
+    /// Returns the name in text tables and charts; a plus stands for add-ons.
+    pub fn title(&self, equipment: Equipment) -> String {
+        marked(form_title(self.form), equipment)
+    }
+
     /// Returns the policy for lost setpoints.
     pub const fn hold(&self) -> HoldPolicy {
         match self.extrapolation_ms {
@@ -88,7 +109,7 @@ impl Candidate {
 }
 
 /// Returns the factor by which the wearer's strength scales a parameter: the same rule for every
-/// law that knows the wearer as for the device's default ([`LawSpec::for_wearer`]).
+/// law that knows the wearer as for the default controller ([`LawSpec::for_wearer`]).
 fn schedule(name: &str, model: &WearerModel) -> f64 {
     let strength = f64::from(model.strength_mrad()) / f64::from(WearerModel::REFERENCE_MRAD);
     match name {
@@ -200,9 +221,9 @@ impl Genome {
         all
     }
 
-    /// Returns the parameters of the device's default as far as it uses them: the first candidate
-    /// of the search for every law. A PID gets the default's linear terms; parameters that the
-    /// default lacks are in the middle.
+    /// Returns the parameters of the default controller as far as this form uses them: the first
+    /// candidate of the search for every control law. A PID controller gets the default
+    /// controller's linear terms; parameters that the default controller lacks are in the middle.
     pub fn from_default(form: Form) -> Self {
         let known = numbers_of(&wearer::shipped(Points::Two));
         let number = |name: &str| known.iter().find(|(n, _)| *n == name).map(|(_, x)| *x);
@@ -210,6 +231,14 @@ impl Genome {
         let mut all = Self::parameters();
         all.extend(form.parameters());
         Self::from_values(number, &all)
+    }
+}
+
+/// Marks the name of a controller with a plus if it has add-ons.
+fn marked(name: &str, equipment: Equipment) -> String {
+    match equipment {
+        Equipment::Alone => name.to_owned(),
+        Equipment::Equipped => format!("{name} +"),
     }
 }
 

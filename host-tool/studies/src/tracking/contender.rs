@@ -3,10 +3,12 @@
 use super::TrackingError;
 use super::ablation::Term;
 use super::candidate::{Candidate, Equipment};
+use super::default;
 use super::driver::{Device, Driver, RecordedDriver};
 use super::exercise::{Exercise, Outcome};
 use super::trial::{self, PULSE_EVERY_MS};
 use super::wearer::{self, Points};
+use host_core::session::LawName;
 use methods::control::Form;
 
 /// A controller of the finger.
@@ -14,23 +16,29 @@ use methods::control::Form;
 pub enum Contender {
     /// A law in f64 with the parameters that the search found.
     Searched(Equipment, Candidate),
-    /// The device's fixed-point default (`LawSpec::RECOMMENDED`), with the same code as the
+    /// The default controller (`LawSpec::RECOMMENDED`) in fixed point, with the same code as the
     /// firmware.
     Shipped,
-    /// The default without one of its terms, not tuned again.
+    /// The default controller without one of its terms, not tuned again.
     Ablated(Term),
 }
 
 impl Contender {
-    /// Returns the name for tables; a plus stands for add-ons.
+    /// Returns the name in CSV and JSON; a plus stands for add-ons.
     pub fn name(&self) -> String {
         match self {
-            Self::Searched(Equipment::Alone, candidate) => candidate.form.name().to_owned(),
-            Self::Searched(Equipment::Equipped, candidate) => {
-                format!("{} +", candidate.form.name())
-            }
-            Self::Shipped => "device default".to_owned(),
+            Self::Searched(equipment, candidate) => candidate.name(*equipment),
+            Self::Shipped => default::NAME.to_owned(),
             Self::Ablated(term) => format!("- {}", term.name()),
+        }
+    }
+
+    /// Returns the name in text tables and charts; a plus stands for add-ons.
+    pub fn title(&self) -> String {
+        match self {
+            Self::Searched(equipment, candidate) => candidate.title(*equipment),
+            Self::Shipped => LawName::Recommended.title().to_owned(),
+            Self::Ablated(_) => self.name(),
         }
     }
 

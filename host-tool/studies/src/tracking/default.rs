@@ -1,4 +1,4 @@
-//! The device's default for the search: its parameters, and the joint that they make.
+//! The default controller in the search: its parameters, and the joint that they make.
 
 use super::candidate::numbers_of;
 use super::wearer::{self, Points};
@@ -7,7 +7,7 @@ use methods::control::Parameter;
 use methods::control::parameters::{linear, log};
 use std::collections::BTreeMap;
 
-/// Name in tables.
+/// Name of the default controller in CSV and JSON.
 pub const NAME: &str = "device default";
 
 /// Searched parameters, in the units and, except for the predictor's time constants, within the

@@ -14,13 +14,14 @@ pub const COMMITTED: &str = include_str!("../../../../docs/charts/control_gains.
 
 /// One line of the table: a law, and its cost on the training plants.
 pub type Row = (Equipment, SearchResult<Candidate>);
-/// The device's default: its parameters by name, and its cost.
+/// The default controller: its parameters by name, and its cost.
 pub type Default = SearchResult<BTreeMap<String, f64>>;
 
 /// The table cannot be read.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error(
-    "E563 control_gains.csv, line {line}: {what}; `flexor chart control --search` writes it anew"
+    "E563 control_gains.csv, line {line}: {what}; write the table again with `flexor chart \
+     control --search`"
 )]
 pub struct GainsError {
     /// Line number, from 1.
@@ -66,7 +67,7 @@ pub fn write(rows: &[Row], default: Option<&Default>, evaluations: usize) -> Str
         });
     }
     if let Some(found) = default {
-        // The structure of the default comes from the firmware.
+        // The structure of the default controller comes from the firmware.
         let shipped = wearer::shipped(Points::Two);
         let _ = out.serialize(Line {
             law: default::NAME.to_owned(),
@@ -94,7 +95,7 @@ fn joined(numbers: &BTreeMap<String, f64>) -> String {
     pairs.collect::<Vec<_>>().join(" ")
 }
 
-/// Reads the line of the device's default, if the table has one.
+/// Reads the line of the default controller, if the table has one.
 ///
 /// # Errors
 /// Returns [`GainsError`] with the line and the field.

@@ -44,7 +44,7 @@ pub enum TrackingError {
     #[error("E561 the device refuses the joint: {0:?}")]
     Joint(SpecError),
     /// The parameters are invalid for the law.
-    #[error("E562 these numbers make no law: {0:?}")]
+    #[error("E562 these parameters do not fit the control law: {0:?}")]
     Law(ParameterError),
 }
 

@@ -149,7 +149,7 @@ impl Training {
         }))
     }
 
-    /// Searches the best parameters, by name, of the device's default law in fixed point, with
+    /// Searches the best parameters, by name, of the default controller in fixed point, with
     /// exactly `evaluations` evaluations. Reports the completed part, 0 to 1, to `progress`.
     ///
     /// # Errors

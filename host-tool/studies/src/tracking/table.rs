@@ -1,7 +1,9 @@
 //! Tables of a campaign and of a search: text, JSON, CSV.
 
 use super::campaign::{Campaign, Score};
+use super::candidate::form_title;
 use super::columns::{Column, add_to_json, cells, names};
+use super::contender::Contender;
 use super::gains::{Default, Row};
 use super::target::Course;
 use super::wearer::Points;
@@ -9,7 +11,7 @@ use super::widened::failures;
 use hal_sim::body::random_finger::TWO_POINTS_NM;
 use serde_json::{Value, json};
 
-/// Goal of the device default: mean RMSE two-point, on plants in reach, degrees.
+/// Goal of the default controller: mean RMSE two-point, on plants in reach, degrees.
 pub const TWO_POINT_MEAN: f64 = 1.0;
 /// Goal: 95th percentile of the same RMSE, degrees.
 pub const TWO_POINT_P95: f64 = 1.6;
@@ -61,12 +63,20 @@ pub fn goals(campaign: &Campaign) -> Vec<Goal> {
         at_most,
     };
     let mut goals = vec![
-        goal("two-point, in reach, mean", two.reaching, TWO_POINT_MEAN),
-        goal("two-point, in reach, p95", two.reaching_p95, TWO_POINT_P95),
+        goal(
+            "two-point, wearers in reach, mean",
+            two.reaching,
+            TWO_POINT_MEAN,
+        ),
+        goal(
+            "two-point, wearers in reach, p95",
+            two.reaching_p95,
+            TWO_POINT_P95,
+        ),
         goal("two-point, nominal wearer", two.nominal, NOMINAL),
     ];
     goals.extend(Points::ALL.map(|points| {
-        let name = format!("{}, all, over best PID, upper end", points.name());
+        let name = format!("{}, all wearers, minus best PID, upper end", points.name());
         let high = campaign.score(points, shipped).against_pid.high;
         goal(&name, high, OVER_PID_DEG)
     }));
@@ -83,20 +93,23 @@ pub fn text(campaign: &Campaign) -> String {
 fn write_text(out: &mut String, campaign: &Campaign) {
     let plan = campaign.plan;
     out.push_str(&format!(
-        "{} random wearers, seed {}, {}, 10…30 s scored, RMSE in degrees\n",
+        "{} simulated wearers, seed {}; reference: {}\n",
         plan.plants,
         plan.seed,
         plan.course.name()
     ));
-    out.push_str("against what each can reach; +: with add-ons. Simulated wearers, not people.\n");
+    out.push_str(
+        "RMSE in degrees against the reachable part of the reference, 10 to 30 s.\n\
+         + marks controllers with add-ons. Simulated wearers, not people.\n",
+    );
     for points in Points::ALL {
         write_points(out, campaign, points);
     }
-    out.push_str("\ngoals of the device default:\n");
+    out.push_str("\ngoals of the default controller:\n");
     for goal in goals(campaign) {
-        let verdict = if goal.is_hit() { "hit " } else { "MISS" };
+        let verdict = if goal.is_hit() { "met   " } else { "missed" };
         out.push_str(&format!(
-            "{verdict} {:<44}{:>7.2} of {:.2}\n",
+            "{verdict} {:<52}{:>6.2} (at most {:.2})\n",
             goal.name, goal.value, goal.at_most
         ));
     }
@@ -105,7 +118,7 @@ fn write_text(out: &mut String, campaign: &Campaign) {
     }
     let beaten = campaign.margin_below_optimum();
     out.push_str(&format!(
-        "no law beats the optimum by more than {:.2}°\n",
+        "no controller is better than the optimum by more than {:.2}°\n",
         beaten.max(0.0)
     ));
 }
@@ -116,22 +129,23 @@ fn write_points(out: &mut String, campaign: &Campaign, points: Points) {
     let [low, high] = TWO_POINTS_NM;
     let assumed = match points {
         Points::One => String::new(),
-        Points::Two => format!(" (both pull {low}…{high} N·m: assumed)"),
+        Points::Two => format!(" (both points together {low}…{high} N·m, assumed)"),
     };
     let optimum = match campaign.plan.optimum_plants {
         0 => String::new(),
-        n => format!("; optimum\n{optimum:.2}°, p95 {optimum_p95:.2}°, on the first {n}"),
+        n => format!(";\noptimum {optimum:.2}°, p95 {optimum_p95:.2}°, on the first {n} wearers"),
     };
     out.push_str(&format!(
-        "\n{}{assumed}: {:.1} % of the time out of reach,\n\
-         {:.0} % of wearers reach all of it{optimum}\n",
+        "\n{}{assumed}:\n\
+         reference out of reach for {:.1} % of the time; {:.0} % of wearers reach all of it\
+         {optimum}\n",
         points.name(),
         unreachable * 100.0,
         reaching * 100.0
     ));
     out.push_str(&format!(
-        "{:<22}{:>7}{:>6}{:>6}{:>7}{:>8}  - best PID [95 %]\n",
-        "law", "cycles", "mean", "p95", "regret", "nominal"
+        "{:<22}{:>7}{:>6}{:>6}{:>7}{:>8}  minus best PID [95 %]\n",
+        "controller", "cycles", "mean", "p95", "regret", "nominal"
     ));
     for (n, contender) in campaign.contenders.iter().enumerate() {
         let Score {
@@ -148,25 +162,28 @@ fn write_points(out: &mut String, campaign: &Campaign, points: Points) {
         };
         out.push_str(&format!(
             "{:<22}{:>7}{mean:>6.2}{p95:>6.2}{regret:>7}{nominal:>8.2}  {:+.2} [{:+.2} {:+.2}]\n",
-            contender.name(),
+            contender.title(),
             campaign.cycles[n].map_or_else(String::new, |c| c.whole.to_string()),
             d.mean,
             d.low,
             d.high
         ));
     }
-    let name = |n: usize| campaign.contenders[n].name();
+    let title = |n: usize| campaign.contenders[n].title();
     out.push_str(&format!(
         "best: {}\n",
-        name(campaign.best(points, |_| true))
+        title(campaign.best(points, |_| true))
     ));
     let pid = campaign.best_pid(points);
-    out.push_str(&format!("best PID: {}\n", name(pid)));
+    out.push_str(&format!("best PID: {}\n", title(pid)));
     if let Some(shipped) = campaign.shipped() {
         let d = campaign.score(points, shipped).against_pid;
         out.push_str(&format!(
-            "device default against it: {:+.2}° [{:+.2} {:+.2}]\n",
-            d.mean, d.low, d.high
+            "{} minus best PID: {:+.2}° [{:+.2} {:+.2}]\n",
+            title(shipped),
+            d.mean,
+            d.low,
+            d.high
         ));
     }
 }
@@ -267,14 +284,14 @@ pub fn json(campaign: &Campaign) -> Value {
 /// Formats the results of a search for people.
 pub fn search_text(rows: &[Row], default: Option<&Default>, evaluations: usize) -> String {
     let mut out = format!(
-        "{evaluations} evaluations each; geometric mean of the quadratic mean RMSE on earlier\n\
-         and on widened training wearers\n"
+        "{evaluations} evaluations for each controller; cost: geometric mean of the\n\
+         root mean square RMSE on the earlier and on the widened training wearers\n"
     );
     for (equipment, found) in rows {
         let c = &found.candidate;
         out.push_str(&format!(
             "{:<22}{:<10}{:>6.2}°  {:>2} ms  {:?}{}  {:?}\n",
-            c.form.name(),
+            form_title(c.form),
             equipment.name(),
             found.cost,
             c.period_ms,
@@ -284,11 +301,8 @@ pub fn search_text(rows: &[Row], default: Option<&Default>, evaluations: usize) 
         ));
     }
     if let Some(found) = default {
-        out.push_str(&format!(
-            "{:<32}{:>6.2}°\n",
-            super::default::NAME,
-            found.cost
-        ));
+        let title = Contender::Shipped.title();
+        out.push_str(&format!("{title:<32}{:>6.2}°\n", found.cost));
         for (name, x) in &found.candidate {
             out.push_str(&format!("    {name:<26}{x:>10.3}\n"));
         }

@@ -39,7 +39,7 @@ impl Points {
 /// Range of angles that a setpoint may ask for, m°: the finger's range.
 const RANGE_MDEG: (i32, i32) = (0, 100_000);
 
-/// Policy of the device's default for lost setpoints.
+/// Policy of the default controller for lost setpoints.
 pub const SHIPPED_HOLD: HoldPolicy = HoldPolicy::Extrapolate { max_ms: 200 };
 
 fn millivolts(volts: f64) -> Amplitude {
@@ -104,7 +104,7 @@ pub fn joint(law: LawSpec, points: Points, hold: HoldPolicy) -> JointSpec {
     }
 }
 
-/// Returns the device's default: [`LawSpec::RECOMMENDED`] with everything that the nominal wearer
+/// Returns the default controller: [`LawSpec::RECOMMENDED`] with everything that the nominal wearer
 /// file configures, scaled by that wearer's strength.
 pub fn shipped(points: Points) -> JointSpec {
     let model = model(points, LawSpec::RECOMMENDED.default_lead_ms());

@@ -1,4 +1,4 @@
-//! Tables of the widened wearers: where each law fails, and which wearers it refuses.
+//! Tables of the widened wearers: where each controller fails, and which wearers it refuses.
 
 use super::campaign::{Campaign, Case};
 use super::columns::{Column, add_to_json, cells, names};
@@ -104,15 +104,16 @@ pub fn text(campaign: &Campaign) -> String {
     let plan = campaign.plan;
     let mut out = format!(
         "{} widened wearers, seed {}: strength × 0.5…2.8, delay 0…100 ms, an object\n\
-         taken and dropped, a knock; sines, steps and holds in turn. A law fails a\n\
-         wearer above {FAILS_DEG}° RMSE in reach. Simulated wearers, not people.\n",
+         taken and dropped, a knock; references: sines, steps and holds in turn.\n\
+         A controller fails on a wearer if the RMSE in reach is above {FAILS_DEG}°.\n\
+         Simulated wearers, not people.\n",
         plan.plants, plan.seed
     );
     for points in Points::ALL {
         out += &format!(
             "\n{}\n{:<22}{:>6}{:>6}{:>6}{:>6}{:>7}{:>8}{:>6}{:>7}{:>7}\n",
             points.name(),
-            "law",
+            "controller",
             "fails",
             "sine",
             "steps",
@@ -129,7 +130,7 @@ pub fn text(campaign: &Campaign) -> String {
                     .map(|kind| failures(campaign, points, n, kind));
             out += &format!(
                 "{:<22}{:>6}{:>6}{:>6}{:>6}{:>7}{:>8.2}{:>6.2}{:>7.2}{:>7.2}\n",
-                contender.name(),
+                contender.title(),
                 all.failed,
                 sine.failed,
                 steps.failed,
@@ -141,14 +142,14 @@ pub fn text(campaign: &Campaign) -> String {
                 all.ripple_p95
             );
         }
-        let pid = campaign.contenders[campaign.best_pid(points)].name();
+        let pid = campaign.contenders[campaign.best_pid(points)].title();
         out += &format!("best PID: {pid}\n");
         out += &verdict(campaign, points);
     }
     out
 }
 
-/// Compares the device's default with its goals.
+/// Compares the default controller with its goals.
 fn verdict(campaign: &Campaign, points: Points) -> String {
     let Some(shipped) = campaign.shipped() else {
         return String::new();
@@ -156,30 +157,30 @@ fn verdict(campaign: &Campaign, points: Points) -> String {
     let f = failures(campaign, points, shipped, None);
     let holds = failures(campaign, points, shipped, Some(Kind::Hold));
     let share = f.refused as f64 / f.wearers.max(1) as f64;
-    let hit = |is: bool| if is { "hit " } else { "MISS" };
-    let mut out = String::from("device default:\n");
+    let hit = |is: bool| if is { "met   " } else { "missed" };
+    let mut out = format!("{}:\n", campaign.contenders[shipped].title());
     out += &format!(
-        "{} fails none: {} of {}\n",
+        "{} fails on no wearer: {} of {}\n",
         hit(f.failed == 0),
         f.failed,
         f.wearers
     );
     out += &format!(
-        "{} refuses at most {:.0} %: {:.1} %; {} of them where the best PID does not fail\n",
+        "{} refuses at most {:.0} %: {:.1} %; the best PID does not fail on {} of these\n",
         hit(share <= REFUSED_AT_MOST && f.refused_needlessly == 0),
         REFUSED_AT_MOST * 100.0,
         share * 100.0,
         f.refused_needlessly
     );
     out += &format!(
-        "{} a hold rests, ripple {RIPPLE_DEG}° RMS at most: {} of {} do not (p95 {:.2}°)\n",
+        "{} ripple of holds at most {RIPPLE_DEG}° RMS: above it in {} of {} (p95 {:.2}°)\n",
         hit(holds.restless == 0),
         holds.restless,
         holds.wearers - holds.refused,
         holds.ripple_p95
     );
     for name in refusals(campaign, points, shipped) {
-        out += &format!("  {} × {}\n", name.1, name.0);
+        out += &format!("  refused {} times: {}\n", name.1, name.0);
     }
     out
 }

@@ -9,13 +9,27 @@ use crate::hamana2022::participant::Participant;
 use crate::hamana2022::sessions::{claim, row};
 use crate::hamana2022::tracked::LAWS;
 use crate::laboratory::{Grid, Row, Share, Sheet};
+use host_core::session::LawName;
 use host_core::statistics::Spread;
 
-/// Returns the description of a control law.
+/// Returns the displayed name of a controller.
 pub(super) fn in_words(law: &str) -> &'static str {
+    LawName::from_name(law).map_or("", LawName::title)
+}
+
+/// Returns the name of a controller in the ids of rows, which stay as they were published.
+fn id_name(law: &str) -> &'static str {
     match law == LAWS[0] {
         true => "paper's law",
         false => "default law",
+    }
+}
+
+/// Returns a name of a controller that is short enough for a table of 80 columns.
+fn short_name(law: &str) -> &'static str {
+    match law == LAWS[0] {
+        true => "paper's",
+        false => "default",
     }
 }
 
@@ -56,7 +70,7 @@ impl Study {
             for (source, name) in SOURCES.into_iter().enumerate() {
                 for (place, what) in ["F", "p"].into_iter().enumerate() {
                     let quantity = format!("{name}, {}, {what}", in_words(law));
-                    let id = format!("{quantity}/Table 9: {what}");
+                    let id = format!("{name}, {}, {what}/Table 9: {what}", id_name(law));
                     let values = all.iter().map(|values| values[source][place]).collect();
                     rows.push(row(&id, quantity, "", Some(TABLE_9[source][place]), values));
                 }
@@ -79,16 +93,16 @@ impl Study {
             let words = in_words(law);
             shares.push(claim(
                 &format!("table-8-{law}"),
-                format!("P, Q and S all do, {words}"),
+                format!("P, Q, S: two points better, {words}"),
                 Some(true),
                 all.iter()
                     .map(|items| Some(items.iter().all(|[one, two]| two < one))),
             ));
             let all = replications(parts, law);
             let says = [
-                ("points", "one and two points differ", true),
-                ("participants", "participants differ", false),
-                ("interaction", "both interact", false),
+                ("points", "points", true),
+                ("participants", "participants", false),
+                ("interaction", "interaction", false),
             ];
             for (source, (id, what, paper)) in says.into_iter().enumerate() {
                 let is = all
@@ -97,7 +111,7 @@ impl Study {
                 let id = format!("table-9-{id}-{law}");
                 shares.push(claim(
                     &id,
-                    format!("{what} (p < 0.05), {words}"),
+                    format!("ANOVA, {what}: p < 0.05, {words}"),
                     Some(paper),
                     is,
                 ));
@@ -119,7 +133,7 @@ impl Study {
         for participant in &self.participants.all {
             for law in LAWS {
                 let all = means(parts, &participant.name, law);
-                let mut row = vec![format!("{}, {}", participant.name, in_words(law))];
+                let mut row = vec![format!("{}, {}", participant.name, short_name(law))];
                 for place in 0..METHODS.len() {
                     let spread = Spread::of(all.iter().filter_map(|values| values[place]));
                     row.extend(cells(spread, 1));
@@ -132,11 +146,12 @@ impl Study {
                 rows.push(row);
             }
         }
-        let heads = "|one|5 to 95 %|n|paper|two|5 to 95 %|n|paper";
-        let caption = "RMSE from 10 to 30 s, °: the mean of five trials, with one point (the \
-                       better of A and B) and with two: median, 5th and 95th percentile of the n draws in which \
-                       every trial has one, simulated. Table 8 has the averages of P, Q and S \
-                       under the paper's law; they stand beside the default law too."
+        let heads = "controller|one|5 to 95 %|n|paper|two|5 to 95 %|n|paper";
+        let caption = "RMSE from 10 to 30 s, °, as the mean of five trials with one point (the \
+                       better of A and B) and with two points. Ours: median, and 5th to 95th \
+                       percentile, of the n draws in which every trial has an RMSE; simulated. \
+                       Paper: table 8 has averages of P, Q and S under the paper's controller \
+                       only; they are repeated beside the default controller for comparison."
             .to_owned();
         let grid = Grid {
             heads: heads.split('|').map(str::to_owned).collect(),
@@ -180,8 +195,9 @@ impl Study {
             rows.push([&[format!("{name}, average")][..], &of(0), &of(1)].concat());
         }
         let caption = format!(
-            "RMSE of each trial under the paper's law, °, of the first draw that has all of \
-             one point and of two: {}. Simulated; draws.csv has all trials of all draws.",
+            "RMSE of each trial under the paper's controller, °, in the first draw in which all \
+             trials with one point and with two points have an RMSE: {}. Simulated; draws.csv has \
+             all trials of all draws.",
             whose.join(", ")
         );
         let heads = "|one|paper|two|paper";
@@ -206,7 +222,7 @@ fn rmse_rows(participant: &Participant, law: &str, parts: &[Part]) -> Vec<Row> {
             .map(|printed_value| printed_value.rmse_deg[place]);
         let values = all.iter().filter_map(|values| values[place]).collect();
         row(
-            &format!("{quantity}/RMSE (°)"),
+            &format!("{name}, {method}, {}/RMSE (°)", id_name(law)),
             quantity,
             "°",
             paper,
@@ -240,7 +256,7 @@ fn share_of(participant: &Participant, law: &str, parts: &[Part]) -> Vec<Share> 
         };
         shares.push(claim(
             &format!("table-8-within-{name}-{law}"),
-            format!("{name}: both means among table 8's, {words}"),
+            format!("{name}: means in table 8's range, {words}"),
             is_printed,
             both.iter()
                 .map(|[one, two]| Some(within(0, *one) && within(1, *two))),
@@ -270,11 +286,12 @@ fn table_9(parts: &[Part]) -> Sheet {
         heads: heads.split('|').map(str::to_owned).collect(),
         rows,
     };
-    let caption = "Two-way analysis of variance with replication: number of points and \
-                   participant, five trials each. As printed; recomputed from the published \
-                   table 8, whose rounded trials give 4.32 where 4.30 is printed; ours under the \
-                   paper's law and under the default law: median, 5th and 95th percentile over the n \
-                   replications in which P, Q and S have every trial, simulated.";
+    let caption = "Two-way analysis of variance with replication; the factors are the number of \
+                   points and the participant, with five trials each. Columns: as printed in the \
+                   paper; recomputed from the published table 8 (its rounded trials give F = 4.32 \
+                   where the paper prints 4.30); ours under the paper's controller, then under \
+                   the default controller: median, and 5th to 95th percentile, over the n \
+                   replications in which P, Q and S have every trial. Ours is simulated.";
     let title = "analysis of variance of table 8";
     Sheet::table("Table 9", title, caption.to_owned(), grid)
 }

@@ -26,13 +26,13 @@ impl Study {
             let name = &participant.name;
             let all = mean_drops_deg(parts, name);
             for (place, method) in ["one point", "two points"].into_iter().enumerate() {
-                let quantity = format!("{name}, {method} sinks");
+                let quantity = format!("{name}, angle lost with {method}");
                 let paper = participant
                     .paper
                     .as_ref()
                     .map(|printed_value| printed_value.sinks_deg[place]);
                 let values = all.iter().map(|values| values[place]).collect();
-                let id = format!("{quantity}/Sinks in 10 s (°)");
+                let id = format!("{name}, {method} sinks/Sinks in 10 s (°)");
                 rows.push(row(&id, quantity, "°", paper, values));
             }
         }
@@ -46,7 +46,7 @@ impl Study {
             let all = mean_drops_deg(parts, name);
             claim(
                 &format!("two-better-{name}"),
-                format!("{name}: two points sink less"),
+                format!("{name}: finger sinks less with two points"),
                 participant.paper.as_ref().map(|_| true),
                 all.iter().map(|[one, two]| Some(two < one)),
             )

@@ -12,20 +12,22 @@ use std::collections::BTreeMap;
 
 /// Notes that accompany every result.
 const SIMULATED: &str =
-    "Simulated: drawn forearms of assumed parameters; no evidence about people.";
-const MEANING: &str = "Ours is the median, low and high the 5th and 95th percentile of the draws \
-                       that have a number: replications by whoever of the participants has points \
-                       and voltages in them.";
-const ROTATION: &str = "Of rotation the sources disagree: Bao 2018's abstract finds no significant \
-                        effect, Hamana 2022 that one point falls. The t-tests of 0° against 90° \
-                        are ours, over every draw.";
-const CONTROL: &str = "A mean is of all five trials; a method of which the device refuses or ends \
-                       one has none in that draw, and one point is then the other of A and B. \
-                       The paper's RMSE and table 9 are of its own law \
-                       and stand beside the default law for comparison.";
-const AMONG: &str = "\"Among table 8's\": one point's mean lies between the paper's least and \
-                     greatest trial with one point, and so that of two points. Ours, and no \
-                     criterion of the paper.";
+    "Simulated: random forearms with assumed parameters; no evidence about people.";
+const MEANING: &str = "Ours is the median; low and high are the 5th and 95th percentiles over the \
+                       draws that have a number. A draw is one replication of the study with \
+                       those participants for whom points and voltages are found in it.";
+const ROTATION: &str = "The sources disagree about rotation of the forearm: the abstract of Bao \
+                        2018 reports no significant effect; Hamana 2022 reports that the angle \
+                        with one point becomes smaller. The t-tests of 0° against 90° are ours \
+                        and include all draws.";
+const CONTROL: &str = "A mean is over all five trials. If the device refuses or ends one of them, \
+                       that method has no mean in the draw; if this happens at A or B, the other \
+                       point counts as one point. The paper's RMSE and table 9 belong to the \
+                       paper's controller; they are repeated beside the default controller for \
+                       comparison.";
+const AMONG: &str = "\"Means in table 8's range\": the mean with one point lies between the \
+                     smallest and the largest trial that the paper prints for one point, and \
+                     likewise with two points. This criterion is ours, not the paper's.";
 
 /// Information about the run that only the command knows.
 #[derive(Clone, Debug)]
@@ -160,11 +162,27 @@ impl Study {
                 .flat_map(|tracking| tracking.refused())
                 .for_each(count);
             let told = missing.into_iter();
-            notes.extend(
-                told.map(|(why, count)| format!("{name}: {count} of {draws} draws: {why}.")),
-            );
+            notes.extend(told.map(|(why, count)| {
+                format!("{name}: in {count} of {draws} draws: {}.", in_words(&why))
+            }));
         }
         notes
+    }
+}
+
+/// Returns the wording in notes of a reason that is a value in `draws.csv`.
+fn in_words(why: &str) -> &str {
+    match why {
+        "a point moves nothing, or others too" => {
+            "a point moves no finger, or not the index finger alone"
+        }
+        "the extensor's point extends nothing, or the wrist first" => {
+            "the extensor's point does not extend the finger, or extends the wrist first"
+        }
+        "no coupling gives the thresholds" => {
+            "no electrode coupling in the allowed range gives the thresholds"
+        }
+        other => other,
     }
 }
 

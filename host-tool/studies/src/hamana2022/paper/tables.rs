@@ -89,10 +89,11 @@ impl Study {
             let first = [name.to_owned(), n].into_iter();
             rows.push(first.chain(none).chain(numbers).collect());
         }
-        let caption = "Torque of one point as a part of the participant's greatest pattern: A \
-                       or B, conducted (C) or isolated (I), and the larger of A and B; median, \
-                       5th and 95th percentile of n draws, simulated. Of table 4 the cells are \
-                       a picture and not known, only the averages 0.28 and 0.27 of the text.";
+        let caption = "Torque of one point, as a fraction of the torque of the participant's \
+                       strongest pattern: A or B, conducted (C) or isolated (I), and the larger \
+                       of A and B. Median, 5th and 95th percentile of n draws, simulated. The \
+                       paper prints the cells of table 4 as a picture without numbers; only the \
+                       averages in its text, 0.28 and 0.27, are known.";
         let grid = Grid {
             heads: heads("|n|A-C|A-I|B-C|B-I|larger C|larger I"),
             rows,
@@ -128,11 +129,11 @@ impl Study {
             let less = all.iter().filter(is_less).count().to_string();
             vec![number.to_string(), n, t, paper, p, paper_p, less]
         };
-        let caption = "Paired t-test of each pattern of two points against one point conducted, \
-                       over the participants of a draw: medians over n draws of at least two \
-                       participants, simulated, and in how many p is below 0.05. Table 5 has \
-                       three degrees of freedom: four participants; here whoever has points and \
-                       voltages.";
+        let caption = "Paired t-test of each two-point pattern against one conducted point, over \
+                       the participants of a draw: medians over n draws with at least two \
+                       participants, and the number of draws in which p is below 0.05; simulated. \
+                       The paper's table 5 has four participants (three degrees of freedom); here \
+                       a draw has those participants for whom points and voltages are found.";
         let grid = Grid {
             heads: heads("pattern|n|t|t, paper|p|p, paper|p < 0.05"),
             rows: (0..PATTERNS).map(row).collect(),
@@ -185,8 +186,9 @@ fn table_6(sessions: &[Session]) -> Option<Sheet> {
         }
     }
     let caption = "Intensities at A and B, V: median, 5th and 95th percentile of n draws, \
-                   simulated. Table 6 has them as symbols (a to i), without volts; an intensity \
-                   at r_th is missing where both points together bend the finger at no r."
+                   simulated. The paper's table 6 gives them as symbols (a to i), without volts. \
+                   The intensity at r_th is missing in draws in which the two points together \
+                   bend the finger at no ratio r."
         .to_owned();
     let grid = Grid {
         heads: heads("|n|V_A|5 %|95 %|V_B|5 %|95 %"),

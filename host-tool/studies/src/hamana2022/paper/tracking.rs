@@ -1,6 +1,7 @@
 //! Runs every trial of experiment 4 on one random forearm.
 
 use super::Study;
+use super::control::in_words;
 use crate::hamana2022::error::TwoPointsError;
 use crate::hamana2022::tracked::{LAWS, Method, TrialTracking};
 use crate::hamana2022::wearers::Wearer;
@@ -41,7 +42,7 @@ pub struct Course {
 pub struct Tracking {
     /// Trials by law, method and index.
     pub trials: Vec<Trial>,
-    /// Best and worst trial with one point and with two, under the paper's law.
+    /// Best and worst trial with one point and with two, under the paper's controller.
     pub courses: Vec<Course>,
 }
 
@@ -117,7 +118,7 @@ impl Tracking {
     }
 
     /// Lists briefly why methods have trials without a number, each reason once with its methods.
-    /// Names the law if the other law has no such trial.
+    /// Names the controller if the other one has no such trial.
     pub(super) fn refused(&self) -> Vec<String> {
         let why = |law: &str, method: Method| {
             let mut own = self.trials.iter();
@@ -134,7 +135,7 @@ impl Tracking {
                 let Some(why) = why else { continue };
                 let name = match is_same {
                     true => method.name().to_owned(),
-                    false => format!("{} ({law})", method.name()),
+                    false => format!("{} ({})", method.name(), in_words(law)),
                 };
                 match all.iter_mut().find(|(known, _)| *known == why) {
                     Some((_, methods)) => methods.push(name),
@@ -147,8 +148,8 @@ impl Tracking {
             .collect()
     }
 
-    /// Returns the best and the worst of these trials under the paper's law, with one point and
-    /// with two.
+    /// Returns the best and the worst of these trials under the paper's controller, with one point
+    /// and with two.
     fn shown_courses(&self, tracked: &[(Method, u64, TrialTracking)]) -> Vec<Course> {
         let one = self.one_point_rmse(LAWS[0]).map(|(method, _)| method);
         let two = self.two_point_rmse(LAWS[0]).map(|_| Method::Two);
@@ -216,6 +217,6 @@ mod tests {
         );
         assert_eq!(tracking.means("paper"), [Some(15.0), Some(7.0)]);
         assert_eq!(tracking.means("recommended"), [None, None]);
-        assert_eq!(tracking.refused(), ["B (paper): E229 refused"]);
+        assert_eq!(tracking.refused(), ["B (paper's controller): E229 refused"]);
     }
 }

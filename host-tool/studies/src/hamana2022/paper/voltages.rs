@@ -119,11 +119,12 @@ impl Study {
             }
         }
         let heads = "|n|A th|A max|B th|B max|E th|E max|r_th|r·A|r·B";
-        let caption = "Thresholds and greatest voltages of A, B and the extensor's point (E), \
-                       V, r_th, and r_th times the greatest of A and B: median, 5th and 95th \
-                       percentile of n draws, simulated. Thresholds of P, Q and S are fitted to \
-                       the paper's; all else is found by the paper's searches, in steps of 2 V \
-                       up to 40 V. Table 7 has P, Q and S."
+        let caption = "Threshold (th) and maximum voltage (max) of A, B and the extensor's point \
+                       (E), V; the ratio r_th; and r_th times the maximum of A and of B, V. \
+                       Median, 5th and 95th percentile of n draws, simulated. The thresholds of \
+                       P, Q and S are fitted to the paper's; all other values are found by the \
+                       paper's searches, in steps of 2 V up to 40 V. The paper's table 7 has P, Q \
+                       and S."
             .to_owned();
         let grid = Grid {
             heads: heads.split('|').map(str::to_owned).collect(),
@@ -158,10 +159,10 @@ impl Study {
         };
         let caption = format!(
             "Voltages that were applied to A and B, V: the highest at which the index finger \
-             bends alone (individuation above 0.8), found by the paper's search on each \
-             forearm, up to 40 V; median, 5th and 95th percentile of n draws, simulated. \
-             {number} has one number each; the paper searched anew in each experiment, here it \
-             is one search."
+             bends alone (individuation above 0.8), found by the paper's search on each forearm, \
+             up to 40 V. Median, 5th and 95th percentile of n draws, simulated. The paper's \
+             {number} has one value for each participant and point. The paper repeated the search \
+             in each experiment; here all experiments use the same search."
         );
         Sheet::table(number, "voltages applied, V", caption, grid)
     }

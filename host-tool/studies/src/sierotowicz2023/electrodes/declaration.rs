@@ -75,7 +75,7 @@ impl Study {
         let mut wrong = Vec::new();
         let sizes = &study.wanted.sizes_n;
         if sizes.is_empty() || !sizes.iter().all(|value| value.is_finite() && *value > 0.0) {
-            wrong.push("wanted.sizes_n must be forces above zero".to_owned());
+            wrong.push("wanted.sizes_n must be one or more forces above 0 N".to_owned());
         }
         for (name, part) in [
             ("judged.made", study.judged.made),
@@ -84,17 +84,18 @@ impl Study {
             ("expected.one_set_of_six", study.expected.one_set_of_six),
         ] {
             if !(0.0..=1.0).contains(&part) {
-                wrong.push(format!("{name} is {part}, must lie between 0 and 1"));
+                wrong.push(format!("{name} is {part}; allowed: 0 to 1"));
             }
         }
         if !(1..=9).contains(&study.judged.shown) {
             let shown = study.judged.shown;
-            wrong.push(format!("judged.shown is {shown}, allowed is 1 to 9"));
+            wrong.push(format!("judged.shown is {shown}; allowed: 1 to 9"));
         }
         if study.draws < 2 {
             let draws = study.draws;
             wrong.push(format!(
-                "draws is {draws}, at least 2: one chooses for another"
+                "draws is {draws}; allowed: 2 or more, because one wearer's electrodes are tried \
+                 on another"
             ));
         }
         match wrong.is_empty() {

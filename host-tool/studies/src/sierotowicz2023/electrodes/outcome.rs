@@ -13,12 +13,15 @@ pub const NAME: &str = "electrode-choice";
 /// Set of all ten electrodes.
 const ALL: usize = SETS - 1;
 const SIMULATED: &str =
-    "Simulated: drawn arms of mostly assumed parameters; no evidence about people.";
-const MEANING: &str = "Ours is the median, low and high the 5th and 95th percentile over wearers.";
-const LINEAR: &str = "Forces at the cuff by parts of what each electrode reaches, without \
-                      crosstalk, tiredness and noise. `squares` knows the body's own arms; \
-                      `nearest` is the device's algorithm 1, told of cursory anatomy and of true \
-                      strengths.";
+    "Simulated: random arms with mostly assumed parameters; no evidence about people.";
+const MEANING: &str = "Ours is the median; low and high are the 5th and 95th percentiles over \
+                       wearers.";
+const LINEAR: &str = "The force at the cuff is proportional to the activation, 0 to 1, of each \
+                      electrode; crosstalk, fatigue and noise are left out. The miss is the part \
+                      of a reference force that a set of electrodes cannot make. `squares` is \
+                      least squares with the moment arms of the simulated arm itself. `nearest` \
+                      is the device's algorithm 1 (nearest neighbour), which has rough anatomical \
+                      lines and the true strengths.";
 
 /// Information about the run that only the command knows.
 #[derive(Clone, Debug)]
@@ -82,27 +85,27 @@ fn rows_of(study: &Study, all: &[MissedForce], method: usize, count: u32) -> [Ro
     [
         row(
             "missed",
-            "the best for a force miss",
+            "median miss of best set",
             of(&|(miss, _)| median(&missed_by_best(miss, method, count))),
         ),
         row(
             "made",
-            "forces that they make",
+            "achieved forces",
             of(&|(miss, _)| share_of(&missed_by_best(miss, method, count), made)),
         ),
         row(
             "one-set",
-            "one set for all misses",
+            "mean miss of one set",
             of(&|(miss, _)| missed_by_one_set(miss, method, count)),
         ),
         row(
             "another",
-            "another's choice is good enough",
+            "another's choice suffices",
             of(&|pair| good_enough(study, pair, method, count)),
         ),
         row(
             "another-set",
-            "another's one set misses more",
+            "extra miss, another's set",
             of(&|(own, other)| {
                 let (own, other) = (own.mean_by_set(method), other.mean_by_set(method));
                 percent(own[best(&other, count)] - own[best(&own, count)])
@@ -130,7 +133,7 @@ fn electrode_rows(all: &[MissedForce], method: usize) -> Vec<Row> {
         })
         .collect();
     let rows = NAMES.iter().zip(costs).map(|(muscle, values)| {
-        let what = format!("{name}: without {muscle}, missed more");
+        let what = format!("{name}, no {muscle}: extra miss");
         Row::from_numbers(format!("{name}/without/{muscle}"), what, "%", None, values)
     });
     rows.collect()
@@ -146,7 +149,7 @@ fn shares(study: &Study, all: &[MissedForce]) -> Vec<Share> {
     let mut shares = vec![count(
         "four-of-ten".to_owned(),
         format!(
-            "squares: 4 for each force make {:.0} % of what 10 make",
+            "squares: 4 electrodes achieve {:.0} % of what 10 do",
             100.0 * study.expected.four_of_ten
         ),
         all.iter()
@@ -166,7 +169,7 @@ fn shares(study: &Study, all: &[MissedForce]) -> Vec<Share> {
             });
             shares.push(count(
                 format!("{name}/{electrodes}"),
-                format!("{name}: another's one set of {electrodes} is good enough"),
+                format!("{name}: another's set of {electrodes} is good enough"),
                 good.collect(),
             ));
         }
@@ -206,7 +209,8 @@ fn matrices(study: &Study, all: &[MissedForce]) -> Vec<Sheet> {
     let largest = study.wanted.sizes_n.last().copied().unwrap_or_default();
     let told = |what: &str| {
         format!(
-            "Simulated, {largest} N: {what} f forward, b backward, l left, r right, u up, d down."
+            "Simulated, reference force of {largest} N: {what} Directions: f forward, b backward, \
+             l left, r right, u up, d down."
         )
     };
     let shown = study.judged.shown;
@@ -219,15 +223,14 @@ fn matrices(study: &Study, all: &[MissedForce]) -> Vec<Sheet> {
             let parts = &miss.0[method][force];
             percent(parts[ALL ^ (1 << electrode)] - parts[ALL])
         };
-        let lost =
-            told("how much more of the force is missed without the electrode, mean over wearers.");
+        let lost = told("increase of the miss if the electrode is left out, mean over wearers.");
         let (title, unit) = (
-            format!("{name}: what is missed without it"),
+            format!("{name}: extra miss without the electrode"),
             "% of the force",
         );
         sheets.push(matrix(all, (&title, unit), lost, &cost));
         let who = told(&format!(
-            "in how many wearers the electrode is among the best {shown} for the force."
+            "percentage of wearers for whom the electrode is among the best {shown} for the force."
         ));
         let (title, unit) = (format!("{name}: among the best {shown}"), "% of wearers");
         sheets.push(matrix(all, (&title, unit), who, &member));
@@ -251,16 +254,23 @@ fn table(rows: &[Row]) -> Sheet {
     };
     let names = METHODS.iter();
     let lines = names.flat_map(|name| (1..=10).map(move |count| (*name, count)));
-    let heads = ["", "missed", "made", "one set", "another's", "its set"];
-    let caption = "Medians over wearers, %, simulated: what the best so many for each force miss \
-                   of it; forces of all that they make; what one set for all misses in the mean; \
-                   forces for which another wearer's choice is good enough; how much more \
-                   another's one set misses.";
+    let heads = ["", "miss", "achieved", "one set", "another's", "extra"];
+    let caption = "Medians over wearers, %, by method and number of electrodes; simulated. miss: \
+                   the part of a reference force that the best set for this force cannot make. \
+                   achieved: reference forces that the best set makes with a small miss. one set: \
+                   mean miss of the one set that is best over all forces. another's: forces for \
+                   which the set chosen on another wearer is good enough. extra: increase of the \
+                   miss with another wearer's one set.";
     let grid = Grid {
         heads: heads.map(str::to_owned).to_vec(),
         rows: lines.map(line).collect(),
     };
-    Sheet::table("Electrodes", "how many", caption.to_owned(), grid)
+    Sheet::table(
+        "Electrodes",
+        "number of electrodes",
+        caption.to_owned(),
+        grid,
+    )
 }
 
 /// Assembles the outcome of the study.

@@ -50,7 +50,7 @@ impl Study {
                 if is_best { "best" } else { "worst" }
             );
             let Some((part, course)) = self.find_course(parts, is_two, is_best) else {
-                whose.push(format!("{number}: no draw has a number"));
+                whose.push(format!("{number}: no draw has this trial"));
                 continue;
             };
             let words = in_words(&part.participant, part.draw, "P");
@@ -66,18 +66,19 @@ impl Study {
             ));
         }
         let caption = format!(
-            "Wanted and measured angle of the trial with the least and with the greatest RMSE \
-             under the paper's law, in the first draw in which every trial of the method has a \
-             number: {}. Simulated. Grey: not judged. Figures 25 to 28 are P's: 8.40 and 26.6° \
-             with one point, 9.00 and 12.6° with two.",
+            "Reference and measured angle in the trials with the smallest and the largest RMSE \
+             under the paper's controller, from the first draw in which every trial of the method \
+             has an RMSE: {}. Simulated. The grey time is not part of the RMSE. The paper's \
+             figures 25 to 28 show P: 8.40 and 26.6° with one point, 9.00 and 12.6° with two \
+             points.",
             whose.join("; ")
         );
         let plots = Plots {
             beside: 2,
-            series: ["angle", "wanted"].map(str::to_owned).to_vec(),
+            series: ["angle", "reference"].map(str::to_owned).to_vec(),
             plots,
         };
-        let title = "a sine, followed";
+        let title = "tracking of a sine";
         vec![Sheet::figure("Figures 25 to 28", title, caption, plots)]
     }
 
@@ -141,9 +142,11 @@ impl Study {
             });
         }
         let caption = format!(
-            "The index finger over ten seconds, one trial at each pronation, one point (the \
-             better one at 0°) and two: {}, simulated, the hand in motion. In figure 30, of Q, \
-             one point bends less at 45° and 90° than at 0°, two points fully everywhere.",
+            "Angle of the index finger over ten seconds, in one trial at each pronation, with one \
+             point (the one that bends the finger further at 0°) and with two points: {}. \
+             Simulated, with the dynamics of the hand. In the paper's figure 30, of Q, one point \
+             bends the finger less at 45° and 90° than at 0°; two points bend it fully at every \
+             pronation.",
             whose.words
         );
         let plots = Plots {
@@ -151,7 +154,7 @@ impl Study {
             series: LIES_DEG.map(|lies| format!("{lies}° pronated")).to_vec(),
             plots,
         };
-        let title = "the index finger at three postures";
+        let title = "index finger at three pronations";
         Ok(vec![Sheet::figure("Figure 30", title, caption, plots)])
     }
 
@@ -186,17 +189,17 @@ impl Study {
         if plots.is_empty() {
             return Vec::new();
         }
-        let caption = "The index finger's angle by pronation, means of three trials: median and \
-                       5th to 95th percentile of the draws, simulated; the settled angle of the \
-                       hand at rest, without fatigue. In figure 31 one point bends furthest at 0° \
-                       in P, Q and S; two points nearly 100° in P and Q everywhere, S at least \
-                       50° at 45°.";
+        let caption = "Angle of the index finger by pronation, as the mean of three trials: \
+                       median and 5th to 95th percentile of the draws. Simulated; this is the \
+                       steady angle, without fatigue. In the paper's figure 31, one point bends \
+                       the finger furthest at 0° in P, Q and S; two points bend it by nearly 100° \
+                       at every pronation in P and Q, and by at least 50° at 45° in S.";
         let plots = Plots {
             beside: 4,
             series: METHODS.map(str::to_owned).to_vec(),
             plots,
         };
-        let title = "greatest angles by posture";
+        let title = "largest angles by pronation";
         vec![Sheet::figure("Figure 31", title, caption.to_owned(), plots)]
     }
 
@@ -226,11 +229,12 @@ impl Study {
             return Vec::new();
         }
         let caption = format!(
-            "The index finger over ten seconds at the greatest voltages, one trial with one \
-             point (the one that bends further) and with two, of each participant's first draw \
-             that has points and voltages: {}. Simulated. Over each plot how far it sinks from \
-             its greatest angle to that at 10 s, one point first. In figure 32 that is 21.9 and \
-             0.0° in P, 44.8 and 0.0° in Q, 29.0 and 13.6° in S.",
+            "Angle of the index finger over ten seconds at the maximum voltages, in one trial \
+             with one point (the one that bends the finger further) and with two points, from \
+             each participant's first draw that has points and voltages: {}. Simulated. The title \
+             of each plot says how far the finger sinks from its largest angle to its angle at 10 \
+             s, with one point and with two. In the paper's figure 32 it sinks by 21.9 and 0.0° \
+             in P, 44.8 and 0.0° in Q, 29.0 and 13.6° in S.",
             whose.join(", ")
         );
         let plots = Plots {
@@ -238,7 +242,7 @@ impl Study {
             series: METHODS.map(str::to_owned).to_vec(),
             plots,
         };
-        let title = "ten seconds of one point and of two";
+        let title = "ten seconds with one point and with two points";
         vec![Sheet::figure("Figure 32", title, caption, plots)]
     }
 }

@@ -52,17 +52,18 @@ impl Study {
             plots.push(Plot {
                 title: format!("point {name}: from {least:.0} to {most:.0} V"),
                 x: SheetAxis::linear("voltage (V)", [0.0, DEVICE_V]),
-                y: SheetAxis::linear("part of the range; index", [0.0, 1.05]),
+                y: SheetAxis::linear("fraction of the range; index", [0.0, 1.05]),
                 curves,
                 ..Plot::default()
             });
         }
         let caption = format!(
-            "Each finger's angle above rest as a part of its range, and the individuation index, \
-             against the voltage at one point, in the search's steps: {}, simulated. Over each \
-             plot its threshold and its greatest voltage, above which the index falls to \
-             {SELECTIVE} or the search ends. Figure 8 is of P at one point; its index falls when \
-             other fingers bend. Of lines that coincide the first are the widest.",
+            "Angle of each finger above rest, as a fraction of its range, and the individuation \
+             index, against the voltage at one point, in the steps of the search: {}. Simulated. \
+             The title of each plot gives the threshold of the point and its maximum voltage; \
+             above this voltage the index falls to {SELECTIVE}, or the search ends. The paper's \
+             figure 8 shows P at one point; there the index falls when other fingers bend. Where \
+             lines coincide, earlier ones are drawn wider.",
             whose.words
         );
         let plots = Plots {
@@ -70,7 +71,7 @@ impl Study {
             series: series(6),
             plots,
         };
-        let title = "the search at one point";
+        let title = "search at one point";
         Ok(vec![Sheet::figure("Figure 8", title, caption, plots)])
     }
 
@@ -108,12 +109,13 @@ impl Study {
             });
         }
         let caption = format!(
-            "Angles of five fingers from the first pulse on, with initial angles, at {a:.0} V on \
-             A and {b:.0} V on B: {}, simulated, the hand in motion. Figures 9 to 11 are S's at \
-             18 and 24 V; figure 9 does not say whether A was isolated; figure 11's caption \
-             calls pattern 8 isolated, figure 5 and the text conducted, as here. There one point \
-             bends the index finger slightly, 0 µs other fingers too, 2000 µs the index finger \
-             strongly. Of lines that coincide the first are the widest.",
+            "Angles of five fingers from the first pulse on, at {a:.0} V on A and {b:.0} V on B: \
+             {}. Simulated, with the dynamics of the hand. The paper's figures 9 to 11 show S at \
+             18 and 24 V. There, one point bends the index finger slightly; two points 0 µs apart \
+             bend other fingers as well; two points 2000 µs apart bend the index finger strongly. \
+             Figure 9 does not say whether A was isolated. The caption of figure 11 calls pattern \
+             8 isolated; figure 5 and the text call it conducted, as it is here. Where lines \
+             coincide, earlier ones are drawn wider.",
             whose.words
         );
         let plots = Plots {
@@ -148,15 +150,16 @@ impl Study {
             names.sort_unstable();
             let plots = Plots {
                 beside: 3,
-                series: vec!["greatest angle".to_owned()],
+                series: vec!["largest angle".to_owned()],
                 plots: names.iter().map(|name| intensity(name, &own)).collect(),
             };
             let caption = format!(
-                "Angle of each finger above rest as a part of its range, means of five trials: \
-                 median and 5th to 95th percentile of {who}'s {} draws that have points and \
-                 voltages, simulated (T thumb, I index, M middle, R ring, L little). In figure \
-                 21, of P, the index finger alone bends at a to f, fully at d and e; the thumb \
-                 too at g, the little finger at h, both at i.",
+                "Angle of each finger above rest, as a fraction of its range and as the mean of \
+                 five trials: median and 5th to 95th percentile of the {} draws of {who} that have \
+                 points and voltages. Simulated. T thumb, I index, M middle, R ring, L \
+                 little finger. In the paper's figure 21, of P, the index finger bends alone at \
+                 intensities a to f, and fully at d and e; the thumb also bends at g, the little \
+                 finger at h, and both at i.",
                 own.len()
             );
             Sheet::figure("Figure 21", "fingers at nine intensities", caption, plots)
@@ -183,7 +186,7 @@ fn intensity(name: &str, sessions: &[&Session]) -> Plot {
     Plot {
         title: name.to_owned(),
         x: SheetAxis::categorical("", LETTERS.map(str::to_owned)),
-        y: SheetAxis::linear("part of the range", [0.0, 1.05]),
+        y: SheetAxis::linear("fraction of the range", [0.0, 1.05]),
         bars: (0..LETTERS.len()).filter_map(bar).collect(),
         ..Plot::default()
     }

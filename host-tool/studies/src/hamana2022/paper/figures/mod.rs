@@ -77,6 +77,6 @@ impl Study {
 fn in_words(name: &str, draw: u64, wanted: &str) -> String {
     match name == wanted {
         true => format!("{name}, draw {draw}, the first that has points and voltages"),
-        false => format!("{name}, draw {draw} (of {wanted} no draw has it)"),
+        false => format!("{name}, draw {draw} (no draw of {wanted} has points and voltages)"),
     }
 }

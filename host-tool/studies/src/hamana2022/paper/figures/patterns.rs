@@ -40,9 +40,10 @@ const INDIVIDUATION: Measure = Measure {
 const TORQUE: Measure = Measure {
     experiment: Experiment::Torque,
     axis: "torque",
-    words: "Torque about the index finger's joint, as a part of the participant's greatest pattern",
+    words: "Torque about the index finger's joint, as a fraction of that of the participant's \
+            strongest pattern",
 };
-const SPREAD: &str = "bars and marks are medians, lines the 5th to 95th percentile of the draws";
+const SPREAD: &str = "bars and markers show medians, lines the 5th to 95th percentile of the draws";
 
 impl Study {
     /// Returns figures 12 to 15.
@@ -52,10 +53,12 @@ impl Study {
         own.sheets(
             ["Figure 12", "Figure 13", "Figure 14", "Figure 15"],
             [
-                "Figure 12 has the averages of four people.",
-                "Figure 13 has their averages: above 0.8 from pattern 5 on.",
-                "Figure 14 rises with the phase difference, above 0.9 beyond 500 µs.",
-                "In figure 15 both are alike but at 1000 µs.",
+                "The paper's figure 12 shows the averages of four participants.",
+                "The paper's figure 13 shows the average of its participants: above 0.8 from \
+                 pattern 5 on.",
+                "In the paper's figure 14, the index rises with the phase difference and is above \
+                 0.9 beyond 500 µs.",
+                "In the paper's figure 15, the two are equal except at 1000 µs.",
             ],
             None,
         )
@@ -68,10 +71,12 @@ impl Study {
         own.sheets(
             ["Figure 17", "Figure 18", "Figure 19", "Figure 20"],
             [
-                "Figure 17 has four people, and one point conducted at its right.",
-                "Figure 18 has their averages beside that of one point, 0.28.",
-                "Figure 19 has no significant effect of the phase difference.",
-                "In figure 20 conducted ones pull more.",
+                "The paper's figure 17 shows four participants, with one conducted point at the \
+                 right.",
+                "The paper's figure 18 shows the average of its participants beside that of one \
+                 point, 0.28.",
+                "The paper's figure 19 shows no significant effect of the phase difference.",
+                "In the paper's figure 20, conducted patterns give more torque.",
             ],
             Some(self.protocol.paper.one_point[0]),
         )
@@ -104,9 +109,9 @@ impl<'s> PatternFigure<'s> {
             return Vec::new();
         }
         let words = self.measure.words;
-        let whose = "of whoever of the participants has points and voltages in a draw";
+        let whose = "mean over the participants for whom points and voltages are found in a draw";
         let whats = [
-            ("by participant and pattern", "of each participant"),
+            ("by participant and pattern", "for each participant"),
             ("by pattern", whose),
             ("by phase difference, conducted", whose),
             ("conducted and isolated", whose),
@@ -266,7 +271,7 @@ impl<'s> PatternFigure<'s> {
             logarithmic: true,
             ticks,
             ..SheetAxis::linear(
-                "phase difference (µs); 0 stands at its left end",
+                "phase difference (µs); 0 is at the left end",
                 [20.0, 13_000.0],
             )
         };
