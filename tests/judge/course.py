@@ -1,7 +1,7 @@
-"""What one channel's stage makes of its lines, code and load: from docs/hardware.md.
+"""Simulates the output stage of one channel from its lines, DAC code and load.
 
-By small steps (Runge and Kutta, fourth order), each channel to its end, as a list of
-spans between whose ends nothing is switched.
+Written from docs/hardware.md. Uses small steps (Runge-Kutta, fourth order). The result is a
+list of spans; nothing is switched within a span.
 """
 
 import math
@@ -27,14 +27,14 @@ class Span:
     peak_ma: float = 0.0
     volts: float = 0.0  # across the series capacitor at the start
     end_volts: float = 0.0
-    # What becomes of a charge that lies apart on the capacitor: the part that is left at
-    # the end, and the part that flowed through the electrode (negative: back).
+    # Fate of an excess charge on the capacitor: the part that remains at the end, and the
+    # part that flowed through the electrode (negative: back).
     left: float = 1.0
     returned: float = 0.0
     lines_us: int = 0  # when the lines last changed
 
 
-# From the pins to the stage.
+# Signals from the pins to the stage.
 
 
 def lines_at_the_stage(case, channel):
@@ -71,8 +71,8 @@ def supply_of(pump, hardware):
 
 
 def changes(case, channel):
-    """All that reaches a channel from outside, in order; at one instant the load comes
-    first, then lines, code, comparator level, supply."""
+    """Returns all inputs of a channel, sorted by time. At one instant the load comes first,
+    then lines, code, comparator level and supply."""
     truth, trace = case["truth"], case["trace"]
     events = [(t, "load", ohm) for t, ohm in truth["channels"][channel]["loads"]]
     events += [(t, "lines", state) for t, state in lines_at_the_stage(case, channel)]
@@ -91,7 +91,7 @@ class Stage:
         self.of = case["truth"]["channels"][channel]
         self.hardware = case["truth"]["hardware"]
         if is_built and self.hardware["logic"] != "Interlocked":
-            raise ValueError("only hardware.md's logic is known here")
+            raise ValueError("this judge supports only the interlock logic of docs/hardware.md")
         self.channel, self.is_built, self.latched = channel, is_built, []
         self.now_us, self.volts = 0, 0.0
         self.lines, self.entered_us, self.counted_us = ISOLATED, 0, 0
@@ -106,7 +106,7 @@ class Stage:
             self.compare(t_us)
         self.go_on(case["end_us"])
 
-    # What the stage does by itself.
+    # Changes that the stage makes by itself.
 
     def go_on(self, to_us):
         while True:
@@ -234,12 +234,12 @@ class Stage:
         return self.hardware["capacitor_f"] * self.hardware["bleed_ohm"]
 
     def is_limited(self, volts):
-        """Whether the source gives all that it may, whatever the capacitor holds."""
+        """Returns whether the source is at its limit, independently of the capacitor."""
         return bool(self.sign()) and self.current(volts) == self.current(volts + 1e-6)
 
     def slopes(self, volts, apart):
-        """Of the capacitor's voltage, the charge that passed, a charge that lies apart
-        and what of it passed; a source at its limit lets nothing of it back."""
+        """Returns the derivatives of the capacitor's voltage, the passed charge, the excess
+        charge and its passed part. A source at its limit returns no excess charge."""
         amperes, capacitor_f = self.current(volts), self.hardware["capacitor_f"]
         through_load = 0.0
         if not self.is_limited(volts):
@@ -248,7 +248,7 @@ class Stage:
                 -apart / self.bleeds_s() - through_load, -through_load)
 
     def step(self, y, h, halvings=10):
-        """One step; halved as long as the limit is left or reached within it."""
+        """Makes one step, which is halved while the source enters or leaves its limit."""
         k1 = self.slopes(y[0], y[2])
         k2 = self.slopes(y[0] + h / 2 * k1[0], y[2] + h / 2 * k1[2])
         k3 = self.slopes(y[0] + h / 2 * k2[0], y[2] + h / 2 * k2[2])

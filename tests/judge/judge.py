@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""A second judge of what came out at the electrodes.
+"""A second, independent judge of the output at the electrodes.
 
 Written from docs/faults.md (What is severe) and docs/hardware.md (What each stage must
-do, The stage's logic, Pump and over-current, The banks' comparators) beside
-`hal_sim::trace::judge`, to find mistakes of either. It goes another way: first the whole
-course of a channel (course.py) by small steps where the other one solves exponentials,
-then the rules on that course, where the other one does both at once.
+do, The stage's logic, Pump and over-current, The banks' comparators), independently of
+`hal_sim::trace::judge`, to find mistakes in either. It uses another method: it first
+simulates a channel with small steps (course.py), where the other judge solves exponentials,
+and then applies the rules to the result, where the other judge does both at once.
 
-Reads one case a line from standard input, a JSON object {trace, pump, truth, end_us} as
-the Rust types of these names are written by serde, and prints one verdict a line:
-{as_built, bare}, each {findings, truncated, latched, direct_ua}. Standard library only.
+Reads one case per line from standard input: a JSON object {trace, pump, truth, end_us}, as
+serde writes the Rust types of these names. Prints one verdict per line: {as_built, bare},
+each {findings, truncated, latched, direct_ua}. Uses the standard library only.
 """
 
 import json
@@ -24,7 +24,7 @@ SECOND_US = 1_000_000
 COMMANDED_US = 500  # longest phase that may be commanded
 ANY_US = 650  # longest phase at all
 LONGEST_GAP_US = 200  # between the phases of one pulse
-ALONE_US = 5_000  # a phase without a second one by then has none
+ALONE_US = 5_000  # if no second phase follows within this time, there is none
 CURRENT_MARGIN = 1.05
 DIRECT_UA = 1.0
 TRUNCATED_UC = 65.0
@@ -33,7 +33,7 @@ BALANCED = 0.05  # of the greater phase
 
 @dataclass
 class Account:
-    """What is found at one electrode."""
+    """Findings at one electrode."""
 
     channel: int
     findings: dict = field(default_factory=dict)
@@ -51,7 +51,7 @@ class Account:
             known["amount"], known["limit"] = amount, limit
 
 
-# The rules, on the finished course.
+# The rules, applied to the simulated course.
 
 
 @dataclass
@@ -66,13 +66,13 @@ class Pulse:
     net: float = 0.0
     greatest: float = 0.0
     is_long: bool = False
-    # Up to span `at`: what is left of what the capacitor held when it began, C.
+    # Remaining initial charge of the capacitor up to span `at`, C.
     at: int = 0
     before: float = 0.0
 
 
 class Rules:
-    """Goes through the course of one channel once."""
+    """Applies the rules to the course of one channel, in one pass."""
 
     def __init__(self, case, stage):
         self.case, self.stage, self.account = case, stage, Account(stage.channel)
@@ -83,7 +83,7 @@ class Rules:
             + [s["from_us"] for s in stuck if s["channel"] == stage.channel])
         self.pulse, self.ungrounded_us = None, 0
         self.begun_us, self.samples, self.excused = [], [], []
-        # Up to span `at` and `sum_us` inside it: what passed and lies apart, C.
+        # Passed charge and excess charge up to span `at` and `sum_us` inside it, C.
         self.at, self.sum_us, self.passed, self.apart = 0, 0, 0.0, 0.0
         for span in stage.spans:
             limit = CURRENT_MARGIN * self.of["limit_ma"]
@@ -105,7 +105,7 @@ class Rules:
             self.end_pulse(end_us)
 
     def course(self):
-        """Phases and groundings: spans without a pause between them, joined."""
+        """Returns phases and groundings; spans without a pause between them are joined."""
         joined = []
         for index, span in enumerate(self.stage.spans):
             kind = "phase" if span.sign else "ground" if span.grounded else None
@@ -119,19 +119,19 @@ class Rules:
         return [(kind, a, b, sign, first, end) for kind, sign, a, b, first, end in joined]
 
     def rest(self, until_us):
-        """Ends the pulse that is over by then, though nothing follows; whether there was
-        one."""
+        """Ends the pulse if it is over by then although nothing follows. Returns whether it
+        was."""
         if self.pulse:
             wait_us = ALONE_US if self.pulse.phases == 1 else LONGEST_GAP_US + 1
             due_us = max(self.pulse.end_us, self.ungrounded_us) + wait_us
             put_off = self.pulse.phases == 1 and self.has_fault_by(due_us)
-            if due_us <= until_us and not put_off:  # else the next phase tells
+            if due_us <= until_us and not put_off:  # otherwise the next phase decides
                 self.end_pulse(due_us)
             return due_us <= until_us
         return False
 
     def own_charge(self, pulse, first, end):
-        """Of these spans, without what the capacitor held before the pulse."""
+        """Returns the charge of these spans without the charge that the capacitor had before."""
         own = 0.0
         for index in range(pulse.at, end):
             span = self.stage.spans[index]
@@ -147,7 +147,7 @@ class Rules:
         is_late = pulse and start_us - pulse.start_us > COMMANDED_US + LONGEST_GAP_US
         if (pulse and pulse.sign == sign
                 and self.stage.spans[first].lines_us <= pulse.phase_us):
-            start_us = pulse.phase_us  # the latest phase goes on, after an interruption
+            start_us = pulse.phase_us  # the latest phase continues after an interruption
         elif is_second and not is_late:
             pulse.phases, pulse.phase_us, pulse.sign = 2, start_us, sign
         elif is_second and self.has_fault_by(start_us):
@@ -158,7 +158,8 @@ class Rules:
             self.end_pulse(start_us)
             if (len(self.excused) > excused
                     and start_us - pulse.end_us <= LONGEST_GAP_US):
-                self.samples.pop()  # this may be its rest: no second begins between them
+                # This may be the rest of that pulse, so no second is counted between them.
+                self.samples.pop()
             pulse = self.pulse = Pulse(start_us, start_us, start_us, sign, at=first)
             pulse.before = self.stage.hardware["capacitor_f"] * self.stage.spans[first].volts
             self.count(start_us)
@@ -178,7 +179,7 @@ class Rules:
         pulse.is_long |= lasted_us > COMMANDED_US
 
     def count(self, t_us):
-        """One more pulse began within a second."""
+        """Counts a pulse and checks the number of pulses within a second."""
         self.begun_us = [t for t in self.begun_us if t > t_us - SECOND_US] + [t_us]
         if len(self.begun_us) > self.of["pulses_per_s"]:
             self.account.find("Rate", t_us, len(self.begun_us), self.of["pulses_per_s"])
@@ -209,11 +210,11 @@ class Rules:
         self.direct(t_us, held)
 
     def sum_up(self, t_us):
-        """Counts what passed up to `t_us`; the capacitor's voltage there."""
+        """Sums the passed charge up to `t_us`. Returns the capacitor's voltage at that time."""
         spans, volts = self.stage.spans, 0.0
         while self.at < len(spans) and spans[self.at].start_us < t_us:
             span = spans[self.at]
-            if span.end_us > t_us:  # at rest: only the bleed has worked
+            if span.end_us > t_us:  # at rest: only the bleed resistor acts
                 kept = math.exp(-1e-6 * (t_us - self.sum_us) / self.stage.bleeds_s())
                 self.apart *= kept if self.stage.is_built else 1.0
                 self.sum_us = t_us
@@ -230,7 +231,7 @@ class Rules:
         return volts if self.at == 0 else spans[self.at - 1].end_volts
 
     def direct(self, t_us, held):
-        """The charge of the second before `t_us`, less what comes back of it."""
+        """Checks the charge of the second before `t_us`, minus the charge that returns."""
         from_us = max(0, t_us - SECOND_US)
         before = [s for s in self.samples if s[0] <= from_us]
         then_us, then_passed, then_held = before[-1] if before else (0, 0.0, 0.0)
@@ -238,7 +239,7 @@ class Rules:
         if self.stage.is_built:
             keeps = math.exp(-1e-6 * (from_us - then_us) / self.stage.bleeds_s())
         sums = [self.passed - then_passed - (held - then_held * keeps)]
-        for over_us, net in self.excused:  # each taken out or left in
+        for over_us, net in self.excused:  # with and without each excused charge
             if over_us > then_us:
                 sums += [amperes - net for amperes in sums]
         amperes = min(sums, key=abs)
@@ -250,7 +251,7 @@ class Rules:
 
 
 def judged(case, is_built):
-    """The account of all electrodes."""
+    """Returns the findings of all electrodes."""
     stages = [Stage(case, channel, is_built) for channel in range(CHANNELS)]
     accounts = [Rules(case, stage).account for stage in stages]
     return {

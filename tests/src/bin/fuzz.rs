@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 use tests::fuzz::{self, Campaign, Find, TARGETS, Target};
 
-/// Run mutated inputs from a target's corpus until one of them breaks a promise
+/// Run mutated inputs from a target's corpus and save those that fail
 #[derive(Parser)]
 #[command(name = "fuzz")]
 struct Arguments {
@@ -26,7 +26,7 @@ struct Arguments {
     /// Seed of the stream of inputs
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Number of the first input; continues where another run ended
+    /// Number of the first input, to continue another run
     #[arg(long, default_value_t = 0)]
     from: u64,
     /// Number of threads; default: all cores
@@ -55,11 +55,11 @@ fn main() -> anyhow::Result<ExitCode> {
         return run_files(target, &arguments.input);
     }
     let end = arguments.from.checked_add(arguments.runs);
-    let end = end.context("E782 --from and --runs together are beyond 2^64: give less")?;
+    let end = end.context("E782 --from plus --runs is above 2^64: use smaller numbers")?;
     if let Some(threads) = arguments.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build_global()
-            .context("E782 so many threads cannot be")?;
+            .context("E782 this number of --threads cannot be started")?;
     }
     let signal = catch_signals()?;
     let campaign = Campaign {
@@ -131,11 +131,11 @@ impl<'a> ProgressDisplay<'a> {
     fn show(&self, done: u64, finds: usize) {
         let name = &self.arguments.target;
         self.bar.set_position(done);
-        self.bar.set_message(format!("{name}, {finds} finds"));
+        self.bar.set_message(format!("{name}, {finds} failures"));
         let minute = (self.since.elapsed().as_secs() / 60) as usize;
         if self.bar.is_hidden() && self.minutes.swap(minute, Ordering::Relaxed) != minute {
             let (seed, from) = (self.arguments.seed, self.arguments.from);
-            eprintln!("{name}, seed {seed}: {done} from {from} on, {finds} finds");
+            eprintln!("{name}, seed {seed}: {done} inputs from number {from}, {finds} failures");
         }
     }
 }
@@ -153,13 +153,15 @@ fn print_summary(arguments: &Arguments, done: u64, kept: &[PathBuf], time: Durat
         println!("{found}");
     } else {
         println!(
-            "{name}, seed {seed}: {done} inputs from number {from} on in {seconds:.0} s \
-             ({rate:.0} a second), {finds} finds"
+            "{name}, seed {seed}: {done} inputs from number {from} in {seconds:.0} s ({rate:.0} \
+             per second), {finds} failures"
         );
     }
     if done < arguments.runs {
         let (next, rest) = (from + done, arguments.runs - done);
-        eprintln!("E781 interrupted; go on: {name} --seed {seed} --from {next} --runs {rest}");
+        eprintln!(
+            "E781 interrupted; continue with: {name} --seed {seed} --from {next} --runs {rest}"
+        );
     }
 }
 
@@ -173,10 +175,10 @@ fn save_find(arguments: &Arguments, find: &Find) -> anyhow::Result<PathBuf> {
     let written =
         std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&file, &find.input));
     let place = file.display();
-    written.with_context(|| format!("E782 the input cannot be kept in {place}"))?;
+    written.with_context(|| format!("E782 the input cannot be saved in {place}"))?;
     eprintln!(
-        "E780 {name}: input {} of seed {seed} breaks a promise at {}; it is kept in {place}; \
-         again: --input {place}",
+        "E780 {name}: input {} of seed {seed} fails: {}; the input is saved in {place}; repeat it \
+         with --input {place}",
         find.index, find.told
     );
     Ok(file)
@@ -188,7 +190,7 @@ fn run_files(target: &Target, files: &[PathBuf]) -> anyhow::Result<ExitCode> {
         let input = std::fs::read(file)
             .with_context(|| format!("E782 {} cannot be read", file.display()))?;
         (target.function)(&input);
-        println!("{}: {} holds", target.name, file.display());
+        println!("{}: {} passes", target.name, file.display());
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -51,7 +51,7 @@ fn main() -> anyhow::Result<ExitCode> {
             &scratch.join(name),
         )?;
         let each = count as f64 / seconds * 1e-6;
-        let mark = if each > budget { "  above" } else { "" };
+        let mark = if each > budget { "  above budget" } else { "" };
         println!("{name:<26} {seconds:>4} {count:>14} {each:>10.2} {budget:>7}{mark}");
         is_within &= each <= budget;
     }
@@ -78,7 +78,7 @@ fn measure_model_choice(
     let mut command = callgrind(flexor, &files.join("choosing.callgrind"));
     let count = count_instructions(command.arg("explain-model").arg(&session))?;
     let each = count as f64 / seconds * 1e-6;
-    let name = "choosing for ten forces";
+    let name = "model choice, ten forces";
     println!("{name:<26} {seconds:>4} {count:>14} {each:>10.2}");
     Ok(())
 }
@@ -95,7 +95,10 @@ fn build(root: &Path) -> anyhow::Result<PathBuf> {
     }
     // This program is <target>/debug/instructions.
     let program = std::env::current_exe()?;
-    let target = program.ancestors().nth(2).context("cargo runs this")?;
+    let target = program
+        .ancestors()
+        .nth(2)
+        .context("run this program through cargo")?;
     Ok(target.join("release/flexor"))
 }
 
@@ -138,6 +141,7 @@ fn count_instructions(command: &mut Command) -> anyhow::Result<u64> {
     let count = said
         .lines()
         .find_map(|line| line.split_once("Collected : "));
-    let (_, count) = count.with_context(|| format!("callgrind told no count:\n{said}"))?;
+    let (_, count) =
+        count.with_context(|| format!("callgrind reported no instruction count:\n{said}"))?;
     Ok(count.trim().parse()?)
 }

@@ -36,11 +36,11 @@ const QUICK: [&str; 3] = [
     "profile.dev.package.firmware.debug=0",
 ];
 
-/// Run the proofs of docs/safety.md against mutants of the code that they concern
+/// Run the proofs of docs/safety.md against mutants of the code that they cover
 #[derive(Parser)]
 #[command(name = "mutants")]
 struct Arguments {
-    /// Number of mutants, counting those that compile
+    /// Number of mutants that compile
     #[arg(long, default_value_t = 60)]
     count: usize,
     /// Seed of the random order
@@ -161,7 +161,8 @@ impl Bench {
         let words = String::from_utf8_lossy(&output.stderr);
         ensure!(
             output.status.success(),
-            "cargo-mutants lists no mutants; `cargo install cargo-mutants --locked` installs it\n{words}"
+            "cargo-mutants lists no mutants; install it with `cargo install cargo-mutants \
+             --locked`\n{words}"
         );
         Ok(String::from_utf8(output.stdout)?)
     }
@@ -212,7 +213,7 @@ impl Program {
         let tests: Vec<_> = tests.collect();
         let named = proofs.into_iter().map(|proof| {
             let path = proof.test_path(&tests);
-            let path = path.with_context(|| format!("no test is {proof:?}:\n{words}"))?;
+            let path = path.with_context(|| format!("no test matches {proof:?}:\n{words}"))?;
             Ok((proof.number, path.to_owned()))
         });
         Ok(Self {
@@ -229,7 +230,7 @@ impl Program {
         let (success, words) = self.run(bench)?;
         ensure!(
             success == Some(true),
-            "a test fails without any mutant:\n{words}"
+            "a test fails without a mutant:\n{words}"
         );
         self.limit = since.elapsed() * 4 + Duration::from_secs(60);
         let (count, seconds) = (self.proofs.len(), since.elapsed().as_secs());
@@ -259,7 +260,10 @@ impl Program {
         let (built, words) = bench.cargo(&arguments(self.stage, &["--no-run"]), BUILD)?;
         let stage = self.stage;
         if built != Some(true) {
-            ensure!(stage == 0, "it compiled before:\n{words}");
+            ensure!(
+                stage == 0,
+                "the mutant compiled for an earlier test program, but not for this one:\n{words}"
+            );
             return Ok(MutantResult::Unviable);
         }
         let (success, words) = self.run(bench)?;
@@ -342,17 +346,17 @@ fn print_summary(
         println!("{}", line(*number, mutant, fate));
     }
     let seed = arguments.seed;
-    println!("{listed} mutants listed, seed {seed}, {viable} tried, {run} proofs");
+    println!("{listed} mutants listed, seed {seed}, {viable} tried with {run} proofs");
     for (name, killed) in stages.iter().take(arguments.stages) {
         println!("{killed:>4} killed by {name}");
     }
     println!("{timed_out:>4} timed out, which counts as killed");
     println!("{survived:>4} survived");
-    println!("{unviable:>4} more do not compile, which do not count");
+    println!("{unviable:>4} more do not compile and do not count");
     let [share, low, high] = [share, low, high].map(|share| share * 100.0);
     println!(
-        "{noticed} of {viable} are noticed: {share:.1} % \
-         (95 % interval of Clopper and Pearson {low:.1} to {high:.1} %)"
+        "{noticed} of {viable} mutants are detected: {share:.1} % (95 % Clopper-Pearson interval \
+         {low:.1} to {high:.1} %)"
     );
     Ok(())
 }

@@ -93,7 +93,7 @@ pub fn broken_promise(function: fn(&[u8]), input: &[u8]) -> Option<String> {
     }));
     let said = SAID.take();
     match done {
-        Ok(is_long) => is_long.then(|| format!("it takes more than {LONGEST:?}")),
+        Ok(is_long) => is_long.then(|| format!("the input takes more than {LONGEST:?}")),
         Err(_) => said,
     }
 }
@@ -128,7 +128,7 @@ fn install_panic_hook() {
 /// digits, which vary from input to input, are left out.
 fn panic_text(info: &PanicHookInfo<'_>) -> String {
     let place = info.location().map(ToString::to_string);
-    let said = info.payload_as_str().unwrap_or("a panic without words");
+    let said = info.payload_as_str().unwrap_or("a panic without a message");
     let line = said.lines().next().unwrap_or_default().chars();
     let words: String = line.filter(|c| !c.is_ascii_digit()).take(160).collect();
     format!("{}: {words}", place.unwrap_or_default())

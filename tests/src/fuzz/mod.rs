@@ -55,21 +55,21 @@ macro_rules! targets {
 
 #[rustfmt::skip]
 targets! {
-    frame "tests/fuzz/corpus/frame" 50_000 "bytes on a session's line, and what a host hears"
-    lockstep "tests/fuzz/corpus/lockstep" 50_000 "requests at random between time and inputs"
-    skipping "tests/fuzz/corpus/lockstep" 5_000 "the same beside a board that skips no refill"
-    device "tests/fuzz/corpus/lockstep" 3_000 "the same for a second, judged at the electrode"
+    frame "tests/fuzz/corpus/frame" 50_000 "bytes on the line of a session, read by device and host"
+    lockstep "tests/fuzz/corpus/lockstep" 50_000 "random requests, time steps and inputs"
+    skipping "tests/fuzz/corpus/lockstep" 5_000 "the same, compared with a device that skips no refill"
+    device "tests/fuzz/corpus/lockstep" 3_000 "the same for one second, judged at the electrodes"
     edge_file "tests/fuzz/corpus/edge_file" 20_000 "a file of edges"
     session_toml "host-tool/sessions" 20_000 "a session file"
     wearer "host-tool/wearers" 10_000 "a wearer file"
     journal "tests/fuzz/corpus/journal" 10_000 "a calibration's journal"
-    record "tests/fuzz/corpus/record" 2_000 "a record of which one file is spoilt"
-    report "tests/fuzz/corpus/record" 100 "the same, shown and compared where it is loaded"
-    lines "tests/fuzz/corpus/lines" 20_000 "lines of orders at a calibration"
-    stage_words "tests/fuzz/corpus/stage_words" 50_000 "a board's stored table of stages"
-    elf "tests/fuzz/corpus/elf" 5_000 "an image's file, and the chip that runs it"
-    gdb "tests/fuzz/corpus/gdb" 200 "packets at the port for gdb"
-    usb "tests/fuzz/corpus/usb" 6 "control requests of other programs to the flashed image"
+    record "tests/fuzz/corpus/record" 2_000 "a record with one damaged file"
+    report "tests/fuzz/corpus/record" 100 "the same; if it loads, it is shown and compared"
+    lines "tests/fuzz/corpus/lines" 20_000 "lines of orders to flexor calibrate"
+    stage_words "tests/fuzz/corpus/stage_words" 50_000 "the table of output stages that a board stores"
+    elf "tests/fuzz/corpus/elf" 5_000 "an image file, and the chip simulator that runs it"
+    gdb "tests/fuzz/corpus/gdb" 200 "packets at the debug port for gdb"
+    usb "tests/fuzz/corpus/usb" 6 "USB control requests of other programs to the image"
 }
 
 /// Fuzzes the bytes on a session's line: the device never panics, drives no output before an arm

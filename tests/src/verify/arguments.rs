@@ -4,12 +4,12 @@ use std::time::Duration;
 
 /// Help text.
 pub(super) const USAGE: &str = "\
-usage: cargo verify [STEP...]         everything, or only these steps
-       cargo verify quick             rules, format, lints, unit tests of changed packages
-       cargo verify stalled           tests over real ports beside eight busy loops
-       cargo verify cluster           studies as job arrays of a Slurm on loopback, as root
-       cargo verify --soak MINUTES    property tests on fresh seeds, 1 to 10080 minutes
-       cargo verify --soak-seed SEED  one round of them on this seed";
+usage: cargo verify [STEP...]         all steps, or only these steps
+       cargo verify quick             rules, format, lints, changed unit tests
+       cargo verify stalled           tests over real ports on a busy computer
+       cargo verify cluster           studies as Slurm job arrays, as root
+       cargo verify --soak MINUTES    property tests on fresh seeds, 1 to 10080
+       cargo verify --soak-seed SEED  one round of these tests on this seed";
 
 /// A week; a longer time is probably a typing error.
 const LONGEST_MINUTES: u64 = 7 * 24 * 60;
@@ -36,9 +36,9 @@ pub(super) fn parse(arguments: &[String], steps: &[&str]) -> Result<VerifyMode, 
             seed.parse().map(VerifyMode::SoakSeed).map_err(wrong)
         }
         [option @ ("--soak" | "--soak-seed")] => Err(format!("{option}: a number is missing")),
-        [option @ ("--soak" | "--soak-seed"), _, ..] => {
-            Err(format!("{option} takes one number and stands alone"))
-        }
+        [option @ ("--soak" | "--soak-seed"), _, ..] => Err(format!(
+            "{option} takes one number and cannot be combined with other arguments"
+        )),
         _ => parse_steps(arguments, steps),
     }
 }
@@ -58,10 +58,13 @@ fn parse_steps(arguments: &[String], steps: &[&str]) -> Result<VerifyMode, Strin
     let mut words = arguments.iter();
     match words.find(|word| !steps.contains(&word.as_str())) {
         None => Ok(VerifyMode::Steps(arguments.to_vec())),
-        Some(option) if option.starts_with('-') => {
-            Err(format!("no option `{option}`, or not in this place"))
-        }
-        Some(unknown) => Err(format!("no step `{unknown}`; steps: {}", steps.join(" "))),
+        Some(option) if option.starts_with('-') => Err(format!(
+            "there is no option `{option}`, or it cannot be combined with steps"
+        )),
+        Some(unknown) => Err(format!(
+            "there is no step `{unknown}`; steps: {}",
+            steps.join(" ")
+        )),
     }
 }
 
@@ -96,7 +99,7 @@ mod tests {
             ("--soak 1.5", "`1.5`"),
             ("--soak -3", "`-3`"),
             ("--soak 10081", "from 1 to 10080"),
-            ("--soak 1 rules", "stands alone"),
+            ("--soak 1 rules", "cannot be combined"),
             ("--soak-seed", "number is missing"),
             ("--soak-seed x", "`x`"),
             ("--soak-seed 18446744073709551616", "from 0 to"),

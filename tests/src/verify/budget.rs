@@ -63,11 +63,12 @@ pub(super) fn run(at: &Workspace) -> anyhow::Result<Report> {
         }
     }
     for name in budgets.images.keys() {
-        let note = format!("note: {name} has a budget, but is no image in firmware/Cargo.toml");
+        let note = format!("note: {name} has a budget, but firmware/Cargo.toml has no such image");
         report.lines.push(note);
     }
     let path = at.root.join(CYCLES);
-    let table = std::fs::read_to_string(path).with_context(|| format!("{CYCLES} is not there"))?;
+    let table =
+        std::fs::read_to_string(path).with_context(|| format!("{CYCLES} cannot be read"))?;
     report.add(cycles(&table, &budgets)?);
     Ok(report)
 }
@@ -129,7 +130,7 @@ fn cycles(table: &str, budgets: &Budgets) -> anyhow::Result<Report> {
         let row: CycleRow = row.context(CYCLES)?;
         let (name, used) = (row.algorithm.as_str(), row.max_budget());
         let Some(budget) = without_row.remove(name) else {
-            let problem = format!("{name}: no budget of cycles in tests/budgets.toml");
+            let problem = format!("{name}: no cycle budget in tests/budgets.toml");
             report.add(Report::fail(vec![problem]));
             continue;
         };
@@ -137,11 +138,11 @@ fn cycles(table: &str, budgets: &Budgets) -> anyhow::Result<Report> {
         report.add(check_row(row, used, budget, budgets.margin_percent, false));
     }
     for name in without_row.keys() {
-        let note = format!("note: {name} has a budget of cycles, but is not in {CYCLES}");
+        let note = format!("note: {name} has a cycle budget, but is not in {CYCLES}");
         report.lines.push(note);
     }
     let passed = report.passed;
-    let line = format!("{passed} algorithms within their budgets of cycles, see {CYCLES}");
+    let line = format!("{passed} algorithms are within their cycle budgets, see {CYCLES}");
     report.lines.push(line);
     Ok(report)
 }
@@ -155,7 +156,7 @@ const fn is_loose(used: u64, budget: u64, margin_percent: u64) -> bool {
 /// large.
 fn check_row(row: String, used: u64, budget: u64, margin_percent: u64, is_listed: bool) -> Report {
     if used > budget {
-        return Report::fail(vec![row, "^ above its budget".into()]);
+        return Report::fail(vec![row, "^ exceeds its budget".into()]);
     }
     let mut report = Report::pass();
     let is_loose = is_loose(used, budget, margin_percent);
@@ -163,7 +164,8 @@ fn check_row(row: String, used: u64, budget: u64, margin_percent: u64, is_listed
         report.lines.push(row);
     }
     if is_loose {
-        let note = format!("  note: more than {margin_percent} % below its budget: lower it?");
+        let note =
+            format!("  note: more than {margin_percent} % below its budget: lower the budget?");
         report.lines.push(note);
     }
     report

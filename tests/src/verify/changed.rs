@@ -44,7 +44,9 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
     arguments.extend(packages.iter().flat_map(|name| ["--package", name]));
     let mut report = suite::judge(execute(at, console, "cargo", &arguments)?);
     let packages: Vec<_> = packages.into_iter().collect();
-    report.lines.push(format!("of {}", packages.join(", ")));
+    report
+        .lines
+        .push(format!("packages: {}", packages.join(", ")));
     Ok(report)
 }
 

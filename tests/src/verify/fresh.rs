@@ -71,12 +71,14 @@ fn judge(profile: &str, second: Finished) -> Report {
     // Cargo prints the reason before it compiles.
     let stale: Vec<String> = said("Dirty").chain(said("Compiling")).cloned().collect();
     if !stale.is_empty() {
-        let heading = format!("a second build of {profile} compiles:");
+        let heading = format!("a second build of {profile} compiles again:");
         return Report::fail([vec![heading], stale].concat());
     }
     match said("Fresh").next() {
         Some(_) => Report::pass(),
-        None => Report::fail(vec![format!("a second build of {profile} says nothing")]),
+        None => Report::fail(vec![format!(
+            "a second build of {profile} does not report that it is fresh"
+        )]),
     }
 }
 

@@ -106,7 +106,9 @@ fn run_on_each(
         report.add(image.cargo(at, console, command, rest)?);
     }
     if report == Report::default() {
-        report.lines.push("note: no manifest lists an image".into());
+        report
+            .lines
+            .push("note: firmware/Cargo.toml lists no image".into());
     }
     Ok(report)
 }

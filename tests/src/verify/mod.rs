@@ -150,7 +150,7 @@ fn verify(workspace: &Workspace, wanted: &[String]) -> ExitCode {
 fn print_summary(done: &mut [(&str, Duration, Report)], total: Duration) -> ExitCode {
     println!();
     for (name, _, report) in done.iter().filter(|(_, _, report)| report.failed > 0) {
-        println!("failed: {name} ({} of them, see above)", report.failed);
+        println!("failed: {name} ({} failures, see above)", report.failed);
     }
     done.sort_by_key(|(_, time, _)| std::cmp::Reverse(*time));
     let slowest: Vec<_> = done
@@ -158,9 +158,16 @@ fn print_summary(done: &mut [(&str, Duration, Report)], total: Duration) -> Exit
         .take(3)
         .map(|(name, time, _)| format!("{name} {}", seconds(*time)))
         .collect();
-    println!("{} in all; slowest: {}", seconds(total), slowest.join(", "));
+    println!(
+        "{} in total; slowest steps: {}",
+        seconds(total),
+        slowest.join(", ")
+    );
     if total > WHOLE_RUN {
-        println!("note: longer than the {} it may take", seconds(WHOLE_RUN));
+        println!(
+            "note: this is longer than the allowed {}",
+            seconds(WHOLE_RUN)
+        );
     }
     let mut whole = Report::default();
     for (_, _, report) in done.iter_mut() {

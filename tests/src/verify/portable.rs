@@ -52,7 +52,7 @@ fn check_left_out(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
     Ok(match found.is_empty() {
         true => Report::pass(),
         false => Report::fail(vec![format!(
-            "portable: built without features as well: {}",
+            "portable: crates that are built although no feature needs them: {}",
             found.join(", ")
         )]),
     })

@@ -27,7 +27,7 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
     Ok(match wrong.is_empty() {
         true => Report::pass(),
         false => Report::fail(vec![format!(
-            "profile: at level 0 in Cargo.toml, but the studies depend on them: {}",
+            "profile: Cargo.toml sets opt-level 0 for packages on which the studies depend: {}",
             wrong.join(", ")
         )]),
     })

@@ -13,7 +13,7 @@ const PROGRAMS: [[&str; 3]; 3] = [
     [
         "python3",
         "python3",
-        "for tests/judge/judge.py and an example client",
+        "Python, for tests/judge/judge.py and an example client",
     ],
     [
         "gdb-multiarch",

@@ -105,9 +105,9 @@ fn the_readme_shows_what_the_simulator_gives() {
     let words: Vec<&str> = drawing.words().map(|w| w.text.as_str()).collect();
     for part in [
         "Simulated",
-        "target",
-        "device's default, RMSE",
-        "paper's law, RMSE",
+        "reference",
+        "default controller, RMSE",
+        "paper's controller, RMSE",
     ] {
         let is_there = words.iter().any(|text| text.contains(part));
         assert!(is_there, "no {part} in {words:?}");

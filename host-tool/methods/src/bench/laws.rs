@@ -15,9 +15,9 @@ const RUNS: u32 = 400;
 pub enum LawName {
     /// The two markers without code between them.
     Markers,
-    /// The default law of the device, in fixed point.
+    /// The default controller of the device, in fixed point.
     Device,
-    /// The default law of the device without predictor and learning.
+    /// The default controller of the device without predictor and learning.
     DeviceLaw,
     /// The fixed-point differentiator of the firmware alone.
     DeviceDifferentiator,

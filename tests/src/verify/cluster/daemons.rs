@@ -49,7 +49,7 @@ impl Cluster {
         };
         let host = cluster.run(at, console, "uname", &["-n"])?;
         let host = host.lines.first().and_then(|host| host.split('.').next());
-        cluster.prepare(host.context("this machine has no name")?)?;
+        cluster.prepare(host.context("this computer has no host name")?)?;
         let munge = |file: &str| cluster.folder.join("munge").join(file);
         let options = ["key-file", "socket", "pid-file", "log-file", "seed-file"];
         let options = options.map(|text| format!("--{text}={}", munge(text).display()));
@@ -182,7 +182,7 @@ impl Cluster {
             if begin.elapsed() > PATIENCE {
                 let seen = asked.lines.join("; ");
                 bail!(
-                    "the node is not idle: {seen}\n{}",
+                    "the Slurm node did not become idle: {seen}\n{}",
                     self.log_tails().join("\n")
                 );
             }

@@ -61,7 +61,11 @@ impl Array {
         let begin = Instant::now();
         let job = self.submit(at, console, cluster)?;
         while self.is_running(at, console, cluster, &job)? {
-            ensure!(begin.elapsed() < PATIENCE, "{}: not in time", self.name);
+            ensure!(
+                begin.elapsed() < PATIENCE,
+                "{}: the jobs did not end in time",
+                self.name
+            );
             sleep(LOOK);
         }
         self.compare(at, console, cluster, String::new())
@@ -83,7 +87,7 @@ impl Array {
         let first = format!("{job}_1");
         let kept = cluster.folder().join(format!("{}-1", self.name)).join(KEPT);
         while lines(&kept) < BEGUN {
-            ensure!(begin.elapsed() < PATIENCE, "{first} keeps no units");
+            ensure!(begin.elapsed() < PATIENCE, "{first} saved no units in time");
             sleep(LOOK);
         }
         let asked = cluster.run(at, console, "scontrol", &["requeue", &first])?;
@@ -95,30 +99,38 @@ impl Array {
         // The task ends in order, and waits for its turn.
         let waits = format!("{first} PENDING");
         while !self.states(at, console, cluster, &job)?.contains(&waits) {
-            ensure!(begin.elapsed() < PATIENCE, "{first} does not end");
+            ensure!(
+                begin.elapsed() < PATIENCE,
+                "{first} did not end after the requeue"
+            );
             sleep(LOOK);
         }
         let ended_with = lines(&kept);
         let mut least = ended_with;
         while self.is_running(at, console, cluster, &job)? {
-            ensure!(begin.elapsed() < PATIENCE, "{}: not in time", self.name);
+            ensure!(
+                begin.elapsed() < PATIENCE,
+                "{}: the jobs did not end in time",
+                self.name
+            );
             least = least.min(lines(&kept));
             sleep(LOOK);
         }
         let of = lines(&kept);
         ensure!(
             ended_with < of,
-            "{first} had all of its {of} units when it was requeued: nothing was shown"
+            "{first} had finished all of its {of} units before the requeue, so the check proves \
+             nothing"
         );
         ensure!(
             least == ended_with,
-            "{first} began anew: of {ended_with} units it kept {least}"
+            "{first} started from the beginning: it kept {least} of {ended_with} units"
         );
         let asked = cluster.run(at, console, "scontrol", &["show", "job", &first])?;
         let restarts = asked.lines.iter().any(|line| line.contains("Restarts=1"));
-        ensure!(restarts, "{first} was not started again");
+        ensure!(restarts, "{first} was not restarted");
         let also =
-            format!("; task 1, requeued after {ended_with} of {of} units, went on from there");
+            format!("; task 1, requeued after {ended_with} of {of} units, continued from there");
         self.compare(at, console, cluster, also)
     }
 
@@ -199,19 +211,19 @@ impl Array {
         let names: Vec<&String> = whole.keys().collect();
         ensure!(
             merged.keys().eq(whole.keys()) && names.len() > 3,
-            "{name}: merged {:?}, undivided {names:?}",
+            "{name}: the merged run has {:?}, the undivided run {names:?}",
             merged.keys()
         );
         let differ = whole
             .iter()
             .find(|(file, bytes)| merged.get(*file) != Some(bytes));
         if let Some((file, _)) = differ {
-            let why = format!("{name}: {file} is another than of the undivided run");
+            let why = format!("{name}: {file} differs from that of the undivided run");
             return Ok(Report::fail(vec![why]));
         }
         let mut report = Report::pass();
         report.lines.push(format!(
-            "{name}: {TASKS} tasks merged, {} files equal to the undivided run's{also}",
+            "{name}: {TASKS} tasks merged, {} files equal to those of the undivided run{also}",
             names.len()
         ));
         Ok(report)

@@ -26,11 +26,15 @@ const FOLDERS: &str = "walls";
 
 /// Required programs: name, package, description.
 const PROGRAMS: [[&str; 3]; 2] = [
-    ["slurmctld", "slurm-wlm", "Slurm, a cluster's job scheduler"],
+    [
+        "slurmctld",
+        "slurm-wlm",
+        "Slurm, the job scheduler of a cluster",
+    ],
     [
         "munged",
         "munge",
-        "by which Slurm's programs know each other",
+        "MUNGE, with which Slurm's programs authenticate each other",
     ],
 ];
 
@@ -45,7 +49,7 @@ const KINDS: [[&str; 3]; 3] = [
     ],
     [
         "faults",
-        "faults --class link --device native --seed 1000 --count 200",
+        "faults --class link --device native --seed 1000 --draws 200",
         "faults --class link --device native",
     ],
 ];
@@ -58,8 +62,8 @@ const REQUEUED: [&str; 3] = ["lee", "sweep lee --draws 1", "sweep lee"];
 pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     let user = execute(at, console, "id", &["-u"])?;
     if user.lines != ["0"] {
-        let why = "a node of Slurm starts tasks as their users, so it runs as root: run `cargo \
-                   verify cluster` as root, in a container if need be";
+        let why = "a Slurm node starts tasks as their users and therefore needs root: run `cargo \
+                   verify cluster` as root, for example in a container";
         return Ok(Report::fail(vec![why.to_owned()]));
     }
     let mut report = Report::default();
@@ -92,7 +96,7 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
 fn script(document: &Path) -> anyhow::Result<String> {
     let text = fs::read_to_string(document)
         .with_context(|| format!("{} cannot be read", document.display()))?;
-    let shown = || format!("{} shows no array script", document.display());
+    let shown = || format!("{} contains no job array script", document.display());
     let (_, text) = text.split_once("    #!/bin/sh\n").with_context(shown)?;
     let (script, _) = text.split_once("\n\n").with_context(shown)?;
     let lines = script
@@ -100,7 +104,10 @@ fn script(document: &Path) -> anyhow::Result<String> {
         .map(|line| line.trim_start().to_owned() + "\n");
     let script: String = lines.collect();
     let is_known = script.contains(SHOWN) && script.contains(FOLDERS) && script.contains("#SBATCH");
-    anyhow::ensure!(is_known, "{DOCUMENT}: the array script runs no `{SHOWN}`");
+    anyhow::ensure!(
+        is_known,
+        "{DOCUMENT}: the job array script does not run `{SHOWN}`"
+    );
     Ok(format!("#!/bin/sh\n{script}"))
 }
 

@@ -10,7 +10,7 @@ const PAGE: &str = "docs/safety.md";
 pub(super) fn missing_evidence(sources: &[Source]) -> Findings {
     let page = sources.iter().find(|source| source.path == PAGE);
     let Some(page) = page else {
-        return vec![format!("{PAGE} is gone")];
+        return vec![format!("{PAGE} does not exist")];
     };
     let (told, list) = page
         .text
@@ -18,31 +18,31 @@ pub(super) fn missing_evidence(sources: &[Source]) -> Findings {
         .unwrap_or_default();
     let (proofs, mut found) = proofs(list, sources);
     if proofs.is_empty() {
-        found.push(format!("{PAGE}: no list of proofs"));
+        found.push(format!("{PAGE} has no list of proofs"));
     }
     let cited = cited_proofs(told);
     let tell = |what: &str, of: &str| format!("{PAGE}: {of} {what}");
     found.extend(
         cited
             .difference(&proofs)
-            .map(|p| tell("is not in the list", p)),
+            .map(|p| tell("is not in the list of proofs", p)),
     );
     found.extend(
         proofs
             .difference(&cited)
-            .map(|p| tell("is cited nowhere", p)),
+            .map(|p| tell("is not cited on the page", p)),
     );
     let quoted = told.split('`').skip(1).step_by(2);
     let is_gone = |quoted: &&str| !exists_in_tree(quoted, sources);
     found.extend(
         quoted
             .filter(is_gone)
-            .map(|text| tell("is not there", text)),
+            .map(|text| tell("does not exist", text)),
     );
     found.extend(
         links(told)
             .filter(is_gone)
-            .map(|links| tell("is not there", links)),
+            .map(|links| tell("does not exist", links)),
     );
     found
 }
@@ -57,7 +57,7 @@ fn proofs(list: &str, sources: &[Source]) -> (BTreeSet<String>, Findings) {
             (Some(path), None) => {
                 file = sources.iter().find(|source| source.path == path);
                 if file.is_none() {
-                    found.push(format!("{PAGE}: no file {path}"));
+                    found.push(format!("{PAGE}: the file {path} does not exist"));
                 }
             }
             (Some(proof), Some(test)) => {
@@ -65,7 +65,7 @@ fn proofs(list: &str, sources: &[Source]) -> (BTreeSet<String>, Findings) {
                     found.push(format!("{PAGE}: {proof}: no test `{test}` in that file"));
                 }
                 if !proofs.insert(proof.to_owned()) {
-                    found.push(format!("{PAGE}: {proof} is there twice"));
+                    found.push(format!("{PAGE}: {proof} is listed twice"));
                 }
             }
             _ => {}
@@ -161,14 +161,14 @@ mod tests {
     #[test]
     fn whatever_is_not_there_is_told() {
         for (from, to, says) in [
-            ("`a/b.rs`", "`a/c.rs`", "a/c.rs is not there"),
-            ("flexor run", "flexor ran", "flexor ran x is not there"),
-            ("c.md", "d.md", "d.md is not there"),
-            ("    a/b.rs", "    a/d.rs", "no file a/d.rs"),
+            ("`a/b.rs`", "`a/c.rs`", "a/c.rs does not exist"),
+            ("flexor run", "flexor ran", "flexor ran x does not exist"),
+            ("c.md", "d.md", "d.md does not exist"),
+            ("    a/b.rs", "    a/d.rs", "the file a/d.rs does not exist"),
             ("P2 two", "P2 four", "P2: no test `four`"),
             ("P2 two", "P2 five", "P2: no test `five`"),
-            ("P3 three", "P2 three", "P2 is there twice"),
-            (": P1 ", ": ", "P1 is cited nowhere"),
+            ("P3 three", "P2 three", "P2 is listed twice"),
+            (": P1 ", ": ", "P1 is not cited"),
             ("P2–P3", "P2–P4", "P4 is not in the list"),
             ("## The proofs", "## Proofs", "no list of proofs"),
         ] {
@@ -176,6 +176,6 @@ mod tests {
             let told = found(&GOOD.replacen(from, to, 1)).join("\n");
             assert!(told.contains(says), "{from} → {to}: {told}");
         }
-        assert_eq!(missing_evidence(&[]), ["docs/safety.md is gone"]);
+        assert_eq!(missing_evidence(&[]), ["docs/safety.md does not exist"]);
     }
 }

@@ -57,25 +57,25 @@ type Rule = (&'static str, fn(&Source) -> Findings);
 
 #[rustfmt::skip]
 const RULES: [Rule; 9] = [
-    ("`unsafe` is in images' boards only", unsafe_elsewhere),
-    ("device code cannot panic without a proof", panics),
-    ("the pulse path has no float", floats),
-    ("bodies and traces know no firmware", dependent_simulator),
-    ("no file has more than 450 lines, no test more than 600", too_long),
-    ("no path of one machine is committed", machine_paths),
-    ("tests draw from one committed seed", own_seeds),
-    ("simulators and sessions read a clock only behind a feature", clocks),
-    ("no comment repeats the name and type below it", empty_comments::judge),
+    ("`unsafe` is used only in board code and CoreMark", unsafe_elsewhere),
+    ("device code cannot panic; boards and images need a comment that proves it", panics),
+    ("the pulse path uses no floating point", floats),
+    ("`body` and `trace` of hal-sim do not use the firmware", dependent_simulator),
+    ("no source file has more than 450 lines, no test file more than 600", too_long),
+    ("no absolute path of one computer is committed", machine_paths),
+    ("tests draw their random inputs from the committed seed", own_seeds),
+    ("simulators and sessions read a clock only behind a Cargo feature", clocks),
+    ("no comment merely repeats the name and type below it", empty_comments::judge),
 ];
 
 /// Statement of the rule on orphan files, which needs all files.
-const NO_FILE_IS_LOST: &str = "every file is part of a program, every test of a suite";
+const NO_FILE_IS_LOST: &str = "every source file belongs to a program, every test file to a suite";
 
 /// Statement of the rule on words, for trees that have the list of words.
 const WORDS_ARE_THE_FIELDS: &str = "no word of docs/words.toml is used";
 
 /// Statement of the rule on evidence, for trees that have the safety page.
-const EVIDENCE_IS_THERE: &str = "what docs/safety.md names as evidence is there";
+const EVIDENCE_IS_THERE: &str = "all evidence that docs/safety.md names exists";
 
 /// Checks every rule on every file under `root`.
 pub(super) fn run(root: &Path) -> anyhow::Result<Report> {
@@ -123,7 +123,7 @@ fn rule_report(statement: &str, findings: &[String]) -> Report {
         return Report::pass();
     }
     let lines = findings.iter().map(|finding| format!("  {finding}"));
-    let what = iter::once(format!("broken: {statement}"));
+    let what = iter::once(format!("broken rule: {statement}"));
     Report::fail(what.chain(lines).collect())
 }
 

@@ -113,7 +113,7 @@ fn mistakes(list: &List) -> Findings {
     let count = list.exception.len();
     if count > MOST_EXCEPTIONS {
         findings.push(format!(
-            "{LIST}: {count} exceptions, at most {MOST_EXCEPTIONS}"
+            "{LIST}: {count} exceptions; allowed: at most {MOST_EXCEPTIONS}"
         ));
     }
     for exception in &list.exception {

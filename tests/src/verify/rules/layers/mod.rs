@@ -34,8 +34,8 @@ pub(super) fn judge(sources: &[Source]) -> [(&'static str, Findings); 2] {
         circles.extend(circular_needs(name, &needs));
     }
     [
-        ("a room calls only rooms below it", calls),
-        ("no two files need each other", circles),
+        ("a module calls only modules below it", calls),
+        ("no two files depend on each other", circles),
     ]
 }
 
