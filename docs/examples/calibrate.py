@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Another program at the operator's place: flexor calibrate by JSON lines.
+"""Runs `flexor calibrate` from another program, which reads and writes JSON lines.
 
     python3 docs/examples/calibrate.py host-tool/calibrations/one_electrode.toml w.toml
 
-It asks a person before every raise, as every such program must, and turns what they
-type into orders. docs/calibrate.md has every event and order. Without --device the
-wearer is simulated; a research instrument, not a medical device.
+Like every such program, it asks the operator before each raise, and turns the keys that
+the operator types into orders. docs/calibrate.md lists every event and order. Without
+--device the wearer is simulated. A research instrument, not a medical device.
 """
 
 import json
@@ -17,20 +17,21 @@ KEYS = {
     "u": "raise", "d": "lower", "a": "again", "y": "yes", "n": "no",
     "t": "too-much", "e": "enough", "x": "skip", "": "abort", "q": "abort",
 }
+HELP = "u raise, d lower, a again, y yes, n no, t too much, e enough, x skip, q quit"
 
 
 def ordering(flexor, view):
-    """Sends what is typed until nobody types any more: then flexor ends by itself."""
+    """Sends typed orders until the input ends; then flexor ends by itself."""
     for line in sys.stdin:
         if order := typed(line, view):
             print(json.dumps(order), file=flexor.stdin, flush=True)
         else:
-            print("u d a y n t e x, names, or q to end", flush=True)
+            print(HELP, flush=True)
     flexor.stdin.close()
 
 
 def typed(line, view):
-    """What somebody typed as an order; None if that is none."""
+    """Returns the order for a typed line; None if there is none."""
     if view.get("question") and view["step"] == "points":
         names = [name.strip() for name in line.split(",")]
         return {"order": "moves", "moves": [name for name in names if name]}
@@ -39,7 +40,7 @@ def typed(line, view):
 
 
 def told(event):
-    """An event in words; nothing for what goes without saying."""
+    """Returns a line of text for an event; None for events that need no text."""
     kind = event.get("event")
     if kind == "view":
         asked = event["question"] or " ".join(event["orders"])

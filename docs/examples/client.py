@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""A Flexor client in the standard library: one channel, 2 s at 50 Hz.
+"""A Flexor client that uses only the standard library: one channel, 2 s at 50 Hz.
 
     flexor serve --tcp 127.0.0.1:4242 &
     python3 docs/examples/client.py tcp:127.0.0.1:4242
     python3 docs/examples/client.py /dev/ttyACM0       # Linux, macOS
-    python3 docs/examples/client.py --selftest         # against the vectors
+    python3 docs/examples/client.py --selftest         # check the test vectors
 
 docs/protocol.md explains every byte. A research instrument, not a medical
-device: no electrodes on anyone while you try a client.
+device: connect no electrodes to anyone while you try a client.
 """
 
 import json
@@ -21,9 +21,9 @@ import zlib
 
 SCHEMA = 0x75749CAEF048DC34  # docs/protocol.md, "Schema hash"
 ANSWER_S = 2.0  # a device answers within milliseconds, a busy computer hears it later
-# A device ends stimulation when its host is silent for so long. A program like this one, on
-# a computer that does other things too, is at times kept waiting for 0.1 s and more; half a
-# second is what a client that died may leave on, unchanged and within the limits below.
+# A device ends stimulation when its host is silent for this time. On a busy computer, a
+# program like this one is sometimes delayed by 0.1 s and more. If the client dies,
+# stimulation continues for this time, unchanged and within the limits below.
 HOST_TIMEOUT_MS = 500
 SESSION_TAKEN = 112
 
@@ -109,7 +109,7 @@ def uncobs(data):
     while at < len(data):
         code = data[at]
         if code == 0 or at + code > len(data):
-            raise ValueError("not COBS")
+            raise ValueError("the frame is not valid COBS")
         out += data[at + 1 : at + code]
         at += code
         if code < 0xFF and at < len(data):
@@ -125,7 +125,7 @@ def unframe(data):
     body = uncobs(data)
     message, crc = body[:-4], body[-4:]
     if len(body) < 4 or zlib.crc32(message).to_bytes(4, "little") != crc:
-        raise ValueError("wrong CRC")
+        raise ValueError("the frame has a wrong CRC")
     return message
 
 
@@ -184,7 +184,7 @@ LIMITS = {
     "max_step_ua_per_s": 100_000,
 }
 
-# What this client can say; the rest is in the tables of protocol.md.
+# Requests that this client can encode; protocol.md has tables of all requests.
 CONTENT = {
     "Hello": lambda c: varint(c["schema"]),
     "Wearer": lambda c: b"".join(varint(c[name]) for name in LIMITS),
@@ -225,7 +225,7 @@ def to_device(session, seq, request):
 
 
 def setup_sum(parts):
-    """What `Arm` carries: of the requests that configured, by variant and channel."""
+    """Returns the checksum for `Arm` over the setup requests, by variant and channel."""
     crcs = (zlib.crc32(part).to_bytes(4, "little") for _, part in sorted(parts.items()))
     return zlib.crc32(b"".join(crcs))
 
@@ -243,7 +243,7 @@ HOLDS = "Released Held Expired".split()
 
 
 def telemetry(r):
-    """What a device tells of itself, by the names of protocol.md."""
+    """Decodes telemetry, with the names of protocol.md."""
 
     def force():
         sample = {"reference_mn": r.option(r.varint), "period_us": r.option(r.varint)}
@@ -277,7 +277,7 @@ def telemetry(r):
 
 
 def from_device(message):
-    """(variant, content); answers this client does not need keep no content."""
+    """Returns (variant, content); content is empty for messages that are not needed here."""
     r = Reader(message)
     kind = r.varint()
     if kind == 0:
@@ -301,7 +301,7 @@ def from_device(message):
         if number < 2:
             event = {event: CAUSES[r.varint()]}
         elif event == "Faulted":
-            event = {event: r.varint() + 1}  # by the number that texts have
+            event = {event: r.varint() + 1}  # the number that messages show
         elif event == "Electrode":
             reading = {"channel": r.u8(), "applied": r.varint(), "current_ua": r.varint()}
             event = {event: reading}
@@ -343,7 +343,7 @@ class Device:
         return seq
 
     def receive(self, timeout_s):
-        """The next message, or None. A spoilt frame is skipped."""
+        """Returns the next message, or None. Damaged frames are skipped."""
         until = time.monotonic() + timeout_s
         while True:
             while b"\0" not in self.bytes:
@@ -362,8 +362,8 @@ class Device:
                 pass
 
     def hello(self):
-        """Opens a session. What comes before its answer was meant for an earlier host, as
-        was what stands half said on the wire, which the 0x00 ends."""
+        """Opens a session. Messages before the answer were meant for an earlier host. The
+        0x00 ends a frame that an earlier host did not complete."""
         self.write(b"\0")
         seq = self.send({"Hello": {"schema": SCHEMA}})
         while message := self.receive(ANSWER_S):
@@ -372,18 +372,18 @@ class Device:
                 break
             if kind == "Refused":
                 code, number = content["refusal"]["code"], content["seq"]
-                # Who serves another host turns this one away before it hears a number.
+                # A device that serves another host refuses before it reads the number.
                 if number == seq or number is None and code == SESSION_TAKEN:
                     raise RuntimeError(f"refused: {content['refusal']}")
         else:
-            raise TimeoutError("no answer to Hello")
+            raise TimeoutError(f"the device did not answer Hello within {ANSWER_S} s")
         if content["schema"] != SCHEMA:
             of = f"{content['schema']:#018x}"
-            raise RuntimeError(f"the device speaks schema {of}, this client {SCHEMA:#018x}")
+            raise RuntimeError(f"the device uses schema {of}, this client {SCHEMA:#018x}")
         self.session = content["session"]
 
     def configure(self, name, **content):
-        """Puts a part into the setup, a channel's or its own, and notes it."""
+        """Sends a part of the setup and stores it for the checksum."""
         request = {name: content}
         self.ask(request)
         place = REQUESTS.index(name), content.get("channel", content.get("joint", 0))
@@ -399,7 +399,7 @@ class Device:
             if kind != "Event" and content.get("seq") == seq:
                 return kind, content
             print(kind, content)
-        raise TimeoutError(f"no answer to {request}")
+        raise TimeoutError(f"the device did not answer {request} within {ANSWER_S} s")
 
 
 def stimulate(place):
@@ -439,10 +439,10 @@ def stimulate(place):
 
 
 def selftest():
-    """Encodes and decodes the committed vectors."""
+    """Encodes and decodes the committed test vectors."""
     path = pathlib.Path(__file__).parent.parent / "protocol_vectors.json"
     vectors = json.loads(path.read_text())
-    assert int(vectors["schema"], 16) == SCHEMA, "another version"
+    assert int(vectors["schema"], 16) == SCHEMA, "the test vectors have another schema"
     encoded = decoded = 0
     for vector in vectors["vectors"]:
         wire, message = bytes.fromhex(vector["frame"]), vector["message"]

@@ -1,15 +1,16 @@
 #!/usr/bin/env python3
-"""A force at the hand, asked for live: whose arm it is says a wearer file.
+"""Requests a force at the hand from a device; a wearer file describes the arm.
 
     flexor serve --tcp 127.0.0.1:4242 &
     python3 docs/examples/hand.py tcp:127.0.0.1:4242 host-tool/wearers/arm-1.toml -2 3 2.5
-    python3 docs/examples/hand.py --selftest         # against the vectors
+    python3 docs/examples/hand.py --selftest         # check the test vectors
 
-Newtons backward, to the right and upward, held for 2 s. The arm's nine angles are told 50
-times a second as a sensor on it would (`measured`): here it is still. What cannot be made
-is refused by the device; the nearest force that can be made is asked for instead. Python
-3.11; bytes are client.py's, docs/endpoint_session.md has the rest. A research instrument,
-not a medical device: no electrodes on anyone while you try a client.
+The numbers are newtons backward, to the right and upward, held for 2 s. The client sends
+the arm's nine angles 50 times a second, as a sensor would (`measured`); here the arm is
+still. The device refuses a force that the arm cannot exert; the client then requests the
+nearest possible force. Needs Python 3.11. client.py encodes the messages,
+docs/endpoint_session.md describes them. A research instrument, not a medical device:
+connect no electrodes to anyone while you try a client.
 """
 
 import sys
@@ -28,13 +29,13 @@ SEGMENTS = ["thorax", "girdle", "upper-arm", "forearm"]
 
 MEASUREMENT_TIME, TOO_STRONG, NO_MUSCLE_HELPS = 312, 317, 318
 PERIOD_S = 0.02
-# An older angle is a fault: the arm is no longer where it was. As with HOST_TIMEOUT_MS a
-# busy computer is late at times, by more than the 20 ms from one measurement to the next;
-# within a quarter of a second an arm that moves at 60 degrees a second has gone 15.
+# An older angle is a fault, because the arm may have moved. A busy computer is sometimes
+# late by more than the 20 ms between measurements, as with HOST_TIMEOUT_MS. In a quarter of
+# a second, an arm that moves at 60 degrees a second moves by 15 degrees.
 STALE_MS = 250
 HELD_S = 2.0
 
-# --- what client.py does not say: the order is that of protocol.md's tables ---
+# --- messages that client.py does not encode, in the order of protocol.md's tables ---
 
 
 def limb(c):
@@ -73,9 +74,8 @@ def whole(number, per_unit):
 
 
 def limits_of(limits):
-    """The limits of a wearer file or a session, which says these six. Host silence may be as
-    long as client.py says, whatever the file has: that is for a program that is never kept
-    waiting."""
+    """Returns the limits of a wearer file or a session, which has these six. The host timeout
+    is at least that of client.py, because the file's may be too short for a busy computer."""
     return client.LIMITS | {
         "max_current_ua": whole(limits["max_current_ma"], 1000),
         "max_charge_nc": whole(limits["max_charge_uc"], 1000),
@@ -87,7 +87,7 @@ def limits_of(limits):
 
 
 def setup(wearer):
-    """The requests that configure a wearer file's arm; by channel, whose muscle it is."""
+    """Returns the requests that configure the arm of a wearer file, by channel."""
     bones = wearer["limb"]
     yield "Wearer", limits_of(wearer["limits"])
     electrodes = {it["channel"]: it for it in wearer["electrode"]}
@@ -148,7 +148,7 @@ def measured(_t_s):
 
 
 class Live(client.Device):
-    """A device that was told of a setup and gets several requests at once."""
+    """A configured device that receives several requests at once."""
 
     def __init__(self, place, setup):
         super().__init__(place)
@@ -159,14 +159,14 @@ class Live(client.Device):
         self.given = None
 
     def exchange(self, *requests):
-        """Sends these at once and waits for every answer; the refusals, by number."""
+        """Sends the requests at once and waits for every answer. Returns the refusals by index."""
         sent = time.monotonic_ns() // 1000
         numbers = [self.send(request) for request in requests]
         left, refusals = set(numbers), {}
         while left:
             message = self.receive(client.ANSWER_S)
             if message is None:
-                raise TimeoutError(f"no answer to {requests[0]}")
+                raise TimeoutError(f"the device did not answer {requests[0]}")
             kind, content = message
             if kind == "Telemetry":
                 self.given = content
@@ -181,10 +181,10 @@ class Live(client.Device):
         return refusals
 
     def set_clock(self, at, sent, received):
-        """Device time less ours lies between these two. The latest that it is sure to be is
-        kept: an answer that was read late says less, and must make no measurement older."""
+        """Estimates device time minus computer time, which is between `least` and `most`. Keeps
+        the largest lower bound: a late answer gives a smaller one."""
         least, most = at - received, at - sent
-        # Above the most if a simulator on a busy computer has lost time, or time wrapped.
+        # Above `most` if a simulator on a busy computer has lost time, or time has wrapped.
         if self.clock is None or not least <= self.clock <= most:
             self.clock = least
 
@@ -193,11 +193,11 @@ class Live(client.Device):
             raise RuntimeError(f"refused: {list(refusals.values())}")
 
     def now(self):
-        """Device time, µs, at least: never in the future."""
+        """Returns a lower bound of the device time, µs."""
         return (time.monotonic_ns() // 1000 + self.clock) % 2**32
 
     def measurements(self, angles):
-        """Of joint or axis 0, 1, … its angle now, degrees."""
+        """Returns the measurements of joint or axis 0, 1, …: its angle now, degrees."""
         now = self.now()
         return [
             {"Measurement": {"joint": n, "centideg": whole(deg, 100), "at": now}}
@@ -206,7 +206,7 @@ class Live(client.Device):
 
 
 class Hand(Live):
-    """A device that was told of an arm."""
+    """A device that is configured with an arm."""
 
     def __init__(self, place, wearer):
         super().__init__(place, setup(wearer))
@@ -214,37 +214,37 @@ class Hand(Live):
         self.channels = sorted(it["channel"] - 1 for it in wearer["limb"]["line"])
 
     def wish(self, t_s, force_mn):
-        """Tells the posture, asks for a force; its refusal, if it was refused."""
+        """Sends the posture and requests a force. Returns the refusal, if there is one."""
         angles = measured(t_s)
         posture = self.measurements(angles.get(axis, 0) for axis in AXES)
         refusals = self.exchange(*posture, {"Wrench": {"at": None, "force_mn": force_mn}})
         refusal = refusals.pop(len(posture), None)
-        # A device whose clock was late is measured again in 20 ms.
+        # If the device clock was late, the next measurement follows in 20 ms.
         if others := [it for it in refusals.values() if it["code"] != MEASUREMENT_TIME]:
             raise RuntimeError(f"refused: {others}")
         return refusal
 
     def nearest(self, force_mn, refusal):
-        """Says why a force is refused, and which is the nearest that can be made."""
+        """Prints why a force is refused, and returns the nearest possible force."""
         code = refusal["code"]
         permille = refusal["max"] if code == TOO_STRONG else 0
         nearest = [int(mn * permille / 1000) for mn in force_mn]
         if code == TOO_STRONG:
-            why = f"{self.names[refusal['channel']]} is too weak: {permille / 10} % can be made"
+            why = f"{self.names[refusal['channel']]} is too weak: {permille / 10} % is possible"
         elif code == NO_MUSCLE_HELPS:
-            why = "no muscle helps"
+            why = "no muscle can contribute"
         else:
             raise RuntimeError(f"refused: {refusal}")
-        print(f"E{code} {newtons(force_mn)}: {why}; the nearest is {newtons(nearest)}", flush=True)
+        print(f"E{code} {newtons(force_mn)}: {why}; the nearest force is {newtons(nearest)}", flush=True)
         return nearest
 
     def told(self):
-        """What the device last said that it gives."""
+        """Returns the last reported force and amplitudes as text."""
         wrench = self.given["wrench"]
         got = zip(self.channels, self.given["amplitudes"])
         got = [f"{self.names[n]} {ua / 1000} mA" for n, ua in got if ua]
         made = f"{wrench['achievable_permille'] / 10} % of {newtons(wrench['reference_mn'])}"
-        return f"{made}: {', '.join(got) or 'nothing'}"
+        return f"{made}: {', '.join(got) or 'no stimulation'}"
 
 
 def newtons(force_mn):

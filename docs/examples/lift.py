@@ -1,18 +1,19 @@
 #!/usr/bin/env python3
-"""A game engine's client: two hands grab an object, carry it to shelves and let go.
+"""A client for a game engine: two hands grab an object, carry it to shelves and release it.
 
     flexor serve --tcp 127.0.0.1:4242 &
     python3 docs/examples/lift.py tcp:127.0.0.1:4242 host-tool/sessions/lift.toml
     python3 docs/examples/lift.py tcp:127.0.0.1:4242 host-tool/sessions/lift.toml low forget
-    python3 docs/examples/lift.py --selftest         # against the vectors
+    python3 docs/examples/lift.py --selftest         # check the test vectors
 
-`high`, `middle` and `low` are shelves that this client alone knows; the device is told four
-angles and whether the object is held, 100 times a second. `forget` does not say that it was
-let go, `fall` lets it fall on the way up; without any, all five. Limits, channels and
-quartics are those of the session file, whose `angles` and `setpoints` are not used: here the
-hands' come from `moved`. A computer that is busy is late at times: what is let pass is
-client.py's HOST_TIMEOUT_MS and hand.py's STALE_MS, unless the file has more. Python 3.11; bytes are client.py's, docs/lift.md has the rest. A
-research instrument, not a medical device: no electrodes on anyone while you try a client.
+`high`, `middle` and `low` are shelves that only this client knows; the device receives four
+angles and whether the object is held, 100 times a second. `forget` does not report that the
+object was released; `fall` drops it on the way up. Without any of them, the client does all
+five. Limits, channels and quartics come from the session file. Its `angles` and `setpoints`
+are not used: here `moved` computes the angles. A busy computer is sometimes late; tolerated
+are HOST_TIMEOUT_MS of client.py and STALE_MS of hand.py, unless the file has larger values.
+Needs Python 3.11. client.py encodes the messages, docs/lift.md describes them. A research
+instrument, not a medical device: connect no electrodes to anyone while you try a client.
 """
 
 import sys
@@ -24,8 +25,8 @@ import hand
 from client import option, varint, zigzag
 from hand import whole
 
-# Elbow and shoulder, degrees, of docs/buatier.md's example: at the table, and at each shelf
-# before the object is set down and when it stands.
+# Angles of elbow and shoulder, degrees, from the example of docs/buatier.md: at the table, and
+# above and on each shelf.
 TABLE = (61.0, 18.0)
 SHELVES = {
     "high": ((87.0, 70.0), (64.0, 74.0)),
@@ -37,7 +38,7 @@ JOINTS = "left-elbow left-shoulder right-elbow right-shoulder".split()
 PERIOD_S, UP_S, DOWN_S, REST_S = 0.01, 1.2, 0.8, 0.2
 FAULT_LATCHED, HOLD_OVER = 306, 322
 
-# --- what client.py does not say: the order is that of protocol.md's tables ---
+# --- messages that client.py does not encode, in the order of protocol.md's tables ---
 
 
 def quartic(coefficients):
@@ -75,7 +76,7 @@ client.CONTENT |= {"Modulation": modulation, "ObjectHeld": lambda c: bytes([c["h
 
 
 def through(values):
-    """The quartic through a session's five values, in millionths: docs/protocol.md's form."""
+    """Returns the quartic through five values of a session, in millionths (docs/protocol.md)."""
     a, b, c, d, e = (whole(value, 1_000_000) for value in values)
     rounded = lambda total, by: (total + by // 2) // by
     return [
@@ -88,7 +89,7 @@ def through(values):
 
 
 def muscles_of(it):
-    """Flexor and extensor of a session's joint: who has which share is the mode."""
+    """Returns flexor and extensor of a session's joint; the mode decides their shares."""
     lift, drop = (it.get(name) and through(it[name]) for name in ("lift", "drop"))
     resists = it.get("mode") == "resist"
     shares = [(None, drop), (lift, None)] if resists else [(lift, None), (None, drop)]
@@ -144,13 +145,13 @@ def setup(session):
 
 
 def moved(start, end, part):
-    """Elbow and shoulder on a way of least jerk. Put your exoskeleton's encoders here."""
+    """Returns elbow and shoulder on a minimum-jerk path. Put your encoder readings here."""
     part = part**3 * (10 + part * (6 * part - 15))
     return [a + part * (b - a) for a, b in zip(start, end)]
 
 
 class Hands(hand.Live):
-    """A device that was told of two arms, and where those are."""
+    """A device that is configured with two arms, and the angles of the arms."""
 
     def __init__(self, place, session):
         super().__init__(place, setup(session))
@@ -159,12 +160,12 @@ class Hands(hand.Live):
         self.at, self.due = TABLE, 0.0
 
     def frame(self, held):
-        """One frame of the engine: four angles, and whether the object is held. The number
-        of that one's refusal, if it was refused."""
+        """Sends one frame of the engine: four angles, and whether the object is held. Returns
+        the number of the refusal if the device refuses the latter."""
         told = self.measurements([*self.at, *self.at])  # both arms alike
         refusals = self.exchange(*told, {"ObjectHeld": {"held": held}})
         refusal = refusals.pop(len(told), None)
-        # A device whose clock was late is measured again in 10 ms.
+        # If the device clock was late, the next measurement follows in 10 ms.
         if others := [it for it in refusals.values() if it["code"] != hand.MEASUREMENT_TIME]:
             raise RuntimeError(f"refused: {others}")
         self.due = max(self.due, time.monotonic()) + PERIOD_S
@@ -173,7 +174,7 @@ class Hands(hand.Live):
 
     def must_frame(self, held):
         if code := self.frame(held):
-            raise RuntimeError(f"E{code}: the device does not take the object for held")
+            raise RuntimeError(f"E{code}: the device does not accept that the object is held")
 
     def move(self, end, seconds, held):
         start, begin = self.at, time.monotonic()
@@ -183,13 +184,13 @@ class Hands(hand.Live):
             self.must_frame(held)
 
     def tell(self, where):
-        """Says what the device last said that it gives."""
+        """Prints the amplitudes that the device last reported."""
         given = zip(sorted(self.names), self.given["amplitudes"])
         given = [f"{self.names[n]} {ua / 1000} mA" for n, ua in given if ua]
         hold = self.given["lift"]["hold"].lower()
         elbow, shoulder = self.at
         where += f" at {elbow:g} and {shoulder:g} degrees ({hold})"
-        print(f"{where}: {', '.join(given) or 'nothing'}", flush=True)
+        print(f"{where}: {', '.join(given) or 'no stimulation'}", flush=True)
 
     def rest(self, held, where):
         until = time.monotonic() + REST_S
@@ -197,7 +198,7 @@ class Hands(hand.Live):
             self.must_frame(held)
         self.tell(where)
 
-    # --- what hands do; each begins and ends at the table ---
+    # --- actions of the hands; each begins and ends at the table ---
 
     def carry(self, shelf):
         above, on = SHELVES[shelf]
@@ -205,10 +206,10 @@ class Hands(hand.Live):
         self.rest(True, f"above the {shelf} shelf")
         self.move(on, DOWN_S, True)
         self.rest(True, f"on the {shelf} shelf")
-        self.rest(False, "let go")
+        self.rest(False, "released")
 
     def forget(self):
-        """The engine misses that the object was let go; the device does not wait for ever."""
+        """The engine misses the release of the object; the device ends the hold by itself."""
         self.move(SHELVES["low"][0], UP_S, True)
         # By the device's clock: a simulator on a busy computer is slower than ours.
         end, code = self.now() + round(1e6 * (self.longest_s + 1)), None
@@ -216,10 +217,10 @@ class Hands(hand.Live):
             code = self.frame(True)
         if code != HOLD_OVER:
             raise RuntimeError(f"E{code}: expected E{HOLD_OVER}")
-        print(f"E{code}: held for longer than {self.longest_s} s, to be released first")
+        print(f"E{code}: the object was held for longer than {self.longest_s} s; release it first")
         self.rest(False, "released")
-        self.rest(True, "grabbed anew")
-        self.rest(False, "let go")
+        self.rest(True, "grabbed again")
+        self.rest(False, "released")
 
     def fall(self):
         """Both hands open on the way up."""
@@ -227,7 +228,7 @@ class Hands(hand.Live):
         self.move(half, UP_S / 2, True)
         self.tell("on the way up")
         self.move(SHELVES["high"][0], UP_S / 2, False)
-        self.tell("fallen")
+        self.tell("dropped")
 
     def do(self, what):
         {FORGET: self.forget, FALL: self.fall}.get(what, lambda: self.carry(what))()
@@ -238,13 +239,13 @@ def play(place, path, deeds):
     with open(path, "rb") as file:
         session = tomllib.load(file)
     if "modulation" not in session:
-        raise SystemExit(f"{path} has no [[modulation]]: take host-tool/sessions/lift.toml")
+        raise SystemExit(f"{path} has no [[modulation]]: use host-tool/sessions/lift.toml")
     hands = Hands(place, session)
     hands.must({"Subscribe": {"period_ms": 20}})
     refused = hands.exchange({"Arm": {"setup": client.setup_sum(hands.parts)}}).get(0)
     if refused and refused["code"] == FAULT_LATCHED:
         fault = refused["min"]
-        raise RuntimeError(f"E306: fault {fault} is latched: find why, then `Acknowledge` it")
+        raise RuntimeError(f"E306: fault {fault} is latched: find its cause, then send `Acknowledge`")
     if refused:
         raise RuntimeError(f"refused: {refused}")
     hands.must(*hands.measurements([*TABLE, *TABLE]), {"ObjectHeld": {"held": False}})
@@ -263,7 +264,7 @@ if __name__ == "__main__":
     elif len(sys.argv) < 3:
         sys.exit(__doc__)
     elif strange := [deed for deed in sys.argv[3:] if deed not in known]:
-        sys.exit(f"no shelf {', '.join(strange)}: {', '.join(known)}")
+        sys.exit(f"no shelf or action {', '.join(strange)}; choose from {', '.join(known)}")
     else:
         try:
             play(*sys.argv[1:3], sys.argv[3:] or known)

@@ -217,7 +217,7 @@ fn faults_and_lock_ups_are_named_with_registers_and_function() {
     assert_eq!(exit, Some(1));
     for part in [
         "E559 image.elf",
-        "HardFault: a bus error of data at 0x40025000",
+        "HardFault: a bus error at a data access at 0x40025000",
         "main + 0x10",
     ] {
         assert!(error.contains(part), "{error}");

@@ -1,4 +1,4 @@
-//! Tests of `flexor selftest --bench` against a simulator with dummy loads: right and wrong values,
+//! Tests of `flexor selftest --bench-test` against a simulator with dummy loads: right and wrong values,
 //! typed and from a file, interrupted and resumed.
 
 use crate::program::{flexor_command, run_flexor, test_folder, write_file};
@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::Stdio;
 
-const WHO: &str = "selftest --bench --device native --out sheet.json --operator A-1 \
+const WHO: &str = "selftest --bench-test --device native --out sheet.json --operator A-1 \
                    --date 2026-01-02 --instruments scope,probe";
 
 fn words(more: &str) -> Vec<String> {
@@ -143,7 +143,7 @@ fn nonsense_is_told_all_at_once_before_anything_is_put_out() {
         "begin with a number",
         "negative",
         "is empty",
-        "700-peak is no step",
+        "there is no step 700-peak",
     ] {
         assert!(error.contains(told), "{told}: {error}");
     }

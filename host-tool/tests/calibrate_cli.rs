@@ -61,7 +61,7 @@ fn a_plan_becomes_a_wearer_file_and_only_its_owner_goes_on() {
     refused(
         &["--out", "w.toml", "--resume"],
         "E673",
-        "the plan was changed",
+        "the plan has changed",
     );
     write_file(&folder, "plan.toml", PLAN);
 }

@@ -236,7 +236,10 @@ fn an_output_that_nobody_reads_does_not_keep_it() {
             .unwrap()
             .read_to_string(&mut rest)
             .unwrap();
-        assert!(!rest.is_empty() && !rest.contains("go on with"), "{rest}");
+        assert!(
+            !rest.is_empty() && !rest.contains("continue with --resume"),
+            "{rest}"
+        );
         let (_, _, error) = command_result(driven.process.wait_with_output().unwrap());
         let number = if signal { "E580" } else { "E683" };
         assert!(error.contains(number), "{error}");

@@ -124,7 +124,7 @@ fn the_same_session_twice_differs_in_nothing() {
     run_json(&folder, "run ten_channels.toml --out two");
     let (_, text, _) = run_flexor(&folder, &["compare", "one", "two"]);
     assert!(
-        text.contains("Every channel put out the same in each record."),
+        text.contains("The output of every channel is the same in each record."),
         "{text}"
     );
     assert!(text.contains("The session files are the same."), "{text}");
@@ -166,10 +166,10 @@ fn every_folder_that_cannot_be_compared_is_named() {
     assert_eq!(exit, Some(1));
     for says in [
         "E588 4 of 5 folders cannot be compared:",
-        "\nE593 absent is no record",
-        "\nE593 empty is no record",
+        "\nE593 absent is not a record",
+        "\nE593 empty is not a record",
         "\nE518 ./one is the folder one again",
-        "\nE518 begun holds a sweep without a result",
+        "\nE518 begun holds an unfinished sweep",
     ] {
         assert!(error.contains(says), "{says}: {error}");
     }
@@ -225,7 +225,7 @@ fn experiments_and_sweeps_are_compared_by_what_they_have_in_common() {
     assert_eq!(mixed["rows"], serde_json::json!([]));
     assert!(!mixed["results"].as_array().unwrap().is_empty());
     let page = fs::read_to_string(folder.join("mixed/compare.html")).unwrap();
-    assert!(page.contains("<h2>Results</h2>") && !page.contains("What channels put out"));
+    assert!(page.contains("<h2>Results</h2>") && !page.contains("Output of the channels"));
 
     let trials = run_json(&folder, "compare run first --out trials");
     assert_eq!(trials["rows"].as_array().unwrap().len(), 3);
@@ -233,7 +233,7 @@ fn experiments_and_sweeps_are_compared_by_what_they_have_in_common() {
     // Without common names, the first trial is compared with the first.
     let (_, text, _) = run_flexor(&folder, &["compare", "run", "first"]);
     assert!(text.contains("1 trial is in one record only"), "{text}");
-    assert!(text.contains("    no key has another value"), "{text}");
+    assert!(text.contains("    no key differs in value"), "{text}");
 
     let (exit, error) = run_failing(&folder, "compare run sweep");
     assert_eq!(exit, Some(2));

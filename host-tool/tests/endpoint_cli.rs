@@ -41,8 +41,8 @@ fn a_study_is_told_and_written() {
 fn what_cannot_be_asked_is_wrong_use() {
     let folder = test_folder("sierotowicz_refused");
     for (args, why) in [
-        (&["--draws", "0"][..], "allowed is 1 to"),
-        (&["--wearer", "P"], "do not belong to sierotowicz"),
+        (&["--draws", "0"][..], "allowed: 1 to"),
+        (&["--wearer", "P"], "do not apply to sierotowicz"),
         (&["--device", "qemu"], "allowed: native, chip"),
     ] {
         let (exit, _, told) = run_flexor(&folder, &[&ONE[..2], args].concat());
@@ -66,13 +66,16 @@ fn a_choice_of_electrodes_is_told_and_written() {
     assert_eq!(result["shares"][0]["of"], 2, "{result}");
     let page = std::fs::read_to_string(folder.join("two/result.html")).unwrap();
     // Two matrices of each method, of ten electrodes.
-    assert_eq!(page.matches("what is missed without it\"").count(), 2);
+    assert_eq!(
+        page.matches("extra miss without the electrode\"").count(),
+        2
+    );
     // And a figure of the error that leaving an electrode out causes.
     assert_eq!(page.matches(">brachioradialis</text>").count(), 4 + 1);
     let (exit, people, _) = run_flexor(&folder, &["report", "two"]);
     assert_eq!(exit, Some(0), "{people}");
     for (args, why) in [
-        (&["--draws", "1"][..], "allowed is 2 to"),
+        (&["--draws", "1"][..], "allowed: 2 to"),
         (&["--device", "chip"], "allowed: native"),
     ] {
         let (exit, _, told) = run_flexor(&folder, &[&command[..2], args].concat());

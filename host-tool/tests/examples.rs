@@ -71,7 +71,7 @@ fn is_done(command: &str, told: &str) -> bool {
             told.contains("stimulating") && told.contains("{'Stopped': 'Request'}")
         }
         _ if command.contains("hand.py") => told.contains("100.0 % of"),
-        _ if command.contains("lift.py") => told.contains("let go at"),
+        _ if command.contains("lift.py") => told.contains("released at"),
         _ => told.contains("done: w.toml"),
     }
 }

@@ -73,7 +73,10 @@ fn the_table_is_for_people_and_machines() {
     let changing = session("frequency_hz = 50.0", more);
     let (_, said, _) = flexor("changing.toml", &changing, &[]);
     assert!(said.contains("Models at the session's start"), "{said}");
-    assert!(said.contains("from 4 s on the file says none"), "{said}");
+    assert!(
+        said.contains("from 4 s on: none, set in the file"),
+        "{said}"
+    );
     let (_, said, _) = flexor("changing.toml", &changing, &["--json"]);
     let value: Value = serde_json::from_str(&said).unwrap();
     assert_eq!(value["models_at_s"], 0.0);
@@ -97,7 +100,7 @@ fn what_cannot_be_explained_is_refused_by_name() {
         ("zero.toml", &plain, "0", 2, ["E518", "--tolerance"]),
         ("nan.toml", &plain, "NaN", 2, ["E518", "--tolerance"]),
         ("much.toml", &plain, "601", 2, ["E518", "600"]),
-        ("fine.toml", &plain, "0.01", 1, ["E553", "least possible"]),
+        ("fine.toml", &plain, "0.01", 1, ["E553", "smallest error"]),
     ] {
         let (exit, _, said) = flexor(name, text, &["--tolerance", tolerance]);
         assert_eq!(exit, Some(code), "{name}: {said}");
@@ -130,7 +133,7 @@ fn a_rerun_takes_the_model_from_the_record() {
     for command in ["rerun", "report"] {
         let (exit, _, said) = run_flexor(&folder, &[command, "first"]);
         assert!(exit == Some(1) && said.contains("E584"), "{said}");
-        assert!(said.contains("`lag` is no muscle model"), "{said}");
+        assert!(said.contains("`lag` is not a muscle model"), "{said}");
     }
     // A tolerance that no model meets is refused before anything is simulated.
     let fine = session("frequency_hz = 50.0", "") + "\n[fidelity]\ntolerance_percent = 0.01\n";
@@ -152,7 +155,7 @@ fn a_given_model_beyond_the_tolerance_is_told() {
     );
     let (exit, _, said) = run_flexor(&folder, &["run", "given.toml", "--out", "first"]);
     assert_eq!(exit, Some(0), "{said}");
-    let told = "channel 1: `none`, as the file says, errs by";
+    let told = "channel 1: the file's model `none` has an error of";
     assert!(
         said.contains(told) && said.contains("tolerance of 3.00 %"),
         "{said}"

@@ -120,7 +120,7 @@ fn a_sine_is_followed_through_the_device() {
     let result = &told["result"];
     let notes = result["notes"].to_string();
     assert!(
-        notes.contains("no coupling gives the thresholds"),
+        notes.contains("no electrode coupling in the allowed range gives"),
         "{notes}"
     );
     let papers = paper_values(result);
@@ -319,14 +319,14 @@ fn a_wearer_of_one_s_own_comes_from_a_file() {
     for ((find, replace), wanted) in [
         (
             ("thresholds_v = [20.0, 20.0, 16.0]", ""),
-            "E625 bad.toml: no thresholds are known",
+            "E625 bad.toml: the file has no thresholds",
         ),
         (("[forearm]", "[forearn]"), "E402"),
-        (("20.0, 16.0", "42.0, 1.0"), "is 42.0, allowed is 2 to 40"),
-        (("20.0, 16.0", "42.0, 1.0"), "is 1.0, allowed is 2 to 40"),
+        (("20.0, 16.0", "42.0, 1.0"), "is 42.0; allowed: 2 to 40"),
+        (("20.0, 16.0", "42.0, 1.0"), "is 1.0; allowed: 2 to 40"),
         (
             ("16.0]", "16.0, 3.0]"),
-            "three numbers: of A, B and the extensor's point",
+            "three numbers: for A, B and the extensor's point",
         ),
         (
             ("16.0]", &pads("[100, 120], [100, -120], [180, 30]")),
@@ -334,7 +334,7 @@ fn a_wearer_of_one_s_own_comes_from_a_file() {
         ),
         (
             ("0.42", "4.2"),
-            "`forearm.reach_m` is 4.2, allowed is 0.3 to 0.6",
+            "`forearm.reach_m` is 4.2; allowed: 0.3 to 0.6",
         ),
         (("reach_m", "reach"), "there is no field `forearm.reach`"),
         (("\"X-1\"", "\"a,b\""), "E652"),
@@ -344,7 +344,7 @@ fn a_wearer_of_one_s_own_comes_from_a_file() {
         ),
         (
             ("16.0]", &pads("[100, 0], [160, 5], [500, 100]")),
-            "the electrode of the extensor lies off the forearm",
+            "the electrode of the extensor lies outside the forearm",
         ),
     ] {
         assert!(OWN.contains(find), "{find}");
@@ -370,16 +370,16 @@ fn what_cannot_be_is_refused_by_name() {
     let folder = test_folder("hand_refused");
     let cases: [(&[&str], &str); 8] = [
         (
-            &["hamana-hold", "--departure", "wet"],
-            "E627 there is no departure `wet`; there are limiter, found, narrow,",
+            &["hamana-hold", "--ablation", "wet"],
+            "E627 --ablation `wet` does not exist; choose one of limiter, found, narrow,",
         ),
         (
-            &["harris-wall", "--departure", "dry"],
-            "E518 --departure belongs to hamana-1, hamana-2,",
+            &["harris-wall", "--ablation", "dry"],
+            "E518 --ablation applies to hamana-1, hamana-2,",
         ),
         (
             &["hamana-2", "--device", "/dev/none"],
-            "E518 a drawn forearm is simulated",
+            "E518 --device is /dev/none; allowed: native, chip, qemu",
         ),
         (
             &["hamana-4", "--wearer", "X"],
@@ -387,19 +387,19 @@ fn what_cannot_be_is_refused_by_name() {
         ),
         (
             &["harris-wall", "--wearer", "X"],
-            "E518 --wearer of harris-wall is a wearer file, NAME.toml, or one that",
+            "E518 --wearer of harris-wall must be a wearer file (NAME.toml) or",
         ),
         (
             &["harris-wall", "--wearer", "P"],
-            "E663 P: the wearer file has no `[elbow]`",
+            "E663 P does not fit: the wearer file has no `[elbow]`",
         ),
         (
             &["hamana-4", "--wearer", "P", "--device", "/dev/none"],
-            "E518 a drawn forearm is simulated",
+            "E518 --device is /dev/none; allowed: native, chip, qemu",
         ),
         (
             &["hamana-hold", "--draws", "0"],
-            "E518 --draws is 0, allowed is 1 to",
+            "E518 --draws is 0; allowed: 1 to",
         ),
     ];
     for (arguments, wanted) in cases {

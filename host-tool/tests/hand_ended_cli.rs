@@ -31,7 +31,7 @@ fn what_was_computed_is_told_when_its_folder_is_gone_and_a_signal_came() {
     assert!(sent.success());
     let (exit, people, error) = command_result(program.wait_with_output().unwrap());
     assert_eq!(exit, Some(1), "{people}{error}");
-    assert!(people.contains("P, one point sinks"), "{people}");
+    assert!(people.contains("P, angle lost with one point"), "{people}");
     assert!(people.contains("Cut short after "), "{people}");
     assert!(error.contains("gone"), "{error}");
 }

@@ -34,9 +34,9 @@ fn a_signal_leaves_what_was_computed() {
 fn what_it_cannot_do_is_wrong_use() {
     let folder = test_folder("lee_wrong");
     for (words, wanted) in [
-        ("--draws 0", "--draws is 0, allowed is 1 to 1000"),
-        ("--device tcp:nowhere:1", "a bench is simulated"),
-        ("--wearer P", "do not belong to lee"),
+        ("--draws 0", "--draws is 0; allowed: 1 to 1000"),
+        ("--device tcp:nowhere:1", "the test rig is simulated"),
+        ("--wearer P", "do not apply to lee"),
     ] {
         let words: Vec<&str> = ["experiment", "lee"]
             .into_iter()

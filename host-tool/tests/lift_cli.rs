@@ -33,9 +33,9 @@ fn a_study_of_lifts_is_told_and_written() {
 fn what_cannot_be_asked_is_wrong_use() {
     let folder = test_folder("buatier_refused");
     for (args, why) in [
-        (&["--draws", "0"][..], "allowed is 1 to"),
-        (&["--wearer", "P"], "draws its persons"),
-        (&["--device", "chip"], "without the rest of it"),
+        (&["--draws", "0"][..], "allowed: 1 to"),
+        (&["--wearer", "P"], "generates its own wearers"),
+        (&["--device", "chip"], "without the rest of the firmware"),
     ] {
         let (exit, _, told) = run_flexor(&folder, &[&ONE[..2], args].concat());
         assert_eq!(exit, Some(2), "{told}");

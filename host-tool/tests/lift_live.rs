@@ -98,8 +98,8 @@ fn a_game_engine_lifts_live() {
                 assert_eq!(given.matches(" mA").count(), 4, "{given}");
             }
             let line = lines.next().unwrap();
-            assert!(line.starts_with("let go at "), "{told}");
-            assert!(line.ends_with(" (released): nothing"), "{told}");
+            assert!(line.starts_with("released at "), "{told}");
+            assert!(line.ends_with(" (released): no stimulation"), "{told}");
         }
     }
 }
@@ -121,19 +121,19 @@ fn what_a_client_forgets_or_lets_fall_ends() {
     assert!(over.contains("HoldExpired"), "{told}");
     assert_eq!(
         refused,
-        "E322: held for longer than 3 s, to be released first"
+        "E322: the object was held for longer than 3 s; release it first"
     );
     let ways = [
         "released at",
-        "grabbed anew at",
-        "let go at",
+        "grabbed again at",
+        "released at",
         "on the way up at",
-        "fallen at",
+        "dropped at",
     ];
     for (way, line) in ways.into_iter().zip(&lines[2..]) {
         assert!(line.starts_with(way), "{way}: {told}");
         let stimulates = line.contains("left biceps") && line.contains("(held)");
-        let is_still = line.ends_with("(released): nothing");
+        let is_still = line.ends_with("(released): no stimulation");
         let is_held = way.starts_with("grabbed") || way.starts_with("on");
         assert_eq!((stimulates, is_still), (is_held, !is_held), "{line}");
     }
@@ -151,7 +151,7 @@ fn a_client_s_own_mistakes_never_reach_a_device() {
         (
             &lift,
             "attic",
-            "no shelf attic: high, middle, low, forget, fall",
+            "no shelf or action attic; choose from high, middle, low, forget, fall",
         ),
         (&other, "low", "has no [[modulation]]"),
         (&broken, "low", "Invalid value"),

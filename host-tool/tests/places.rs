@@ -32,7 +32,7 @@ fn a_file_is_replaced_only_where_it_is_meant() {
     for command in ["run --out new --vcd", "edges --seconds 0.1 --csv"] {
         let (command, option) = command.rsplit_once(' ').unwrap();
         let line = |path: &str| format!("{command} {file} {option} {path}");
-        assert_refused(&folder, &line("there"), 1, "E587 there is there already");
+        assert_refused(&folder, &line("there"), 1, "E587 there already exists");
         assert_refused(&folder, &line("absent/x"), 1, "E583 absent/x cannot be");
         assert_refused(&folder, &line("one"), 1, "E58");
         for kept in [
@@ -129,7 +129,7 @@ fn what_is_said_of_a_record_is_what_lies_there() {
             "{most}: {error}"
         );
         if !ending.is_incomplete() {
-            assert!(error.contains("whole and in out"), "{most}: {error}");
+            assert!(error.contains("complete and in out"), "{most}: {error}");
             assert!(error.contains("flexor report out"), "{most}: {error}");
             assert_eq!(ending.exit_code, Some(1), "{most}");
             assert!(ending.reason.unwrap().contains("E582"), "{most}");
@@ -187,7 +187,7 @@ fn links_to_nothing_and_pipes_are_refused() {
     ] {
         let (exit, error) = run_failing(&folder, &line);
         assert_eq!(exit, Some(1), "{error}");
-        let says = "E583 dangling cannot be used: it is a link";
+        let says = "E583 dangling cannot be used: it is a symbolic link";
         assert!(error.contains(says), "{line}: {error}");
     }
     let pipe = folder.join("pipe");
@@ -202,7 +202,7 @@ fn links_to_nothing_and_pipes_are_refused() {
         let (exit, error) = run_failing(&folder, line);
         assert_eq!(exit, Some(1), "{error}");
         assert!(error.contains("E400"), "{error}");
-        assert!(error.contains("no regular file"), "{error}");
+        assert!(error.contains("not a regular file"), "{error}");
     }
 }
 

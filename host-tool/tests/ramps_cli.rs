@@ -51,8 +51,8 @@ fn ramps_are_told_and_written() {
 fn what_cannot_be_asked_is_wrong_use() {
     let folder = test_folder("harris_ramps_refused");
     for (args, why) in [
-        (&["--draws", "1"][..], "allowed is 2 to"),
-        (&["--wearer", "P"], "draws its persons"),
+        (&["--draws", "1"][..], "allowed: 2 to"),
+        (&["--wearer", "P"], "generates its own wearers"),
         (&["--device", "tcp:127.0.0.1:1"], "native, chip, qemu"),
     ] {
         let (exit, _, told) = run_flexor(&folder, &[&FEW[..2], args].concat());

@@ -236,7 +236,10 @@ set = { "joint.law" = "paper" }
     run_json(&folder, "rerun moved --out second");
     assert_same_records(&folder.join("moved"), &folder.join("second"));
     for (file, number) in [
-        ("declaration.toml", "is another than the record's"),
+        (
+            "declaration.toml",
+            "its SHA-256 differs from that in the record",
+        ),
         ("declared/01-hamana_exp4_two_point.toml", "No such file"),
     ] {
         let copy = copy_record(&folder, "moved", "changed");
@@ -246,7 +249,7 @@ set = { "joint.law" = "paper" }
         }
         let (exit, error) = run_failing(&folder, "rerun changed --out third");
         assert_eq!(exit, Some(1));
-        let wanted = format!("E613 changed/{file} is not what was declared");
+        let wanted = format!("E613 changed/{file} differs from what the record was made with");
         assert!(error.contains(&wanted) && error.contains(number), "{error}");
         assert!(!folder.join("third").exists());
         let json = run_json(&folder, "report changed");
@@ -340,7 +343,7 @@ fn a_record_is_replaced_only_where_it_is_meant() {
     fs::create_dir(folder.join("other")).unwrap();
     fs::write(folder.join("other/thesis.tex"), "years").unwrap();
     let (_, error) = run_failing(&folder, &format!("run {file} --out other --overwrite"));
-    assert!(error.contains("E592 other is no record"), "{error}");
+    assert!(error.contains("E592 other is not a record"), "{error}");
     assert_eq!(files(&folder.join("other")).len(), 1);
 }
 
@@ -375,10 +378,10 @@ fn what_is_no_record_is_named() {
     change("altered", "session_sha256", &[("/session_sha256", another)]);
     fs::create_dir(folder.join("empty")).unwrap();
     let rows = [
-        ("rerun empty", "E593 empty is no record"),
-        ("report empty", "E593 empty is no record"),
-        ("compare one empty", "E593 empty is no record"),
-        ("report absent", "E593 absent is no record"),
+        ("rerun empty", "E593 empty is not a record"),
+        ("report empty", "E593 empty is not a record"),
+        ("compare one empty", "E593 empty is not a record"),
+        ("report absent", "E593 absent is not a record"),
         ("report newer", "E594 the record in newer has format 99"),
         ("rerun newer", "E594"),
         ("rerun altered", "E595 altered/01-"),
@@ -547,7 +550,7 @@ fn another_person_than_the_file_s_is_refused_before_anything_is_recorded() {
     let (exit, error) = run_failing(&folder, &format!("run {file} --pseudonym Q --out out"));
     assert_eq!(exit, Some(1));
     assert!(
-        error.contains("E660 --pseudonym is Q, and the wearer file is P's"),
+        error.contains("E660 --pseudonym is Q, but the wearer file belongs to P"),
         "{error}"
     );
     assert!(!folder.join("out").exists());

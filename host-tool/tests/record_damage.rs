@@ -115,7 +115,7 @@ fn what_a_record_has_lost_is_named() {
         ("no_folder", format!("the folder {name} is missing")),
         ("added", "the folder 02-of-another was added".to_owned()),
         ("no_session", format!("{name}/session.toml is missing")),
-        ("session", format!("{name}/session.toml was changed since it was run")),
+        ("session", format!("{name}/session.toml was changed after the run")),
     ];
     for (copy, what) in copies {
         let says = format!("E585 the record in {copy} is damaged: {what}");

@@ -185,10 +185,7 @@ fn a_force_at_the_hand_is_given_behind_every_port() {
     let file = a_force_at_the_hand(&folder);
     let (page, run) = page_of(Kind::Board, A_BOARD_S, &file);
     assert!(!page.contains(WARNING) && page.contains("board at"));
-    assert!(
-        page.contains("nothing measured the force that came"),
-        "{page}"
-    );
+    assert!(page.contains("the actual force was not measured"), "{page}");
     // Before the stop, during which the amplitudes fall.
     let held = |sample: &Sample| sample.state == DeviceState::Stimulating;
     let expected = given(&run.trials[0].samples.iter().filter(held).last().unwrap());

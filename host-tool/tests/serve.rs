@@ -127,8 +127,8 @@ fn a_client_asks_for_forces_at_the_hand_live() {
     assert!(!told.contains("E3"), "{told}"); // no refusal
 
     let told = run_client(&board, &arm, ["-20", "30", "25"]);
-    let refused = "E317 [-20.0, 30.0, 25.0] N: superior deltoid is too weak: 20.2 % can be made; \
-                   the nearest is [-4.04, 6.06, 5.05] N\n";
+    let refused = "E317 [-20.0, 30.0, 25.0] N: superior deltoid is too weak: 20.2 % is possible; \
+                   the nearest force is [-4.04, 6.06, 5.05] N\n";
     assert!(told.contains(refused), "{told}");
     made(&told, "[-4.04, 6.06, 5.05]");
 
@@ -136,10 +136,11 @@ fn a_client_asks_for_forces_at_the_hand_live() {
     let (others, _) = patient.match_indices("[[limb.line]]").nth(1).unwrap();
     let biceps = write_file(&folder, "biceps.toml", &patient[..others]);
     let told = run_client(&board, &biceps, ["0", "0", "-5"]);
-    let refused = "E318 [0.0, 0.0, -5.0] N: no muscle helps; the nearest is [0.0, 0.0, 0.0] N\n";
+    let refused = "E318 [0.0, 0.0, -5.0] N: no muscle can contribute; \
+                   the nearest force is [0.0, 0.0, 0.0] N\n";
     assert!(told.contains(refused), "{told}");
     assert!(
-        told.contains("100.0 % of [0.0, 0.0, 0.0] N: nothing\n"),
+        told.contains("100.0 % of [0.0, 0.0, 0.0] N: no stimulation\n"),
         "{told}"
     );
 }

@@ -74,13 +74,13 @@ fn a_session_without_a_pulse_says_so_first() {
         (
             "untriggered",
             &without,
-            "every channel waits for a trigger, and none came",
+            "every channel waits for a trigger, and none arrived",
         ),
-        ("zero", &zero, "all amplitudes that it asks for are 0"),
+        ("zero", &zero, "all amplitudes of the session are 0"),
         (
             "late",
             &late,
-            "it ended before the first channel's offset_us",
+            "the session ended before the first pulse was due (offset_us of the first channel)",
         ),
     ] {
         let folder = test_folder(&format!("trigger/{name}"));

@@ -80,15 +80,15 @@ fn shards_merge_to_the_bytes_of_one() {
     for (words, wanted) in [
         (
             "--merge 1 --out x",
-            "E604 the parts do not make a whole: shard 2/2 is missing",
+            "E604 these folders are not all shards of one sweep: shard 2/2 is missing",
         ),
         (
             "--merge 1 1 --out x",
-            "E604 the parts do not make a whole: 1 and 1 are both shard 1/2",
+            "E604 these folders are not all shards of one sweep: 1 and 1 are both shard 1/2",
         ),
         (
             "--merge 1 . --out x",
-            "E604 the parts do not make a whole: . has no sweep.json",
+            "E604 these folders are not all shards of one sweep: . has no sweep.json",
         ),
         (
             "--merge 1 2 --out 1",
@@ -100,12 +100,12 @@ fn shards_merge_to_the_bytes_of_one() {
         ),
         (
             "--cell 15 --seed 1001 --draws 5 --out whole",
-            "this is two-points, cell 15",
+            "the command asks for two-points, cell 15",
         ),
         ("--cell 15 --draws 4 --out whole", "E603 whole holds"),
         (
             "--cell 15 --seed 1001 --draws 4 --out .",
-            "E603 . holds something that is no sweep",
+            "E603 . holds files that are not a sweep",
         ),
     ] {
         let words: Vec<&str> = words.split(' ').collect();
@@ -165,7 +165,7 @@ fn an_interrupted_study_goes_on_to_the_same_bytes() {
         let ended = program.wait_with_output().unwrap();
         let error = String::from_utf8(ended.stderr).unwrap();
         assert_eq!(ended.status.code(), exit, "{error}");
-        let goes_on = "the same command goes on from there";
+        let goes_on = "run the same command again to continue";
         assert!(exit.is_none() || error.contains(goes_on), "{error}");
         assert!(rows(&folder) >= known, "what was computed is kept");
         // The result of the first draws is marked as incomplete.
@@ -183,14 +183,14 @@ fn an_interrupted_study_goes_on_to_the_same_bytes() {
 fn what_is_out_of_range_or_does_not_go_together_is_refused() {
     let folder = test_folder("two_points_refused");
     for (words, wanted) in [
-        ("--draws 0", "E518 --draws is 0, allowed is 1 to"),
-        ("--cell 49", "E518 --cell is 49, allowed is 0 to 48"),
+        ("--draws 0", "E518 --draws is 0; allowed: 1 to"),
+        ("--cell 49", "E518 --cell is 49; allowed: 0 to 48"),
+        ("--cell 49 --timing", "E518 --cell is 49; allowed: 0 to 48"),
+        ("--shard 3/2 --out x", "E605 --shard is `3/2`; allowed: I/N"),
         (
-            "--cell 49 --timing",
-            "E518 --cell is 49, allowed is 0 to 48",
+            "--shard half --out x",
+            "E605 --shard is `half`; allowed: I/N",
         ),
-        ("--shard 3/2 --out x", "E605 --shard is `3/2`, wanted I/N"),
-        ("--shard half --out x", "E605 --shard is `half`, wanted I/N"),
         (
             "--shard 1/2",
             "E518 --shard needs a folder to write in: add --out DIR",

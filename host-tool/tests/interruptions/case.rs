@@ -49,9 +49,9 @@ impl Disturbance {
         match self {
             Self::Interrupt => (Some(130), "E580 SIGINT came"),
             Self::Terminate => (Some(143), "E580 SIGTERM came"),
-            Self::Kill => (None, "nothing was written of why"),
+            Self::Kill => (None, "the reason was not recorded"),
             Self::Cut => (Some(1), "E502 lost the device"),
-            Self::Freeze => (Some(1), "E501 no answer"),
+            Self::Freeze => (Some(1), "E501 the device did not answer"),
             Self::FullDisk => (Some(1), "E582 cannot write"),
         }
     }
@@ -97,7 +97,7 @@ impl Case {
             wire,
             is_closed_loop: random(0, 2) == 0,
             after: Duration::from_micros(random(1, 900_000)),
-            // Room for the files written before the start: columns.csv has about 3.2 kB.
+            // Room for the files written before the start: columns.csv has about 3.3 kB.
             most_bytes: 3_500 + random(2, most),
         }
     }
@@ -185,7 +185,7 @@ fn interrupt(way: Disturbance, program: &mut Program, board: Option<&Board>) -> 
 fn is_disturbed(case: Case, status: ExitStatus, error: &str) -> bool {
     let stalled = error.contains("HostSilent")
         || error.contains("E509 this computer did not run")
-        || case.way != Disturbance::Freeze && error.contains("E501 no answer");
+        || case.way != Disturbance::Freeze && error.contains("E501 the device did not answer");
     status.code() == Some(1) && stalled
 }
 

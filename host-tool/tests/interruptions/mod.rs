@@ -166,7 +166,7 @@ fn a_signal_at_a_prompt_or_in_a_rest_ends_the_protocol() {
         (
             "prompt",
             "prompt = \"Ready?\"",
-            "Enter: go on",
+            "Press Enter to continue",
             "before the first of 2",
             0,
         ),
@@ -202,7 +202,7 @@ fn a_signal_at_a_prompt_or_in_a_rest_ends_the_protocol() {
         }
         assert_eq!(record.ending.exit_code, Some(130), "{name}");
         let page = std::fs::read_to_string(folder.join("out/result.html")).unwrap();
-        let mark = format!("Cut short: of 2 trials {trials} were begun");
+        let mark = format!("Cut short: {trials} of 2 trials began");
         assert!(page.contains(&mark), "{name}");
     }
 }
