@@ -4,9 +4,10 @@
 
 100 documentation comments with the line that they document, and 60 messages (string literals
 that begin with an error number, and help texts of the command line), from all Rust files but
-tests. The seed by which the language of release 0.2.0 is judged is 4501; it was committed before
-the sample was looked at. Each reader marks every entry as understood at first reading or not,
-and as useful or not.
+tests. A message that consists of placeholders alone shows nothing to judge and is left out. The
+language of release 0.2.0 is judged by the seeds 4501 and, after what failed there was mended
+everywhere, 4502; each was committed before its sample was looked at. Each reader marks every
+entry as understood at first reading or not, and as useful or not.
 """
 
 import pathlib
@@ -14,7 +15,7 @@ import random
 import re
 import sys
 
-COMMENTS, MESSAGES, SEED = 100, 60, 4501
+COMMENTS, MESSAGES, SEED = 100, 60, 4502
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PACKAGES = ["firmware", "hal-sim", "host-tool", "tests"]
 
@@ -53,6 +54,9 @@ def messages(path):
     for match in re.finditer(r'"(E\d{3} (?:[^"\\]|\\.)*)"', text, re.S):
         line = text.count("\n", 0, match.start()) + 1
         message = re.sub(r"\\\n\s*", "", match[1])
+        words = re.sub(r"\{[^}]*\}", " ", message[5:]).split()
+        if len(words) < 2:
+            continue
         yield f"{path.relative_to(ROOT)}:{line}", message
 
 
@@ -61,10 +65,10 @@ def main():
     generator = random.Random(int(sys.argv[1]) if len(sys.argv) > 1 else SEED)
     files = list(sources())
     documented = [entry for path in files for entry in comments(path)]
-    told = [entry for path in files for entry in messages(path)]
+    shown = [entry for path in files for entry in messages(path)]
     for place, text, item in generator.sample(documented, COMMENTS):
         print(f"{place}\n  {text}\n  -> {item}")
-    for place, text in generator.sample(told, MESSAGES):
+    for place, text in generator.sample(shown, MESSAGES):
         print(f"{place}\n  {text}")
 
 
