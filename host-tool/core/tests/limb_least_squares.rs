@@ -237,8 +237,8 @@ fn what_cannot_be_had_is_told() {
     assert_eq!(
         mistakes,
         "E700 the specification of the arm has mistakes:\n  \
-         axis 4: ranges_mdeg = -90000 is outside -80000..=80000 (shoulder abduction)\n  \
-         line 3: gain_mn_per_ma = 0 is outside 1..=100000000 (channel 3): a muscle without \
+         axis 4: ranges_mdeg is -90000; allowed: -80000 to 80000 (shoulder abduction)\n  \
+         line 3: gain_mn_per_ma is 0; allowed: 1 to 100000000 (channel 3): a muscle without \
          gain gives no force at any amplitude"
     );
     let (limb, posed) = arm(&nominal_limb());

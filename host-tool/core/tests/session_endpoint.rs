@@ -91,7 +91,7 @@ fn every_mistake_of_the_session_is_named() {
     // Reported for the point itself, and for the next one, which starts from it.
     assert_eq!(numbers, [475, 475], "{lines}");
     assert!(lines.contains("% of it, [-"), "{lines}");
-    let nearest = lines.split("can be made, [").nth(1).unwrap();
+    let nearest = lines.split("% of it, [").nth(1).unwrap();
     let nearest = nearest.split(']').next().unwrap();
     let made = format!("force_n = [{nearest}] }},\n    {{ at_s = 2.0");
     assert_eq!(mistakes(&[(too_strong[0].0, &made)], &[]).0, [0; 0]);
@@ -391,7 +391,7 @@ fn out_of_its_range_an_arm_gets_nothing() {
         .iter()
         .find(|(_, text)| text.contains("el_flexion"));
     let (_, told) = refused.unwrap_or_else(|| panic!("{:?}", outcome.trial.events));
-    assert!(told.contains("allowed 0 to 130000"), "{told}");
+    assert!(told.contains("allowed: 0 to 130000"), "{told}");
     let away = outcome
         .trial
         .samples

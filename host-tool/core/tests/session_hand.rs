@@ -191,7 +191,7 @@ fn mistakes_of_a_hand_are_told_together() {
     assert_eq!(numbers.len(), 3, "{told}");
     for (number, words) in [
         (482, "channel 4, which has a current stage"),
-        (481, "of the extensor lies off the forearm"),
+        (481, "of the extensor lies outside the forearm"),
         (481, "of A and of B overlap"),
     ] {
         assert!(numbers.contains(&number) && told.contains(words), "{told}");

@@ -98,7 +98,7 @@ fn every_mistake_is_named_where_it_is() {
         (
             &[("lift = [0.20, 0.46, 0.62", "lift = [0.20, 0.0, 0.62")],
             &[750],
-            "its quartic is -0.",
+            "is -0.177956 at 54.92°",
         ),
         (
             &[(

@@ -299,8 +299,8 @@ proptest! {
         let needed = |text: &str, place: &str| {
             let told = Session::parse("it.toml", &bench.text(8_000, text)).err()?.lines();
             let line = told.lines().find(|candidate| candidate.contains("E485") && candidate.contains(place))?.to_owned();
-            let (_, after) = line.split_once(" in ")?;
-            let (number, _) = after.split_once(" s at least")?;
+            let (_, after) = line.split_once(" needs at least ")?;
+            let (number, _) = after.split_once(" s from")?;
             Some((number.parse::<f64>().unwrap() * 1e6 * longer) as u64 + 1)
         };
         let up_us = needed(&way(1, 1), &format!("from 0 mA for {one_us}"));

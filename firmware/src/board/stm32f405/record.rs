@@ -67,7 +67,7 @@ pub fn keep(record: &FaultRecord, detail: u32) {
     let at = record.at.get();
     let is_same = at != 0 && read(AT) == at && read(HEAD) == head(record.fault);
     let own = if is_same { 0 } else { record.fault.bit() };
-    write(LATER, read(LATER) | record.later | own);
+    write(LATER, read(LATER) | record.later_faults | own);
 }
 
 /// Writes the check word last, so that an interrupted write leaves no valid record.
@@ -79,7 +79,7 @@ fn store(record: &FaultRecord, detail: u32) {
         write(RESIDUAL + index, charge.cast_unsigned());
     }
     write(DETAIL, detail);
-    write(LATER, record.later);
+    write(LATER, record.later_faults);
     write(CHECK, check());
 }
 
@@ -101,7 +101,7 @@ pub fn load() -> Option<(FaultRecord, u32)> {
     let later = read(LATER);
     let record = FaultRecord {
         residual,
-        later: later & !(POWER_LOST | ACKNOWLEDGED),
+        later_faults: later & !(POWER_LOST | ACKNOWLEDGED),
         power_lost: later & POWER_LOST != 0,
         ..FaultRecord::new(fault, Micros::new(read(AT)))
     };

@@ -21,7 +21,7 @@ pub fn failure() -> Option<FaultRecord> {
     let found = FaultRecord::new(fault, Micros::new(0));
     record::keep(&found, detail);
     Some(FaultRecord {
-        lasts: true,
+        found_at_boot: true,
         ..found
     })
 }
