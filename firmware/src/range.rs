@@ -14,7 +14,7 @@ use core::fmt;
 /// assert_eq!((width.field, width.min, width.max), ("width_us", 10, 500));
 /// assert!(width.check(200_u16).is_ok());
 /// let refused = width.check(501_u16).unwrap_err();
-/// assert_eq!(refused.to_string(), "width_us = 501 is outside 10..=500");
+/// assert_eq!(refused.to_string(), "width_us is 501; allowed: 10 to 500");
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Range {

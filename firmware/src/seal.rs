@@ -60,7 +60,7 @@ impl Checksum {
         Self(sum.0)
     }
 
-    /// Returns whether `value` is unchanged.
+    /// Returns whether `value` is unchanged since this checksum was computed.
     #[inline]
     pub fn matches(self, value: &impl Hash) -> bool {
         self == Self::of(value)

@@ -14,7 +14,7 @@ const LOG2_E: u32 = 3_098_164_009;
 /// one step of a muscle needs no more, and evaluates them every time.
 const DECAY: [u32; 4] = [u32::MAX, 2_146_306_263, 704_522_947, 144_587_754];
 
-/// Coefficients of the same function on 0…0.7, for one octave.
+/// Coefficients of (1 − e^−z)/z on 0…0.7, for one octave, in the form of [`DECAY`].
 const OCTAVE: [u32; 6] = [
     u32::MAX,
     2_147_476_910,
@@ -37,7 +37,7 @@ const LOG: [u32; 9] = [
     18_641_541,
 ];
 
-/// Coefficients of log2(1+s)/2s with fewer terms.
+/// Coefficients of log2(1+s)/(2s) on 0…1, in the form of [`LOG`] with fewer terms.
 const LOG_COARSE: [u32; 6] = [
     3_098_164_009,
     1_546_189_193,

@@ -35,9 +35,9 @@ const WALL: WallSpec = WallSpec {
     stale_after_ms: 10,
 };
 
-/// A share that rises to 0.88 and falls again, and the share whose search for extremes takes
-/// longest (25 halvings).
+/// A share that rises to 0.88 and falls again.
 const SHARE: QuarticSpec = QuarticSpec([100_000, 700_000, 1_300_000, 900_000, 400_000]);
+/// The share whose search for extremes takes longest: 25 halvings.
 const LONGEST: QuarticSpec = QuarticSpec([2_697_166, 3_730_286, -3_361_313, 6_843_367, 2_388_290]);
 
 /// Returns the specification of one of two arms' joints, with both muscles in both phases.

@@ -10,7 +10,7 @@ use fixed::types::I16F16;
 /// Slowest and fastest period, 20 and 60 Hz.
 const PERIODS_US: (u32, u32) = (50_000, 16_667);
 
-/// Model of the finger with two points, of the earlier plant.
+/// Wearer's model of a finger with two flexor points, from an earlier simulated limb.
 pub(super) const FINGER: WearerModel = WearerModel {
     rest_mdeg: 5_000,
     stiffness_unm_per_rad: 120_000,

@@ -9,7 +9,7 @@ use crate::limb::{
 use crate::units::{Amplitude, Angle};
 use heapless::Vec;
 
-/// Numbers of the segments, as in [`ViaSpec::segment`].
+/// Number of the thorax, as in [`ViaSpec::segment`]; those of the other segments follow.
 const THORAX: u8 = 0;
 const GIRDLE: u8 = 1;
 const UPPER_ARM: u8 = 2;

@@ -142,7 +142,7 @@ fn marked<S, I, A, R: FnMut(&mut S, &I) -> A>(case: &mut Case<S, I, A, R>) {
     case.answer = (case.run)(&mut case.state, &case.input);
 }
 
-/// Measures the markers alone.
+/// Measures the two markers of a run without any work between them.
 pub fn measure_empty<C: Clock, N>(bench: &mut Bench<'_, C, N>, name: N, runs: u32) {
     let nothing = |state: &mut (), (): &()| {
         black_box(state);

@@ -35,8 +35,8 @@ pub struct DifferentiatorState {
 }
 
 impl Differentiator {
-    /// Range of the cutoff, mHz. The maximum is more than twice the 8 Hz up to which a higher
-    /// cutoff helped, and lies below half the rate of a controller at 50 Hz.
+    /// Range of the cutoff, mHz. Higher cutoffs helped only up to 8 Hz. The maximum is more than
+    /// twice as high, and below half the rate of a controller that runs at 50 Hz.
     pub const CUTOFF_MHZ: Range = Range::new("cutoff_mhz", 500, 20_000);
     /// Range of the step length, ms, which is a controller's period.
     pub const STEP_MS: Range = Range::new("law_period_ms", 1, 20);

@@ -7,7 +7,7 @@ use crate::arithmetic::fixed_point::Q;
 pub enum Effort {
     /// Volts above threshold (milliamperes on a current-controlled stage).
     AboveThreshold(Q),
-    /// Fraction of the way from threshold (0) to the wearer's maximum (±1).
+    /// Fraction of the range from motor threshold (0) to the wearer's maximum (±1).
     Fraction(Q),
 }
 

@@ -14,20 +14,21 @@ use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// A wearer's arm as it travels on the wire, unvalidated. Its lines of action follow one by one.
+/// A wearer's arm as the host sends it, not yet validated. The lines of action of its muscles
+/// follow in messages of their own.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct EndpointSpec {
     /// Segment vectors of the arm, µm, as in [`LimbSpec::offsets_um`].
     pub offsets_um: [[i32; 3]; JOINTS + 1],
     /// Lowest and highest angle of each axis, m°, as in [`LimbSpec::ranges_mdeg`].
     pub ranges_mdeg: [(i32, i32); AXES],
-    /// Time between two recruitments, ms; 5…50. The paper's loop uses 5.
+    /// Time between two computations of the amplitudes, ms; 5…50. The paper's loop uses 5.
     pub recruit_ms: u8,
-    /// Source of the arm's posture.
+    /// Source of the arm's nine angles: fixed in the setup, or measured by the host.
     pub posture: PostureSpec,
 }
 
-/// Source of the nine angles.
+/// Source of the nine angles of an arm's posture.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub enum PostureSpec {
     /// Constant angles, 0.01°, each within its range.
@@ -39,7 +40,8 @@ pub enum PostureSpec {
     },
 }
 
-/// A validated arm with its lines. Everything that changes is in an [`EndpointState`].
+/// A validated arm with the lines of action of its muscles. Everything that changes is in an
+/// [`EndpointState`].
 #[derive(Clone, Debug)]
 pub struct Endpoint {
     limb: Limb,
@@ -63,11 +65,11 @@ pub struct EndpointState {
     jacobians: Jacobians<f32>,
     /// Time of the posture for which the Jacobians were computed.
     posed: Option<Micros>,
-    /// Start of the period in which the latest recruitment took place.
+    /// Start of the period in which the amplitudes were computed last.
     latest: Option<Micros>,
 }
 
-/// Amplitudes that an arm's control orders from this tick on.
+/// Output of the control of an arm's force, valid from this tick on.
 #[derive(Clone, PartialEq, Debug)]
 pub struct EndpointOrders {
     /// Reference force at the hand now, mN.
@@ -75,14 +77,15 @@ pub struct EndpointOrders {
     /// Channel and amplitude of every line. All amplitudes are zero unless the whole reference
     /// force can be produced.
     pub amplitudes: Vec<(u8, Amplitude), LINES>,
-    /// Share of the force that the muscles can produce, thousandths. Only at 1000 is it produced.
+    /// Share of the reference force that the muscles can produce, thousandths. Below 1000 the
+    /// muscles do not produce it at all.
     pub achievable_permille: u16,
 }
 
 /// Reason why a setpoint of the force at the hand was refused.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum WrenchError {
-    /// The setpoint's time is not acceptable.
+    /// The track of setpoints refuses the setpoint, mostly because of its time.
     Setpoint(SetpointError),
     /// The muscles cannot produce the force.
     Unmade(ForceImpossible),
@@ -100,7 +103,7 @@ pub enum ForceImpossible {
     Posture(OutOfRange),
     /// No line can contribute to the force at any joint.
     NoMuscleHelps,
-    /// The requested force needs more of a muscle than its wearer agreed to.
+    /// The requested force needs a higher amplitude of some muscle than the wearer's limit.
     TooStrong {
         /// Channel of the line that would exceed its limit by most.
         channel: u8,
@@ -237,8 +240,8 @@ impl Endpoint {
         }
     }
 
-    /// Runs one control tick. Returns `None` between recruitments, and until the first setpoint is
-    /// due.
+    /// Runs one control tick. Returns `None` between two computations of the amplitudes, and until
+    /// the first setpoint is due.
     ///
     /// # Errors
     /// Returns [`SensorFault`] if a measured angle is stale or implausible.
@@ -289,8 +292,9 @@ impl Endpoint {
         }))
     }
 
-    /// Returns whether to recruit now. Periods count from the time at which the present setpoint
-    /// became valid, so a setpoint that arrives every period takes effect in its first tick.
+    /// Returns whether the amplitudes must be computed now. Periods count from the time at which
+    /// the present setpoint became valid, so a setpoint that arrives every period takes effect in
+    /// its first tick.
     fn is_due(&self, state: &mut EndpointState, now: Micros) -> bool {
         let [track, ..] = &state.tracks;
         let since = track.valid_since().or(state.latest).unwrap_or(now);

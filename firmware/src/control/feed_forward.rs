@@ -55,17 +55,19 @@ pub struct FeedForward {
     span: i32,
     flexion: Side,
     extension: Side,
-    /// Loss over the whole range, 2^-31.
+    /// Share of its torque that a muscle loses over the joint's whole range, 2^-31.
     loss: u32,
-    /// Leading zeros of `span`, and the loss per `span` shifted by that number, 2^-63.
+    /// Number of leading zeros of `span`.
     span_shift: u32,
+    /// Loss per `span` shifted left by `span_shift`, 2^-63.
     loss_slope: u32,
     /// Lead in seconds, 2^-31: at most 2^30.
     lead: i32,
-    /// Constants e^−c and 1 − e^−c, 2^-31.
+    /// Constant e^−c, 2^-31, where c is the curvature.
     floor: u32,
+    /// Constant 1 − e^−c, 2^-31.
     rise: u32,
-    /// Effort per octave, 2^-24: below 2^27.
+    /// Change of the effort that doubles e^(c·effort): ln 2 / c, 2^-24, below 2^27.
     per_octave: u32,
 }
 
@@ -73,9 +75,9 @@ pub struct FeedForward {
 /// 128, the full torque within 0.01° or °/s.
 #[derive(Clone, Copy, Debug)]
 struct Side {
-    /// Share of the torque per degree.
+    /// Elastic torque per degree.
     stiffness: i32,
-    /// Share of the torque per °/s.
+    /// Viscous torque per °/s.
     damping: i32,
 }
 
@@ -147,8 +149,8 @@ impl FeedForward {
         })
     }
 
-    /// Returns the effort (2^-24) in 0…1 for `torque_share` (2^-40) of the torque of a muscle that
-    /// has lost `lost` (2^-31) of its torque.
+    /// Returns the effort (2^-24) in 0…1 with which a muscle that has lost `lost` (2^-31) of its
+    /// torque produces `share` (2^-40) of its full torque.
     #[inline(always)]
     fn effort_for_share(&self, share: u64, lost: u32) -> i64 {
         let left = (1u32 << 31).wrapping_sub(lost); // lost <= 0.9
@@ -209,9 +211,10 @@ impl WearerModel {
     /// Range of [`Self::lead_ms`].
     pub const LEAD_MS: Range = Range::new("lead_ms", 0, 500);
 
-    /// Returns the angle at which the stiffness balances the full flexion torque, mrad, by which
-    /// gains are scheduled: a measure of how far a unit of effort moves the joint. The result is
-    /// clamped to a quarter to four times [`WearerModel::REFERENCE_MRAD`].
+    /// Returns the wearer's strength: the angle from rest at which the stiffness balances the full
+    /// flexion torque, mrad. It measures how far a unit of effort moves the joint, and gains are
+    /// scaled with it. The result is clamped to a quarter to four times
+    /// [`WearerModel::REFERENCE_MRAD`].
     #[must_use]
     pub const fn strength_mrad(&self) -> u32 {
         let stiffness = match self.stiffness_unm_per_rad {
@@ -230,8 +233,9 @@ impl WearerModel {
         }
     }
 
-    /// Strength for which [`super::LawSpec::RECOMMENDED`] and [`super::ResponseSpec::RECOMMENDED`]
-    /// were found: participant P's finger, two-point (0.484 N·m over 0.12 N·m/rad).
+    /// Strength, mrad, for which [`super::LawSpec::RECOMMENDED`] and
+    /// [`super::ResponseSpec::RECOMMENDED`] were found: participant P's finger, two-point (0.484
+    /// N·m over 0.12 N·m/rad).
     pub const REFERENCE_MRAD: u32 = 4033;
 
     /// Smallest and largest strength, mrad, at which the controllers were tested, each with an

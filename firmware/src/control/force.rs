@@ -18,7 +18,7 @@ pub struct ForceSpec {
     /// limit, µs: from 5000 to the train's period. Equal to the train's period for a rate that
     /// never rises.
     pub min_period_us: u32,
-    /// Behaviour between and after setpoints.
+    /// Behaviour of the reference between and after setpoints.
     pub hold: HoldPolicy,
     /// Longest period, to which the pulse rate may fall once the amplitude is at motor threshold,
     /// µs: from the train's period to 2,000,000. `None` means the train's period: the rate never
@@ -82,7 +82,7 @@ pub struct ForceOrders {
     pub gap: Option<ForceGap>,
 }
 
-/// Two forces between which the wearer's limits allow none, as they travel on the wire.
+/// Two forces between which the wearer's limits make no force possible, as they travel on the wire.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct ForceGap {
     /// Lower end of the gap, mN: always zero.

@@ -13,9 +13,10 @@ use crate::arithmetic::fixed_point::{Q, saturated};
 pub(super) const ONE: i32 = 1 << Q::FRAC_NBITS;
 /// Largest magnitude of each integral, 64.
 const MOST: i32 = 64 << Q::FRAC_NBITS;
-/// The transition from one muscle to the other takes 1/64 of the range on either side of 0: 2^18,
-/// which a shift by 5 bits turns into half of [`ONE`].
+/// Half the width of the transition from one muscle to the other: efforts up to 1/64 of the range
+/// on either side of 0, 2^-24.
 const ZONE: i32 = ONE >> 6;
+/// Left shift that turns [`ZONE`] into half of [`ONE`].
 const STEEPNESS: u32 = 5;
 
 /// Integrals of both muscles, effort. The flexor's is never below the extensor's. As long as every
@@ -55,7 +56,7 @@ impl Side {
 }
 
 impl Integral {
-    /// Returns the contribution of the integrals to an effort of this side.
+    /// Returns the contribution of the integrals to an effort with the shares `side`.
     #[inline(always)]
     pub(super) fn at(&self, side: Side) -> Q {
         // Both lie within 2^30, so the product is below 2^31 · 2^24 and the sum lies between the

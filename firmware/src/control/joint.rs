@@ -55,7 +55,7 @@ pub struct Joint {
     mapping: Mapping,
     hold: HoldPolicy,
     angle_mdeg: (i32, i32),
-    /// Lowest and highest setpoint.
+    /// Lowest and highest angle that a setpoint may ask for.
     range: (Angle, Angle),
     sensor: Sensor,
     feed_forward: Option<FeedForward>,
@@ -193,8 +193,8 @@ impl Joint {
         self.sensor.angle_from_code(code)
     }
 
-    /// Records whether the latest pulse of `channel` was below the amplitude ordered for that
-    /// channel. While it is, the controller's integral does not grow on that side.
+    /// Records whether the latest pulse of `channel` was below the amplitude that the controller
+    /// wants there. While it is, the controller's integral does not grow on that side.
     pub fn note_pulse(&self, state: &mut JointState, channel: u8, is_delayed: bool) {
         match self.mapping.is_flexor(channel) {
             Some(true) => state.delayed.flexion = is_delayed,
@@ -206,10 +206,10 @@ impl Joint {
     /// Runs one control tick; call this function every millisecond. `reading` is the board's own
     /// measurement of this instant; it is ignored if the host measures the angle.
     ///
-    /// The controller runs in the first tick and then every period. Its effort is held in between,
+    /// The controller runs in the first tick and then every period. Its effort is kept in between,
     /// so the first measurement after a setpoint takes effect within a period. Until the first
     /// setpoint is due, every amplitude is zero, the reference is the measured angle, and the
-    /// controller rests.
+    /// controller does not run.
     ///
     /// # Errors
     /// Returns [`SensorFault`] instead of orders while there is no recent, plausible measurement.
@@ -276,8 +276,8 @@ impl Joint {
         state.detector.gain().combine(rest)
     }
 
-    /// Returns whether the next step lies ahead within a period. A time further ahead results from
-    /// a wrapped clock.
+    /// Returns whether the controller's next step is still to come. A due time more than a period
+    /// ahead comes from a wrapped clock and does not count.
     fn is_waiting(&self, due: Micros, now: Micros) -> bool {
         let ahead = (due - now).us();
         ahead > 0 && ahead.cast_unsigned() <= self.law_period_us

@@ -42,7 +42,8 @@ pub enum LawSpec {
         /// Gain ki, growth of the integral with the error, 1/(rad·s); 0…100.
         ki_milli: u32,
     },
-    /// PID on the angle with the same derivative and anti-windup: the baseline.
+    /// PID on the angle, the baseline for comparisons; differentiator and anti-windup are those of
+    /// [`LawSpec::Recommended`].
     Pid {
         /// Proportional gain, 1/rad; 0…100.
         kp_milli: u32,
@@ -124,8 +125,8 @@ impl LawSpec {
         }
     }
 
-    /// Returns the lead of the feed-forward before the reference with this control law's default
-    /// gains, ms.
+    /// Returns the lead of the feed-forward for which this control law's default gains were chosen,
+    /// ms; see [`WearerModel::lead_ms`].
     #[must_use]
     pub const fn default_lead_ms(&self) -> u16 {
         match self {

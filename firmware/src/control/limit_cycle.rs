@@ -17,32 +17,33 @@ use fixed::types::I16F16;
 
 /// The angle 1° as bits of [`Angle`].
 const DEGREE: i32 = 1 << 16;
-/// Smallest swing that counts, peak to peak behind the filter.
+/// Smallest swing of the filtered error that counts, peak to peak, as bits of [`Angle`].
 const SWING: u32 = 2 * DEGREE.cast_unsigned();
-/// Swing above which the effort saturates. Two half-periods as wide as this count as four, and a
-/// lower gain need not have an immediate effect.
+/// Swing of the filtered error above which the effort saturates, peak to peak. A half-period wider
+/// than this counts twice, and the gain is lowered again even if the swing has not shrunk.
 const WIDE: u32 = 20 * DEGREE.cast_unsigned();
 /// Largest swing that is tolerated while the gain is at its floor.
 const SWING_AT_FLOOR: u32 = 5 * DEGREE.cast_unsigned();
-/// Distance from an extreme at which the signal has turned: more than noise causes.
+/// Distance from its latest extreme at which a signal counts as turned: more than noise causes.
 const TURN: i32 = DEGREE;
-/// A reference that moves further than this in one step jumps. The swing to the jump and back is
-/// then not a limit cycle, so a jump subtracts more than it could add.
+/// Change of the reference in one step, as bits of [`Angle`], above which the reference jumps.
 const JUMP: u32 = 2 * DEGREE.cast_unsigned();
+/// Number by which a jump of the reference lowers the count of matching half-periods. The swing to
+/// the jump and back is not a limit cycle, so a jump subtracts more than it could add.
 const JUMP_COSTS: u8 = 3;
-/// Range of a whole period, ms.
+/// Range of the period that an oscillation must have to be a limit cycle, ms.
 const PERIOD_MS: core::ops::RangeInclusive<u32> = 120..=1_600;
 /// Time constant of the filter that removes the sensor's noise, ms.
 const FILTER_MS: u32 = 32;
-/// Number of matching half-periods, less those between them that do not match, that make a limit
-/// cycle: four periods.
+/// Number of matching half-periods that make a limit cycle: four periods. Half-periods between them
+/// that do not match are subtracted.
 const ALIKE: u8 = 8;
 /// Factor of each lowering of the gain, 2^-16: 0.7.
 const LOWERED: Gain = Gain::from_bits(45_875);
 /// Smallest gain: an eighth.
 const FLOOR: Gain = Gain::from_bits(1 << 13);
-/// Number of cycles between two lowerings if the latest one did not narrow the cycle by an eighth.
-/// The gain is then not the cause, or not the only one.
+/// Number of limit cycles from one lowering of the gain to the next if the first of the two did not
+/// narrow the swing by an eighth: then the gain is not the cause, or not the only one.
 const PATIENCE: u8 = 4;
 
 /// A detected limit cycle and the response to it.
@@ -75,14 +76,16 @@ pub(super) struct DetectorState {
     latest_target: Option<Angle>,
     /// Time between the latest two extremes of the reference, ms.
     target_ms: u32,
-    /// Latest half-period of the error, and the duration of the whole period that it ends.
+    /// Latest half-period of the error.
     half: Half,
+    /// Duration of the whole period that ends with `half`, ms.
     whole_ms: u32,
     /// Number of matching half-periods so far, towards [`ALIKE`].
     alike: u8,
-    /// Swing at the latest lowering of the gain, and the number of cycles since that were no
-    /// narrower.
+    /// Swing of the error at the latest lowering of the gain.
     lowered_at: u32,
+    /// Number of limit cycles since the latest lowering of the gain whose swing was not narrower by
+    /// an eighth.
     futile: u8,
 }
 
@@ -108,11 +111,13 @@ impl Default for DetectorState {
 #[derive(Clone, Copy, Debug, Default)]
 struct TurningPoints {
     rises: bool,
-    /// Extreme since the last turn, and the extreme before it.
+    /// Extreme since the last turn.
     extreme: i32,
+    /// Extreme before the last turn.
     opposite: i32,
-    /// Age of each extreme, ms.
+    /// Time since `extreme`, ms.
     age_ms: u32,
+    /// Time since `opposite`, ms.
     opposite_age_ms: u32,
 }
 

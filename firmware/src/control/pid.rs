@@ -9,8 +9,8 @@ use crate::range::{OutOfRange, Range};
 use crate::units::{Angle, AngularRate};
 
 /// PID controller u = kp·e + ki·∫e + kd·ė + feed-forward, in radians, with conditional integration:
-/// the integral rests while |u| > 1 or the outputs are delayed, if the error would increase the
-/// saturation.
+/// the integral stays constant while |u| > 1 or the outputs are delayed, if the error would
+/// increase the saturation.
 #[derive(Clone, Copy, Debug)]
 pub struct Pid {
     kp: Q,

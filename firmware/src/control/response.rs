@@ -21,7 +21,7 @@ const LOG2_E_Q32: u64 = 6_196_328_019;
 /// the wire.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct ResponseSpec {
-    /// Angle per effort at rest, mrad; 0 (no predictor)…10 000.
+    /// Angle that a constant effort of 1 finally causes, mrad; 0 (no predictor)…10 000.
     pub gain_mrad: u16,
     /// Time constant of the muscle, ms; 1…1000.
     pub muscle_ms: u16,
@@ -44,9 +44,11 @@ pub(crate) struct Response {
     keeps: [i32; 2],
     /// Delay in periods, below [`DELAY_MAX`].
     delay: u32,
-    /// Growth of the scale per period, rad and effort, 2^-24: below 2^26.
+    /// Growth of the scale per period, per rad of error and unit of feed-forward, 2^-24: below
+    /// 2^26.
     scale_step: i32,
-    /// Growth of the damping per period, rad and rad/s, 2^-24: below 2^26.
+    /// Growth of the damping per period, per rad of error and rad/s of the reference, 2^-24: below
+    /// 2^26.
     damping_step: i32,
     /// Whether each muscle has its own integral. This is so with learning, where the nominal
     /// wearer's effort shows which muscle works.
@@ -58,8 +60,9 @@ pub(crate) struct Response {
 pub(super) struct ResponseState {
     /// Low-pass states of muscle and joint, within ±1, 2^-29.
     lags: [i32; 2],
-    /// States of the joint in the last periods.
+    /// State of the joint at the end of each of the last periods.
     past: [i32; DELAY_MAX],
+    /// Number of periods so far; modulo [`DELAY_MAX`], the slot of `past` that is written next.
     next: u32,
     /// Learnt scale of the feed-forward minus 1, 2^-24.
     scale: i32,
@@ -86,12 +89,12 @@ pub(crate) struct Course {
     pub(crate) rate: AngularRate,
     /// Effort of the nominal wearer, −1…1.
     pub(crate) forward: Q,
-    /// Sides on which the outputs are below the ordered amplitude.
+    /// Sides on which the outputs are below the wanted amplitude.
     pub(crate) delayed: DelayedSides,
 }
 
-/// Sides of a joint whose latest pulses were below the ordered amplitude, because a rise or the
-/// slope delays them (`firmware::safety`). The effort is clamped there.
+/// Sides of a joint whose latest pulses were below the wanted amplitude, because a rise or the
+/// slope limit delays them (`firmware::safety`). The effort is clamped there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct DelayedSides {
     pub(crate) flexion: bool,
@@ -113,7 +116,7 @@ impl DelayedSides {
 /// Corrections of a controller's feedback from the nominal and the learnt response of the wearer.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FeedbackAid {
-    /// Feed-forward, effort.
+    /// Feed-forward with the learnt corrections, as an effort.
     pub(super) forward: Q,
     /// Scale of the feedback, in effort per effort of the nominal wearer, 2^-24: up to 2.5.
     scale: i32,
@@ -150,9 +153,9 @@ impl FeedbackAid {
     }
 }
 
-/// Bounds of the learnt values, 2^-24: the scale may differ from 1 by −½…+1½, the damping from 0 by
-/// ±0.3.
+/// Bounds of the learnt scale minus 1, 2^-24: −½…+1½.
 const SCALE: (i32, i32) = (-(1 << 23), 3 << 23);
+/// Bound of the magnitude of the learnt damping, 2^-24: 0.3.
 const DAMPING: i32 = 5_033_165;
 
 impl ResponseSpec {

@@ -11,19 +11,23 @@ use super::gain::Gain;
 use super::low_pass::LowPass;
 use crate::units::Angle;
 
-/// Errors as bits of [`Angle`]: the gain is smallest up to 0.5° and full from 2° on.
+/// Filtered error up to which the gain is smallest: 0.5° as bits of [`Angle`].
 const NARROW: u32 = 1 << 15;
+/// Filtered error from which on the gain is full: 2° as bits of [`Angle`].
 const WIDE: u32 = 1 << 17;
-/// Smallest gain: a sixteenth.
+/// Smallest gain: a sixteenth, 2^-16.
 const LEAST: u32 = 1 << 12;
-/// Reduction of the gain inside the gap, and its slope outside: 15/16 over 1.5°, 2^-16.
+/// Reduction of the gain inside the gap: 15/16, 2^-16.
 const LEFT_OUT: u32 = (1 << 16) - LEAST;
+/// Slope of the gain outside the gap: [`LEFT_OUT`] over 1.5°.
 const SLOPE: u32 = ((LEFT_OUT as u64) << 16).div_euclid((WIDE - NARROW) as u64) as u32;
-/// A reference that moves less than 0.1° in half a second stands still.
+/// Movement up to which the reference counts as still: 0.1° as bits of [`Angle`].
 const STILL: u32 = 6_554;
+/// Time for which the reference must not move further than [`STILL`] to count as still, ms.
 const STILL_MS: u32 = 500;
-/// Time constants of the error's filter and of the reduction of the gain, ms.
+/// Time constant of the error's filter, ms.
 const FILTER_MS: u32 = 128;
+/// Time constant with which the gain is reduced, ms.
 const LOWER_MS: u32 = 256;
 
 /// Gap action for one controller period.
@@ -38,8 +42,9 @@ pub(super) struct Gap {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct GapState {
     filtered: i32,
-    /// Reference when it last moved, and the time since then.
+    /// Reference when it last moved, as bits of [`Angle`].
     stands_at: i32,
+    /// Time since the reference last moved, ms.
     still_ms: u32,
     /// Reduction of the gain, 2^-16.
     left_out: u32,

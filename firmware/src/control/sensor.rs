@@ -186,8 +186,8 @@ impl Sensor {
 
     /// Returns the angle for a converter code, or `None` if the host measures the angle.
     ///
-    /// The angle is linear in the code, also beyond the two calibrated codes and beyond
-    /// 4095. It saturates.
+    /// The angle is linear in the code, also beyond the two calibrated codes and the converter's
+    /// 0…4095. It saturates.
     pub(crate) fn angle_from_code(&self, code: u16) -> Option<Angle> {
         let SensorSource::Adc {
             code_at_0,

@@ -56,7 +56,7 @@ pub enum SetpointError {
     },
 }
 
-/// A quantity that a track can hold: a number in Q15.16 and its change per second.
+/// A quantity whose setpoints a track can store: a number in Q15.16 and its change per second.
 pub trait Quantity: Copy {
     /// Type of the change per second.
     type Rate: Copy;
@@ -119,8 +119,8 @@ impl<Q> Default for SetpointTrack<Q> {
     }
 }
 
-/// A due setpoint moves until its extrapolation ends. Afterwards its time is dropped, so that the
-/// value can be held for hours while the clock wraps.
+/// The latest due setpoint. Once its time is too old to matter, only the value is kept, so that the
+/// value stays valid for hours while the clock wraps.
 #[derive(Clone, Copy, Debug)]
 enum DueSetpoint {
     Moving(Timed),
@@ -164,7 +164,7 @@ impl<Q: Quantity> SetpointTrack<Q> {
             .map_err(|_| SetpointError::TooManyWaiting)
     }
 
-    /// Makes the waiting setpoints whose time has come the due one, in order.
+    /// Replaces the due setpoint by each waiting setpoint whose time has come, the latest last.
     fn adopt_due_setpoints(&mut self, now: Micros) {
         while self.waiting.front().is_some_and(|t| now.has_reached(t.at)) {
             self.due = self.waiting.pop_front().map(DueSetpoint::Moving);

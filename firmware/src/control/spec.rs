@@ -25,7 +25,7 @@ pub struct JointSpec {
     pub flexors: Vec<PointSpec, 2>,
     /// Stimulation point of the extensor.
     pub extensor: PointSpec,
-    /// Behaviour between and after setpoints.
+    /// Behaviour of the reference between and after setpoints.
     pub hold: HoldPolicy,
     /// Lowest angle that a setpoint may ask for, m°; −180 000…180 000.
     pub angle_min_mdeg: i32,

@@ -27,18 +27,19 @@ use fixed::types::{I16F16, U1F31};
 
 /// The value 1 in Q28.
 const ONE: u32 = 1 << 28;
-/// Bounds of the share, Q28.
+/// Smallest share, Q28.
 const LEAST: u32 = ONE / 8;
+/// Largest share, Q28.
 const MOST: u32 = ONE * 8;
 /// Number of pulses after a pause whose periods are not used for learning, because calcium builds
 /// up.
 const SETTLING: u8 = 3;
-/// Divisor of the period in µs that gives 2.5 periods in ticks, after which the next pulse counts
-/// as absent.
+/// Divisor that turns a period in µs into 2.5 periods in ticks. If no pulse comes for so long,
+/// nothing drives the muscle any more.
 const PAUSE: u32 = 400;
 /// Learning rate k per millisecond, Q31.
 const PER_MS: u32 = (1 << 31) / 500;
-/// Largest g, Q31.
+/// Largest learning step g, Q31.
 const STEP: u32 = 1 << 29;
 
 /// State of one channel's correction.
@@ -48,19 +49,19 @@ pub(super) struct Steering {
     share: u32,
     /// Correction 1/(A/A₀ · share), Q16; saturates.
     correction: u32,
-    /// Pulses ordered last.
+    /// Pulses that the controller asked for last; `None` if it asked for none.
     ordered: Option<Drive>,
-    /// Force to which the last pulse drives the muscle, N in 2^-16, and the share of the distance
-    /// that the force covers in a millisecond, Q24.
+    /// Force to which the last pulse drives the muscle, N in 2^-16.
     driven: u32,
+    /// Share of the distance to `driven` that the force covers in a millisecond, Q24.
     way_of_ms: u32,
     /// Expected force, N in 2^-32: below 2^46.
     expected: i64,
     /// Number of pulses since the last pause, up to [`SETTLING`].
     pulses: u8,
-    /// Ticks since the last pulse, and the sums of predicted and expected force over these ticks, N
-    /// in 2^-16.
+    /// Number of ticks since the last pulse.
     ticks: u32,
+    /// Sums of the predicted and of the expected force over these ticks, N in 2^-16.
     sums: [u64; 2],
 }
 
@@ -123,7 +124,7 @@ impl Steering {
         Force::new(I16F16::from_bits(bits as i32))
     }
 
-    /// Records the pulses that were ordered, or that none were.
+    /// Records the pulses that the controller asks for from now on, or that it asks for none.
     pub(super) fn record_order(&mut self, drive: &Drive) {
         self.ordered = (drive.gain != Gain::ZERO).then_some(*drive);
     }

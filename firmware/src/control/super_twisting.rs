@@ -82,15 +82,18 @@ impl Paper {
 /// 4 bits.
 #[derive(Clone, Copy, Debug)]
 pub struct SuperTwisting {
-    /// Gains as bits of [`Q`], like all fields unless stated otherwise, below 2^32, so that each
-    /// needs one short product.
+    /// Gain k1. Like all fields unless stated otherwise, it holds bits of [`Q`] below 2^32, so that
+    /// each needs one short product.
     k1: u32,
+    /// Gain k3.
     k3: u32,
-    /// Factor 1 + h·b·k3, at most 8, and its inverse.
+    /// Factor 1 + h·b·k3, at most 8.
     slope: u32,
+    /// Inverse of `slope`.
     flat: u32,
-    /// Half of h·b·k1, at most 100, and the square of that half in 2^-48.
+    /// Half of h·b·k1, at most 100.
     half: u32,
+    /// Square of `half`, 2^-48.
     quarter: u64,
     /// Inverse 1/(h·b) in 2^-20, at most 1000.
     inverse: u32,
@@ -109,8 +112,9 @@ pub struct Push {
     pub growth: Q,
 }
 
-/// Largest h·b·k1 and h·b·k3, which keep the root's argument below 2^14.
+/// Largest h·b·k1, which keeps the root's argument below 2^14.
 const ROOT_GAIN_MAX: u64 = 200;
+/// Largest h·b·k3, which keeps the root's argument below 2^14.
 const LINEAR_GAIN_MAX: u64 = 7;
 
 impl SuperTwisting {
@@ -213,15 +217,16 @@ impl SuperTwisting {
     }
 }
 
-/// Returns the k in thousandths for which h·b·k is `most`.
+/// Returns the gain k, thousandths, for which h·b·k is `most`.
 fn gain_max(most: u64, b_milli: u32, period_ms: u8) -> u32 {
     let hb = (u64::from(b_milli) * u64::from(period_ms)).max(1);
     (most * 1_000_000_000 / hb).min(u32::MAX.into()) as u32
 }
 
 /// [`SuperTwisting`] on the surface s = ė + λ·e in rad/s, with ki·e beside the sign in the
-/// integral, a feed-forward, and anti-windup: the integral rests while the effort is beyond ±1 and
-/// would grow further. The effort is a fraction of the range from threshold to maximum.
+/// integral, a feed-forward, and anti-windup: the integral stays constant while the effort is
+/// beyond ±1 and would grow further. The effort is a fraction of the range from threshold to
+/// maximum.
 ///
 /// # Source of [`super::LawSpec::RECOMMENDED`]
 /// `flexor chart control --search` found these gains with 100 tries over 20 training wearers (the

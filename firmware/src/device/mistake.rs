@@ -13,7 +13,7 @@ use crate::units::Amplitude;
 pub struct Mistake {
     /// The part at fault.
     pub part: Part,
-    /// The rule that it breaks.
+    /// The rule that the part breaks.
     pub rule: Rule,
 }
 
@@ -90,8 +90,8 @@ pub enum Rule {
     NoMuscle,
     /// A channel has force control or a line of action, but another controller drives it.
     Controlled,
-    /// A controller whose amplitudes rise drives a channel with a train of a fixed number of
-    /// pulses.
+    /// A controller, whose amplitudes rise gradually, drives a channel whose train has a fixed
+    /// number of pulses.
     CountedControlled,
     /// Lines of action are configured without an arm.
     NoLimb,
@@ -103,7 +103,7 @@ pub enum Rule {
     JointAndModulation,
     /// The joint that determines the phase is not part of the setup.
     NoPhaseJoint {
-        /// Number of that joint.
+        /// Number of the missing joint.
         joint: u8,
     },
 }

@@ -10,10 +10,9 @@ use serde::{Deserialize, Serialize};
 
 /// A virtual wall as encoded in messages, not yet validated. All fields are integers.
 ///
-/// Harris et al. (ASME DSCC 2017): the muscle that pulls the limb back out is
-/// stimulated with an amplitude proportional to penetration (equation 1), after
-/// a ramp over a pre-wall in front of the wall, while its antagonist is held at
-/// a constant amplitude inside the wall (equation 2).
+/// Harris et al. (ASME DSCC 2017): the muscle that pulls the limb back out is stimulated with an
+/// amplitude proportional to penetration (equation 1), after a ramp over a pre-wall in front of the
+/// wall. Inside the wall, its antagonist is stimulated with a constant amplitude (equation 2).
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct WallSpec {
     /// Angle of the wall, m°; within `angle_min_mdeg`…`angle_max_mdeg`.

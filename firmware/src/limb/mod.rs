@@ -104,7 +104,7 @@ impl<N: Number> Limb<N> {
         })
     }
 
-    /// Returns the skeleton of the arm.
+    /// Returns the skeleton of the arm, for its forward kinematics.
     #[must_use]
     pub const fn skeleton(&self) -> &Skeleton<N> {
         &self.skeleton
@@ -155,7 +155,7 @@ impl<N: Number> Limb<N> {
 
     /// Computes the amplitudes that produce a wrench at the hand, with the nearest-neighbour
     /// recruitment: at each joint it recruits the one line whose torque is closest in direction to
-    /// the needed torque. Channels that are not in the result rest.
+    /// the needed torque. Channels that are not in the result are not stimulated.
     ///
     /// # Errors
     /// Returns [`ReachError`] if no muscle can contribute at any joint, or if only a share of the
@@ -175,9 +175,10 @@ impl<N: Number> Limb<N> {
         self.curves.iter().map(recruitment::Curve::max_force)
     }
 
-    /// Returns the amplitudes for a force of each line (N, in the order of the specification), for
-    /// recruitments other than this module's. Negative forces count as zero, and too large ones as
-    /// the line's largest.
+    /// Returns the amplitudes with which the lines produce `forces` (N, in the order of the
+    /// specification), for callers that choose the forces in another way than [`Self::recruit`].
+    /// Lines with a force of zero or less are left out; a force above a line's largest gives the
+    /// line's limit.
     #[must_use]
     pub fn orders(&self, forces: &[N]) -> Orders {
         recruitment::orders(&self.curves, forces)

@@ -5,7 +5,7 @@ use super::{Choice, JOINTS, LINES, LineSpec, Number, ReachError};
 use crate::units::Amplitude;
 use heapless::Vec;
 
-/// Amplitudes of channels (0…9). Channels that are absent rest.
+/// Amplitudes of channels (0…9). Channels that are absent are not stimulated.
 pub type Orders = Vec<(u8, Amplitude), LINES>;
 
 /// Amplitudes that produce a given wrench.
@@ -17,7 +17,7 @@ pub struct RecruitmentResult<N> {
     pub joints: [Choice<N>; JOINTS],
 }
 
-/// Recruitment of one line.
+/// Conversion from force to amplitude for one line.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Curve<N> {
     channel: u8,

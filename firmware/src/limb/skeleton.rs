@@ -19,9 +19,9 @@ pub struct Skeleton<N> {
 pub struct Pose<N> {
     /// Origin of each segment (its upper joint), m, and its rotation.
     pub segments: [(Vector<N>, Rotation<N>); JOINTS + 1],
-    /// Directions of the nine axes.
+    /// Directions of the nine axes, in the order of the angles of a posture.
     pub axes: [Vector<N>; AXES],
-    /// Position of the hand, m.
+    /// Position of the hand in the thorax frame, m.
     pub hand: Vector<N>,
 }
 

@@ -58,14 +58,14 @@ impl<N: Number> Vector<N> {
         Self::new(self.x * factor, self.y * factor, self.z * factor)
     }
 
-    /// Returns the scalar product.
+    /// Returns the scalar product of `self` and `other`.
     #[inline]
     #[must_use]
     pub fn dot(self, other: Self) -> N {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
-    /// Returns the vector product.
+    /// Returns the vector product `self` × `other`, by the right-hand rule.
     #[inline]
     #[must_use]
     pub fn cross(self, other: Self) -> Self {

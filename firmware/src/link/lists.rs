@@ -10,11 +10,15 @@ use crate::pulse::{CHANNELS, MAX_GROUPS};
 use crate::safety::MAX_LISTED;
 use serde::Deserialize;
 
-/// Variant numbers of the requests that contain a list.
+/// Variant number of `Request::Groups` on the wire.
 const GROUPS: u32 = 6;
+/// Variant number of `Request::Joint` on the wire.
 const JOINT: u32 = 9;
+/// Variant number of `Request::Amplitudes` on the wire.
 const AMPLITUDES: u32 = 14;
+/// Variant number of `Request::Pulses` on the wire.
 const PULSES: u32 = 24;
+/// Variant number of `Request::Line` on the wire.
 const LINE: u32 = 26;
 
 /// Returns the sender of the undecodable request in `message` and the refusal, if a list in the

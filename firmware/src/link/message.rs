@@ -19,11 +19,11 @@ use postcard_schema::{Schema, key::hash::fnv1a64::hash_ty_path};
 use serde::{Deserialize, Serialize};
 
 impl Request {
-    /// Range of the mask of a request for amplitudes. An empty mask is refused: it would order
-    /// nothing, and only count as a sign of life of the host, in any state.
+    /// Range of the mask of a request for amplitudes. An empty mask is refused: the request would
+    /// set nothing, and in any state only show that the host is alive.
     pub const MASK: Range = Range::new("mask", 1, (1 << CHANNELS) - 1);
-    /// Range of the widths of a setpoint, µs. The width range of the channel's train is checked at
-    /// the armed setup.
+    /// Range of the widths of a setpoint, µs. The narrower range of the channel's own train is
+    /// checked with the armed setup.
     pub const WIDTHS: Range = Range {
         field: "widths",
         ..TrainSpec::WIDTH_US
@@ -80,7 +80,7 @@ pub enum Request {
         /// Number of the channel, from 0; `None` for no sync.
         channel: Option<u8>,
     },
-    /// Sets the muscle of a channel in the draft, whose force is predicted.
+    /// Sets the muscle of a channel in the draft. The device then predicts the muscle's force.
     Muscle {
         /// Number of the channel, from 0.
         channel: u8,
@@ -100,11 +100,12 @@ pub enum Request {
     /// Ends stimulation: lets the amplitudes fall over the wearer's fall time. Disarms if no
     /// stimulation runs.
     Stop,
-    /// Acknowledges the latched fault.
+    /// Acknowledges the latched fault. After a last grounding the device is idle.
     Acknowledge,
     /// Setpoint of amplitudes and pulse widths of several channels. All or none are accepted.
     Amplitudes {
-        /// Device time from which they hold, at most 1 s ahead; `None` means on arrival.
+        /// Device time from which the amplitudes are valid, at most 1 s ahead; `None` means on
+        /// arrival.
         at: Option<Micros>,
         /// Bit i selects channel i.
         mask: u16,
@@ -254,7 +255,7 @@ pub enum Response<'a> {
 pub enum Kind {
     /// Board, to which wearers may be connected.
     Board,
-    /// Native backend.
+    /// Device code compiled for the computer: the native backend.
     Native,
     /// Device code in QEMU.
     Qemu,
@@ -337,7 +338,7 @@ pub struct HelloInfo {
     pub reset: ResetCause,
     /// Last fault, kept through resets.
     pub last_fault: Option<FaultRecord>,
-    /// Time for which an output is disconnected between opposite drive, µs.
+    /// Time for which an output is disconnected between driving one polarity and the other, µs.
     pub dead_time_us: u16,
     /// Output stages of the device.
     pub stages: Stages,
@@ -354,7 +355,7 @@ pub struct Counters {
     pub frames: u32,
     /// Number of frames with a wrong CRC, without COBS, too long or with an unknown message.
     pub bad_frames: u32,
-    /// Missing sequence numbers of requests: frames lost or bad.
+    /// Number of missing sequence numbers of requests: frames that were lost or bad.
     pub lost_frames: u32,
     /// Number of setpoints that were carried out, or accepted to wait for their time.
     pub setpoints: u32,
@@ -372,7 +373,8 @@ pub struct Counters {
     pub lost_posts: u32,
     /// Number of requests with the number of another session or of none.
     pub unknown_sessions: u32,
-    /// Number of timed amplitudes whose time was before the window that accepted them.
+    /// Number of timed setpoints that arrived too late: their time was before the start of the
+    /// window in which the device accepted them.
     pub late_setpoints: u32,
 }
 

@@ -26,11 +26,12 @@ pub struct Telemetry {
     /// Whether, since the last sample, an amplitude was clamped to the wearer's limit, or a force
     /// was requested that is not possible.
     pub limiting: bool,
-    /// Present amplitudes of the latest pulses, one per channel of the setup, lowest channel first.
-    /// `None` while the channel plays nothing: from an order of nothing, or once the next burst is
+    /// Amplitudes of the latest pulses, one per channel of the setup, lowest channel first. `None`
+    /// while the channel plays nothing: once amplitude 0 was requested, or the next burst is
     /// overdue.
     pub amplitudes: Vec<Option<Amplitude>, CHANNELS>,
-    /// Present widths, µs, as the amplitudes, but one per channel whose width may change.
+    /// Widths of the latest pulses, µs, one per channel whose width may change, lowest channel
+    /// first; `None` as for `amplitudes`.
     pub widths_us: Vec<Option<u16>, CHANNELS>,
     /// Predicted forces in mN, one per channel with a muscle; `None` while no model runs.
     pub forces_mn: Vec<Option<u32>, CHANNELS>,
@@ -80,7 +81,7 @@ pub struct LiftSample {
 pub struct JointSample {
     /// Measured angle, 0.01°; `None` without a recent, plausible measurement.
     pub measured_centideg: Option<i16>,
-    /// Phase of the motion of its phase joint; `None` before that joint has moved, and without an
-    /// angle.
+    /// Phase of the motion of the joint that determines this joint's phase; `None` before that
+    /// joint has moved, and without an angle.
     pub phase: Option<MotionPhase>,
 }

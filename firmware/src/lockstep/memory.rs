@@ -24,7 +24,8 @@ impl Default for Memory {
 }
 
 impl Memory {
-    /// Returns the entries that a boot after `reset` finds. Power-on clears the memory.
+    /// Returns the time and charge spent that a boot after `reset` finds. Power-on clears the
+    /// memory.
     pub fn boot(&mut self, reset: ResetCause) -> UsageAtBoot {
         let is_power_on = reset == ResetCause::PowerOn;
         let (ledger, found) = Ledger::open(self.copies.each_ref(), is_power_on);
@@ -35,7 +36,7 @@ impl Memory {
         found
     }
 
-    /// Writes both copies.
+    /// Writes `entry` to both copies, one after the other.
     pub fn write(&mut self, entry: &Entry) {
         let (order, words) = self.ledger.write(entry);
         for copy in order {

@@ -45,9 +45,11 @@ pub struct Sensors {
     pub hand_stop: bool,
     /// Whether the over-current comparator has tripped.
     pub over_current: bool,
-    /// Time of a trigger edge within the time to advance over. Earlier edges were seen already.
+    /// Time of a trigger edge during this advance. Earlier edges are ignored, because an earlier
+    /// call has handled them.
     pub trigger: Option<Micros>,
-    /// Whether the trigger input is held: all the time, or from the edge on if there is one.
+    /// Whether the trigger input is active: during the whole advance, or from `trigger` on if that
+    /// is set.
     pub held: bool,
 }
 

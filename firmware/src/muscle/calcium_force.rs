@@ -34,7 +34,7 @@ pub struct CalciumForceState {
     force: Curve,
     /// Calcium C at the segment's beginning, U5F27, at most [`CALCIUM_END`].
     calcium: u32,
-    /// Drive of F by the last pulse that reached the muscle.
+    /// Drive of F, h/τm·gain in Q31, by the last pulse that reached the muscle.
     drive: i32,
 }
 
@@ -57,7 +57,7 @@ impl CalciumForceState {
         self.calcium == 0 && self.force == Curve::NONE
     }
 
-    /// Returns the time of the state.
+    /// Returns the time up to which the state has been advanced.
     #[must_use]
     pub fn at(&self) -> Micros {
         self.middle + us(self.since_us.cast_unsigned())
@@ -107,7 +107,7 @@ pub struct CalciumForce {
 }
 
 impl CalciumForce {
-    /// Largest calcium C, in pulses, in the fixed-point format; C saturates there.
+    /// Largest calcium C in the fixed-point format, at which C saturates; one pulse adds 1 to C.
     pub const CALCIUM_END: u32 = CALCIUM_END;
 
     /// Derives the constants of a muscle.
@@ -252,7 +252,7 @@ impl CalciumForce {
         state.force.at(place) as u32 // never negative
     }
 
-    /// Returns C of eq. (2) at the state's time, in pulses: 0…24, rounded down to 2^-27.
+    /// Returns C of eq. (2) at the state's time, 0…24, rounded down to 2^-27; one pulse adds 1.
     #[must_use]
     pub fn calcium(&self, state: &CalciumForceState) -> U5F27 {
         let place = self.segment.place(state.since_us);

@@ -26,9 +26,9 @@ use crate::range::{OutOfRange, Range};
 /// Time between two updates, µs.
 pub(super) const UPDATE_US: u32 = 1_000_000;
 
-/// Longest τ1 that fatigue reaches, µs, and the largest K, U5F27: the upper ends of the ranges of
-/// [`CalciumForceSpec`].
+/// Longest τ1 that fatigue reaches, µs: the upper end of its range in [`CalciumForceSpec`].
 const TAU1_MAX_US: u32 = CalciumForceSpec::TAU1_US.max as u32;
+/// Largest K that fatigue reaches, U5F27: the upper end of its range in [`CalciumForceSpec`].
 const K_MAX: u32 = 5 << 27;
 
 /// Parameters of a muscle's fatigue and recovery.
@@ -40,7 +40,7 @@ pub struct FatigueSpec {
     pub alpha_k_nano_per_n_s: u32,
     /// Rate ατ1 at which work increases τ1, 10^-9 per N (ns per N·s): 0…100,000,000.
     pub alpha_tau1_nano_per_n: u32,
-    /// Time constant τfat of the recovery of all three, ms: 10,000…1,000,000.
+    /// Time constant τfat of the recovery of A, K and τ1, ms: 10,000…1,000,000.
     pub tau_fat_ms: u32,
 }
 
@@ -63,7 +63,7 @@ impl FatigueSpec {
     /// Range of [`Self::tau_fat_ms`].
     pub const TAU_FAT_MS: Range = Range::new("tau_fat_ms", 10_000, 1_000_000);
 
-    /// Parameter A₀ of that quadriceps, mN/s.
+    /// Parameter A₀ of the muscle of [`Self::QUADRICEPS`], mN/s.
     const QUADRICEPS_A: u64 = 3_009_000;
 
     /// Scales the quadriceps' fatigue to a muscle of another strength, with A in mN/s (above 0). A
@@ -106,12 +106,14 @@ pub(super) struct Fatigue {
     kept: u32,
     /// Loss of A/A₀ at full scale, |αA|·τm·1 s, Q28, at most 12.
     loss: u32,
-    /// Increase of K (U5F27) and of τ1/τm (Q32) at full scale. Saturating, because both reach their
-    /// ends within a second at a smaller force.
+    /// Increase of K per second at full scale, U5F27. Saturates, because K reaches its end within a
+    /// second at a smaller force.
     k_gain: u32,
+    /// Increase of τ1/τm per second at full scale, Q32. Saturates as `k_gain` does.
     tau1_gain: u32,
-    /// K and τ1/τm of the fresh muscle.
+    /// Parameter K of the fresh muscle, U5F27.
     k: u32,
+    /// Ratio τ1/τm of the fresh muscle, Q32.
     tau1: u32,
     /// Ratio of the longest τ1 to τm, Q32.
     tau1_max: u32,

@@ -38,13 +38,13 @@ const RATE: u64 = 1 << 40;
 pub struct Drive {
     /// Amplitude of the pulses, at most the wearer's limit.
     pub amplitude: Amplitude,
-    /// Gain that the amplitude recruits.
+    /// Gain of pulses with that amplitude.
     pub gain: Gain,
     /// Mean force of the rested muscle, equal to the requested force unless `limiting` is set.
     pub force: Force,
     /// Period from burst start to burst start, µs.
     pub period_us: u32,
-    /// Reason why another force than this was requested, if so.
+    /// Reason why `force` differs from the requested force; `None` if both are equal.
     pub limiting: Option<ForceLimit>,
 }
 
@@ -57,7 +57,7 @@ pub enum ForceLimit {
     AboveMost,
 }
 
-/// Inverse of one muscle between two pulse rates.
+/// Inverse model of one muscle: computes amplitude and period of the pulses that produce a force.
 #[derive(Clone, Copy, Debug)]
 pub struct Inverse {
     slowest_us: u32,
@@ -67,13 +67,15 @@ pub struct Inverse {
     forces: Forces,
     /// Mean forces at motor threshold, from the slowest rate to the train's.
     slow: Forces,
-    /// Gains at the wearer's limit and at motor threshold, Q31.
+    /// Gain at the wearer's limit, Q31.
     gain: u32,
+    /// Gain at motor threshold, Q31.
     least_gain: u32,
     threshold: Amplitude,
-    /// Lag of the force at the train's rate, µs, and its change per 2^-16 N above the force of that
-    /// rate, µs in 2^-30.
+    /// Lag of the force at the train's rate, µs.
     late_us: i64,
+    /// Change of the lag per 2^-16 N of force above the force at the limit and the train's rate, µs
+    /// in 2^-30.
     late_change: i64,
 }
 
@@ -81,12 +83,14 @@ impl Inverse {
     /// Range of the period of a train whose amplitude controls a force: from 200 Hz to 10 Hz, below
     /// which a muscle twitches and its mean force has little meaning.
     pub const PERIOD_US: Range = Range::new("period_us", 5_000, 100_000);
-    /// Range of the period of the fastest rate, for the slowest train.
+    /// Range of the shortest period, to which the rate may rise; its upper end is the train's
+    /// period if that is shorter.
     pub const MIN_PERIOD_US: Range = Range {
         field: "min_period_us",
         ..Self::PERIOD_US
     };
-    /// Range of the period of the slowest rate, for the fastest train.
+    /// Range of the longest period, to which the rate may fall; its lower end is the train's period
+    /// if that is longer.
     pub const MAX_PERIOD_US: Range =
         Range::new("max_period_us", Self::PERIOD_US.min, SLOWEST_US as i32);
 
@@ -216,8 +220,8 @@ impl Inverse {
             .wrapping_add(above.wrapping_mul(self.late_change) >> 30)
     }
 
-    /// Returns the share of its distance that the rested muscle covers in one millisecond towards
-    /// `force`, which its pulses hold: Q24.
+    /// Returns the share of its distance to the force of `drive` that the rested muscle covers in
+    /// one millisecond, Q24.
     #[must_use]
     pub fn response_per_ms(&self, drive: &Drive) -> u32 {
         let late_us = self.lag_us(drive.force.get().to_bits().into());

@@ -194,9 +194,10 @@ impl MuscleModel {
     }
 
     /// Changes the model level at `now`. Between the upper two levels, force and calcium stay as
-    /// they are. From [`MuscleLevel::None`] they begin at rest, as if no pulse had come before; in a
-    /// train, the force is right after about five times τ1 + τ2. Below its own level fatigue
-    /// neither grows nor recovers, and keeps its effect.
+    /// they are. From [`MuscleLevel::None`] they begin at rest, as if no pulse had come before; in
+    /// a train, the force is right after about five times τ1 + τ2. At lower levels than
+    /// [`MuscleLevel::CalciumForceFatigue`] fatigue neither grows nor recovers, and keeps its
+    /// effect.
     ///
     /// # Errors
     /// Returns [`NoFatigue`] if the level needs fatigue parameters that are absent; nothing

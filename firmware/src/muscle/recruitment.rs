@@ -85,7 +85,7 @@ impl Recruitment {
     ///
     /// # Errors
     /// Returns [`OutOfRange`] for the first of motor threshold, limit, reference and slope that is
-    /// outside the range that the others leave.
+    /// outside its range; each range also depends on the values before it.
     pub fn new(spec: RecruitmentSpec) -> Result<Self, OutOfRange> {
         let RecruitmentSpec { slope_micro, .. } = spec;
         let [threshold, limit, reference] =

@@ -26,13 +26,13 @@ use crate::arithmetic::division::quotient;
 use crate::arithmetic::exponential::{decay, decay_around_middle, mul_high};
 use crate::arithmetic::reciprocal::{inverse, signed_high, signed_high_rounded};
 
-/// Calcium C of one pulse, U5F27.
+/// Calcium that one pulse adds to C: 1 in U5F27.
 pub(super) const ONE_PULSE: u32 = 1 << 27;
 
-/// Largest calcium C, in pulses, in the fixed-point format; C saturates there. The slowest τc
-/// allowed (100 ms) reaches 20.5 at the fastest train of single pulses allowed (200 Hz), and
-/// [`CalciumForceSpec::check_train`] refuses bursts that exceed 24. With K ≤ 5 the sum K + C stays
-/// below 32.
+/// Largest calcium C in the fixed-point format, at which C saturates; one pulse adds 1 to C. The
+/// slowest τc allowed (100 ms) reaches 20.5 at the fastest train of single pulses allowed (200 Hz),
+/// and [`CalciumForceSpec::check_train`] refuses bursts that exceed 24. With K ≤ 5 the sum K + C
+/// stays below 32.
 pub(super) const CALCIUM_END: u32 = 24;
 
 /// Time before its end at which a segment is renewed, µs, so that no pulse comes after the end: one
@@ -67,11 +67,13 @@ pub(super) struct Segment {
     k: u32,
     /// Term K·τ1/(τ1 + τ2), U5F27 shifted left by `floor_shift` until its top bit is set.
     floor: u32,
+    /// Number of bits by which `floor` is shifted left.
     floor_shift: u32,
     /// Rate h/(τ1 + τ2) less a millionth, Q31: below 1.
     fastest: i32,
-    /// Term (h/(τ1 + τ2))·K·τ2/(τ1 + τ2), U5F27 and shifted as `floor`.
+    /// Term (h/(τ1 + τ2))·K·τ2/(τ1 + τ2), U5F27 shifted left by `span_shift`, as `floor` is.
     span: u32,
+    /// Number of bits by which `span` is shifted left.
     span_shift: u32,
 }
 
@@ -84,15 +86,15 @@ impl Curve {
     /// Curve of a muscle without force.
     pub(super) const NONE: Self = Self([0; 4]);
 
-    /// Returns a force without calcium, with a negligible force replaced by zero, at which the
-    /// muscle stays.
+    /// Returns `force` of a muscle without calcium, or 0 if it is negligible; at 0 the muscle
+    /// stays.
     #[cold]
     #[inline(never)]
     pub(super) const fn residual_force(force: i32) -> i32 {
         if force < NO_FORCE { 0 } else { force }
     }
 
-    /// Returns F at s, Q32.
+    /// Returns F (Q31, at least 0) at the position s (Q32).
     #[inline(always)]
     pub(super) const fn at(&self, s: i32) -> i32 {
         let force = self.unrounded(s);
@@ -257,7 +259,7 @@ impl Segment {
         Curve([turn, bend, slope, middle])
     }
 
-    /// Returns the rate z, Q31.
+    /// Returns the rate z = h/τ at one end of a segment, Q31.
     #[inline(always)]
     const fn rate(&self, end: &End) -> i32 {
         self.fastest.wrapping_add(end.t << 3)

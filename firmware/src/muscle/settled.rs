@@ -10,14 +10,15 @@ use crate::arithmetic::reciprocal::Reciprocal;
 const LOG2_E: u64 = 3_098_164_009;
 
 /// Maximum number of the model's steps per period. A period that would take more is integrated in
-/// [`STEPS_LONG`] steps, because the session must compute a table between two of its signs of life.
+/// [`STEPS_LONG`] steps, because the session must compute a table between two check-ins with the
+/// watchdog.
 pub(super) const STEPS_MAX: u32 = 50;
 
 /// Number of steps of a period that would take more than [`STEPS_MAX`].
 pub(super) const STEPS_LONG: u32 = 28;
 
-/// Duration for which calcium is followed once it equals K, time constants: it is 0.1 % of K then,
-/// and the remaining force decays with τ1.
+/// Duration, in time constants τc, for which calcium is followed once it has fallen to K. At the
+/// end it is 0.1 % of K, and the remaining force decays with τ1.
 const FADING: u64 = 7;
 
 /// Averages of a muscle in a lasting train at [`super::Gain::FULL`] over one period.
@@ -161,8 +162,8 @@ impl CalciumForce {
         }
     }
 
-    /// Returns the factor by which a force that decays with τ1 falls during `rest`, over τm in Q32:
-    /// Q31.
+    /// Returns the factor, Q31, by which a force that decays with τ1 falls during `rest`, a time
+    /// over τm in Q32.
     fn tau1_decay(&self, rest: u64) -> u32 {
         if rest >> 5 >= u64::from(self.tau_floor) {
             return 0; // e^-32

@@ -22,7 +22,8 @@ pub struct CalciumForceSpec {
     pub tau2_us: u32,
 }
 
-/// Values 1/ln(24/(24 − n)) in thousandths, rounded down, for bursts of n = 1…8 pulses.
+/// Longest τc that a train allows, over the train's period: 1/ln(24/(24 − n)) in thousandths,
+/// rounded down, for bursts of n = 1…8 pulses.
 const PERIODS_PER_TAU: [u32; 8] = [23_496, 11_492, 7_488, 5_484, 4_280, 3_476, 2_899, 2_466];
 
 impl CalciumForceSpec {

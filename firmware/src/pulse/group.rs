@@ -192,9 +192,10 @@ pub(crate) const fn gcd(mut a: u32, mut b: u32) -> u32 {
     a
 }
 
-/// Returns whether each pulse of a member that is grounded finds `ground_us` of uninterrupted
-/// grounding, restarted after every interruption, before the member's next pulse and, after a
-/// burst, two windows before its next burst. Returns `false` if the group has no common period.
+/// Returns whether each pulse of a member that is grounded is followed by `ground_us` of
+/// uninterrupted grounding. The grounding restarts after every interruption, and must end before
+/// the member's next pulse or, after a burst, two windows before its next burst. Returns `false` if
+/// the group has no common period.
 fn can_ground(channel: u8, mask: u16, trains: &[Option<Train>; CHANNELS]) -> bool {
     let Some(own) = train(trains, channel) else {
         return false;

@@ -21,7 +21,8 @@ pub(crate) use scheduler::bit_positions;
 pub use scheduler::{Burst, BurstTime, Middle, RenderError, Scheduler, Supply};
 pub use train::{Shape, Train, TrainError, TrainSpec, Trigger};
 
-/// Length of one window of the pulse tape, which one refill renders: in µs, and in slots.
+/// Length of one window of the pulse tape, which one refill renders, µs. It is also the number of
+/// slots in a window.
 pub const WINDOW_US: u32 = 250;
 
 /// Shortest disconnected time between anodic and cathodic drive of one channel, in µs, which the

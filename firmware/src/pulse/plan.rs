@@ -122,7 +122,7 @@ pub struct PulseStart {
     pub channel: u8,
     /// Time of the leading edge of the first phase.
     pub at: Micros,
-    /// DAC code of the amplitude in force.
+    /// DAC code of the amplitude with which the pulse is output.
     pub code: DacCode,
     /// Width of each phase, µs.
     pub width_us: u16,
@@ -197,8 +197,8 @@ impl WindowPlan {
         self.pump = false;
     }
 
-    /// Returns whether `channel` is the only channel that is driven from `slot` of this window on,
-    /// for the 2 µs in which a sample is held.
+    /// Returns whether `channel` is the only channel that drives current from `slot` of this window
+    /// on, for the 2 µs that a sample takes.
     #[must_use]
     #[inline]
     pub fn drives_alone(&self, channel: u8, slot: u8) -> bool {

@@ -90,7 +90,7 @@ pub struct TrainSpec {
     pub repeats: u16,
     /// Effect of the trigger input; a train without one starts at the common epoch.
     pub trigger: Option<Trigger>,
-    /// Whether the train takes lists of pulses, which play when they are ordered. Only endless
+    /// Whether the train takes lists of pulses, which play when a host sends them. Only endless
     /// single pulses from the common epoch may.
     pub lists: bool,
 }
@@ -316,7 +316,7 @@ impl Train {
         self.driven_us_at_width(self.widest_us())
     }
 
-    /// Returns the same time with phases of `width_us`.
+    /// Returns [`Self::driven_us`] for phases of `width_us`.
     const fn driven_us_at_width(&self, width_us: u16) -> u32 {
         if self.spec.shape.is_biphasic() {
             2 * width_us as u32 + self.gap_us as u32

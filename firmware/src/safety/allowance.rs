@@ -7,10 +7,11 @@ use crate::pulse::CHANNELS;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// Time that an open copy adds after a reset, µs. Copies are written more often than this.
+/// Stimulation time that a boot adds if the copy it reads is open ([`Entry::is_open`]), µs. Copies
+/// are written more often than this, so no more time can be missing from one.
 pub const OPEN_US: u32 = 250_000;
 
-/// Charge units, 256ths of a pC, in 1 nC.
+/// Number of charge units (256ths of a pC) in 1 nC.
 const PER_NC: u64 = 256_000;
 
 /// Marks a copy as an allowance and identifies its format.
@@ -51,28 +52,29 @@ pub struct RemainingAllowance {
     pub time_ms: u32,
     /// The channel that has the least charge left, from 0.
     pub channel: u8,
-    /// Charge left on that channel, µC; the largest number stands for that or more.
+    /// Charge left on that channel, µC; [`u32::MAX`] stands for this or any larger charge.
     pub dose_uc: u32,
 }
 
 /// The time and charge spent before a boot, as far as the boot can know them.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum UsageAtBoot {
-    /// The known amount.
+    /// The amount spent: read from an undamaged copy, or zero because power was lost.
     Spent(Usage),
     /// Unknown, because no copy is undamaged although power was not lost. Nothing may be armed.
     Lost,
 }
 
 impl Default for UsageAtBoot {
-    /// Returns that nothing is spent.
+    /// Returns that no time and no charge is spent, as after power-on.
     fn default() -> Self {
         Self::Spent(Usage::default())
     }
 }
 
 impl Entry {
-    /// Returns the time and charge that count as spent after a reset.
+    /// Returns the time and charge that count as spent after a reset: those of the entry, and if it
+    /// is open, the most that may be missing from it.
     fn usage_after_reset(&self) -> Usage {
         let mut spent = self.spent;
         if self.is_open {
@@ -137,8 +139,9 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// Reads the two copies. If `is_power_on`, power came up, and the copies are ignored even if
-    /// undamaged; the caller then writes [`Self::write`] of an empty entry before anything else.
+    /// Reads the two copies after a boot. `is_power_on` states that power was lost before: then
+    /// both copies are ignored, even undamaged ones, and the caller must write an empty entry with
+    /// [`Self::write`] before anything else.
     #[must_use]
     pub fn open(copies: [&AllowanceWords; 2], is_power_on: bool) -> (Self, UsageAtBoot) {
         if is_power_on {
@@ -162,8 +165,8 @@ impl Ledger {
         (ledger, found)
     }
 
-    /// Returns the words of `entry` and the order of the two copies, into which the words are to
-    /// be written one after the other.
+    /// Returns the indices of the two copies, in the sequence in which they must be written, and
+    /// the words of `entry` to write to each.
     pub fn write(&mut self, entry: &Entry) -> ([usize; 2], AllowanceWords) {
         self.number = self.number.wrapping_add(1);
         ([self.first, 1 - self.first], entry.encode(self.number))

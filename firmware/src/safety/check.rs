@@ -15,16 +15,16 @@ const SENSE_FULL_SCALE: u16 = 4095;
 
 /// Tolerance of two counts: the offset and the rounding of the current sense.
 const SLACK_COUNTS: u32 = 2;
-/// The tolerance in µA.
+/// Tolerance of a reading, µA: [`SLACK_COUNTS`] counts.
 pub(super) const SLACK_UA: u32 = SLACK_COUNTS * SENSE_FULL_SCALE_UA / SENSE_FULL_SCALE as u32;
 
-/// Time from the start of a window to the refill that gets its reading, µs.
+/// Time from the start of a window to the refill that receives the current sampled in it, µs.
 pub(super) const SENSED_US: u32 = 2 * WINDOW_US;
 
 /// Distance between the check pulses of two channels, µs: one window for each phase.
 const SPACING_US: u32 = 2 * WINDOW_US;
 
-/// Number of amplitudes in the check, from code 1 to the last.
+/// Number of rising amplitudes in an electrode check, from DAC code 1 to the final amplitude.
 const STEPS: u32 = 4;
 
 /// Shortest time from the start of one check to the start of the next, µs, however the check
@@ -54,14 +54,15 @@ const _: () = assert!(2 * PROBE.width_us as u32 + PROBE.gap_us as u32 <= WINDOW_
 pub struct Reading {
     /// Channel whose pulse was sampled, from 0.
     pub channel: u8,
-    /// Whether the second phase was sampled.
+    /// Whether the second phase was sampled, not the first.
     pub second: bool,
     /// Reading of the converter, 12 bits.
     pub raw: u16,
 }
 
 impl Reading {
-    /// Returns the measured current, µA.
+    /// Returns the measured current, rounded down; 4095 counts are the full scale of the board's
+    /// current sense.
     #[must_use]
     pub const fn current(&self) -> MicroAmps {
         current(self.raw)
@@ -93,21 +94,21 @@ pub(super) struct Load {
 }
 
 impl Load {
-    /// Returns the load that `reading` at `applied` shows.
+    /// Returns the load for a `reading` that was sampled while `applied` was output.
     pub(super) const fn from_reading(reading: Reading, applied: Amplitude) -> Self {
         let raw = reading.raw & 0xFFF; // twelve bits
         Self { raw, applied }
     }
 
-    /// Returns both values in one word, because the checksum over it is computed at every burst. A
-    /// bit flip in either value changes the word.
+    /// Combines both values into one word, because the checksum over it is computed at every burst.
+    /// A bit flip in either value changes the word.
     #[inline]
     pub(super) fn word(self) -> u32 {
         self.applied.get().rotate_left(12) ^ u32::from(self.raw)
     }
 
-    /// Returns whether this load is more than `times` the load `of`, with a tolerance of two
-    /// counts each. Both must come from a voltage stage.
+    /// Returns whether the resistance of this load is more than `times` that of `of`, even if each
+    /// reading is wrong by two counts. Both must come from a voltage stage.
     pub(super) fn is_above(self, times: u32, of: Self) -> bool {
         // At most 4097 · 4 · 150 000, below 2^32: nothing wraps.
         let (this, of_raw) = (u32::from(self.raw) + SLACK_COUNTS, u32::from(of.raw));
@@ -118,8 +119,8 @@ impl Load {
                 .wrapping_mul(self.applied.get())
     }
 
-    /// Returns whether both were taken at similar amplitudes, at most 25 % apart, so that a
-    /// difference between them is due to the load.
+    /// Returns whether both loads were measured at similar amplitudes, at most 25 % apart, so that
+    /// a difference between the readings is due to the load.
     pub(super) fn is_near(self, other: Self) -> bool {
         let (a, b) = (self.applied.get(), other.applied.get()); // at most 150 000
         4 * a <= 5 * b && 4 * b <= 5 * a
@@ -137,10 +138,11 @@ pub enum Electrode {
     Short,
 }
 
-/// An electrode check in progress: the phases of channels that still owe a plausible reading.
+/// An electrode check in progress: which phases of which channels still lack a plausible reading.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct ElectrodeCheck {
-    /// Channels whose first and whose second phase owe a reading; bit i is channel i.
+    /// Channels that lack a plausible reading of the first phase, and of the second phase; bit i is
+    /// channel i.
     pending: [u16; 2],
 }
 
@@ -205,8 +207,8 @@ impl ElectrodeCheck {
         *pending &= !(1u16 << (channel % 16));
     }
 
-    /// Returns the first channel that still owes a plausible reading; `true` if only one of its
-    /// two phases owes it.
+    /// Returns the first channel that still lacks a plausible reading, and whether only one of its
+    /// two phases lacks it.
     #[must_use]
     pub fn first_missing(&self) -> Option<(u8, bool)> {
         let [first, second] = self.pending;
@@ -238,8 +240,8 @@ pub(super) const fn is_above_limit(reading: Reading, max: MicroAmps) -> bool {
     reading.current().get() > max + max / 20 + SLACK_UA
 }
 
-/// Returns the upper bound on the load that the reading `found` on a voltage stage proves, Ω. Two
-/// counts are subtracted from the reading; `None` if nothing is left.
+/// Returns an upper bound on the load of a voltage stage, Ω, from the amplitude and the reading in
+/// `found`. Two counts are subtracted from the reading; `None` if nothing is left.
 #[must_use]
 pub(super) fn least_load_ohm(found: Load) -> Option<u32> {
     let ua = current(found.raw).get().checked_sub(SLACK_UA)?;

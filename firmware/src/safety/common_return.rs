@@ -9,14 +9,16 @@ use crate::units::MicroAmps;
 const MOST_PULSES: usize = TrainSpec::BURST_COUNT.max as usize;
 
 impl Sums {
-    /// Returns the sums of these channels. The peak is exact for trains of one period from the
-    /// common epoch; so is the rms, as the root of the sum of squares, where no two phases of one
-    /// sign overlap. For other trains the sums are never too low: phases count as overlapping
-    /// wherever the greatest common divisor of their periods allows it. Phases of triggered
-    /// trains, of lists, of rates that may change and of bursts with another period count as
-    /// overlapping wherever they have the same sign, as do second phases whose beginning shifts
-    /// with a variable width; first phases count with their largest width. For two channels that
-    /// overlap, the product of their rms currents bounds the mean of their product (Cauchy and
+    /// Returns the peak and rms current of these channels together. The peak is exact if all trains
+    /// have one period and start from the common epoch. The rms, the root of the sum of squares, is
+    /// then exact too, unless phases of one sign overlap.
+    ///
+    /// For other trains the sums are never too low. Phases count as overlapping wherever the
+    /// greatest common divisor of their periods allows it. Phases of one sign always count as
+    /// overlapping if a train is triggered, takes lists or may change its rate, or if it has bursts
+    /// whose period does not divide that of the other train. So do second phases whose beginning
+    /// shifts with a variable width; first phases count with their largest width. For two channels
+    /// that overlap, the product of their rms currents bounds the mean of their product (Cauchy and
     /// Schwarz).
     ///
     /// The computation needs no search over time: it checks a few thousand distances at most.
@@ -48,10 +50,10 @@ impl Sums {
         }
     }
 
-    /// Adds the difference when `channel` turned out to drive the current of `now`. The whole
-    /// difference is added, because searching again for overlapping pulses takes too long for a
-    /// refill. The result is never too low: at any instant no more current can be added, and the
-    /// rms of a sum is at most the sum of the rms values (Minkowski).
+    /// Updates the sums after a measured load has shown that `channel` drives the current of `now`.
+    /// The whole difference is added, because searching again for overlapping pulses takes too long
+    /// for a refill. The result is never too low: at any instant no more current can be added, and
+    /// the rms of a sum is at most the sum of the rms values (Minkowski).
     pub(super) fn add(&mut self, channel: &Channel, now: &Channel) {
         let more = now.current().get().saturating_sub(channel.current().get());
         // At most 20 mA each: the limiter of a voltage stage.
@@ -71,22 +73,23 @@ impl Channel {
         MicroAmps::new(self.rms_at(self.current().get()))
     }
 
-    /// Returns the rms current of phases of `ua`, at most 1e5, at the highest rate, rounded up,
-    /// µA.
+    /// Returns the rms current at the channel's highest rate, µA, rounded up, if its phases have
+    /// the amplitude `ua` (at most 1e5 µA).
     #[inline(never)]
     fn rms_at(&self, ua: u32) -> u32 {
         square_root_rounded_up(self.mean_square(ua))
     }
 
-    /// Returns the mean square current of phases of `ua` at the highest rate, µA².
+    /// Returns the mean square current at the channel's highest rate, µA², if its phases have the
+    /// amplitude `ua` (µA).
     fn mean_square(&self, ua: u32) -> u64 {
         let ua = u64::from(ua);
         let square = ua * ua * u64::from(self.train.burst_driven_us(self.judged_width_us));
         square.div_ceil(self.min_period_us.max(1).into())
     }
 
-    /// Returns the largest sum of currents at the start of one of this channel's phases of one
-    /// sign, µA.
+    /// Returns the largest current of one sign through the common return, µA, at the start of any
+    /// of this channel's phases of that sign.
     fn peak_with<'c>(&self, channels: impl Iterator<Item = &'c Self>, is_cathodic: bool) -> u32 {
         let Some(lag) = PhaseDelay::of(&self.train, is_cathodic) else {
             return 0;
@@ -104,7 +107,7 @@ impl Channel {
         pulses.copied().max().unwrap_or(0)
     }
 
-    /// Returns whether phases of one sign of the two channels can be driven at the same time.
+    /// Returns whether a phase of this channel can overlap a phase of `other` with the same sign.
     fn can_coincide_with(&self, other: &Self) -> bool {
         let begins_in = |a: &Self, b: &Self, is_cathodic| {
             let Some(lag) = PhaseDelay::of(&a.train, is_cathodic) else {
@@ -120,7 +123,8 @@ impl Channel {
         either(true) || either(false)
     }
 
-    /// Returns whether the channel's pulses keep their distance from the common epoch.
+    /// Returns whether every pulse of the channel has a fixed time after the common epoch: its
+    /// period cannot change, and it has neither a trigger nor lists.
     pub(super) const fn is_steady(&self) -> bool {
         let spec = self.train.spec();
         self.min_period_us == self.max_period_us && spec.trigger.is_none() && !spec.lists
@@ -134,9 +138,11 @@ enum PulseSpacing {
     /// The other channel may drive that sign at any time.
     Anywhen,
     Known {
-        /// Time after which the distances of the two channels repeat, µs.
+        /// Greatest common divisor of the two periods, µs. Distances between pulses of the two
+        /// channels are known up to multiples of it.
         every_us: u32,
-        /// Time from the other channel's first phase of that sign to the burst, µs.
+        /// Time from the other channel's first phase of that sign to the burst, µs, up to multiples
+        /// of `every_us`.
         since_us: u32,
         width_us: u32,
         interval_us: u32,

@@ -24,9 +24,9 @@ pub enum Fault {
     OverCurrent,
     /// 7: an electrode came off.
     ElectrodeOff,
-    /// 8: the supply voltage fell.
+    /// 8: the supply voltage fell below its threshold.
     BrownOut,
-    /// 9: the clock failed.
+    /// 9: the crystal oscillator failed.
     ClockFailure,
     /// 10: a part of the device stopped checking in, and the watchdog reset the device.
     Watchdog,
@@ -67,7 +67,7 @@ impl Fault {
         self as u16 + 1
     }
 
-    /// Returns the fault's bit in [`FaultRecord::later`].
+    /// Returns the fault's bit in [`FaultRecord::later_faults`].
     #[must_use]
     pub const fn bit(self) -> u32 {
         1 << self as u32 // the last has number 23

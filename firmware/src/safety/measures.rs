@@ -16,7 +16,7 @@ impl Measures {
         Self([stimulus.amplitude, Amplitude::new(alike)])
     }
 
-    /// Returns the same measures rounded down, for use as the start of a rise.
+    /// Does the same as [`Self::of`] but rounds down: for the measures from which a rise starts.
     pub(super) fn rounded_down(stimulus: Stimulus, own_us: u16) -> Self {
         let alike = charge(stimulus).checked_div(own_us.into()).unwrap_or(0);
         Self([stimulus.amplitude, Amplitude::new(alike)])
@@ -27,7 +27,7 @@ impl Measures {
         Self([amplitude; 2])
     }
 
-    /// Returns the smaller of each of the two values.
+    /// Returns the smaller amplitude, and the smaller amplitude by charge, of the two.
     pub(super) fn min(self, other: Self) -> Self {
         let ([a, b], [c, d]) = (self.0, other.0);
         Self([a.min(c), b.min(d)])

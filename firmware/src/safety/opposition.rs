@@ -10,10 +10,11 @@ use crate::pulse::{CHANNELS, DEAD_TIME_US, Group, Partner, Train, gcd};
 /// directions at the same time, or with less than the dead time between them.
 ///
 /// The result is exact for trains of one period that start at the common epoch, and for members of
-/// one isolated group. For different periods, all distances count that their greatest common
-/// divisor allows; all of them occur in endless trains. For a width that may change, all its
-/// values count. If a train starts by a trigger, takes lists or changes its rate, every distance
-/// to other trains counts. The number of bursts in a train does not count.
+/// one isolated group. For trains of different periods, every distance between pulses counts that
+/// the greatest common divisor of the periods allows; all of these distances occur in endless
+/// trains. A variable width counts with all its values. If a train starts by a trigger, takes lists
+/// or changes its rate, every distance to other trains counts. The number of bursts in a train is
+/// ignored.
 pub fn opposed_pairs<'a>(
     channels: &'a [Option<Channel>; CHANNELS],
     groups: &'a [Group],

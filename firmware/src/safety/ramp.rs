@@ -17,7 +17,7 @@ pub struct Rise {
     start: Micros,
     /// Time of the latest burst.
     last: Micros,
-    /// Period in force at the latest burst, µs.
+    /// Period of the train at the latest burst, µs.
     period_us: u32,
     /// Number of bursts of the rise so far: 0 before the first, [`RISEN`] after the last.
     bursts: u16,
@@ -40,14 +40,15 @@ impl Hash for Rise {
 /// The limits on the amplitude of one burst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reach {
-    /// Fractions of the wanted amplitude that time and bursts allow: numerator and denominator.
+    /// Fractions of the wanted amplitude that time and bursts allow, each as numerator and
+    /// denominator; `None` after the rise.
     parts: Option<[(u32, u32); 2]>,
     /// Time since the channel's previous burst, µs; `None` at the first burst of a rise.
     since_us: Option<u32>,
 }
 
 impl Rise {
-    /// Returns whether the rise is over.
+    /// Returns whether the rise is over, after which only the slope limit applies.
     #[must_use]
     pub const fn is_risen(&self) -> bool {
         self.bursts == RISEN

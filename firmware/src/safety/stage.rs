@@ -142,8 +142,8 @@ impl Stage {
         DacCode::new((whole * 257 + rest * 257 / full) as u16)
     }
 
-    /// Returns the largest allowed product of DAC code and width, in µs, for a phase that may have
-    /// a charge of `max_nc`; saturating.
+    /// Returns the largest allowed product of DAC code and width (codes × µs) for a phase that may
+    /// have a charge of `max_nc`; saturating.
     #[must_use]
     pub fn code_us(&self, max_nc: u32) -> u32 {
         // nC = mA·µs = 1000 µA·µs; through a load Ω·nC = 1000 mV·µs. At most 4e9 · 65 535.

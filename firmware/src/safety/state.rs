@@ -15,7 +15,7 @@ pub enum State {
     Idle,
     /// Electrodes checked, ready to start. Expires after 10 s.
     Armed,
-    /// Trains play.
+    /// Trains play with the wanted amplitudes.
     Stimulating,
     /// Amplitudes fall; no new start is possible.
     Stopping,
@@ -76,7 +76,7 @@ impl Inputs {
 }
 
 /// The reason why a request was refused. Channels count from 0. The size is limited to four words,
-/// because this is part of each answer to an order and is copied from module to module.
+/// because every answer to a request contains a denial and is copied from module to module.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Denial {
     /// The request is not possible in this state.
@@ -112,9 +112,9 @@ pub enum Denial {
     },
     /// A stop ended the electrode check, or came before it began.
     Cancelled,
-    /// A stop came after the order and before it was carried out.
+    /// A stop came after the request and before the request was carried out.
     Stopped,
-    /// The mailbox to the controller has no room to report the order.
+    /// The device is busy: a message between its parts found no room, or is missing.
     Busy,
     /// A setpoint came before arming.
     NotArmed,
@@ -130,7 +130,7 @@ pub enum Denial {
     },
     /// The wearer's longest stimulation time is over until power is removed.
     TimeOver {
-        /// Longest stimulation time, s.
+        /// The wearer's longest stimulation time, s.
         max_s: u32,
     },
     /// The channel has output the wearer's largest charge; it may output more only after power was
@@ -138,7 +138,7 @@ pub enum Denial {
     DoseReached {
         /// Channel for which the request was refused, from 0.
         channel: u8,
-        /// Largest charge of the channel, mC.
+        /// The wearer's largest charge per channel, mC.
         max_mc: u32,
     },
     /// The time and charge spent before the reset are unknown: power must be removed and restored.
@@ -197,12 +197,12 @@ pub enum Denial {
         /// Channel for which the request was refused, from 0.
         channel: u8,
     },
-    /// A train of a fixed number of pulses would begin below the ordered amplitude, because that
+    /// A train of a fixed number of pulses would begin below the requested amplitude, because that
     /// is above the channel's `start`.
     AboveStart {
         /// Channel for which the request was refused, from 0.
         channel: u8,
-        /// Number of pulses that would be below the ordered amplitude.
+        /// Number of pulses that would be below the requested amplitude.
         pulses: u32,
         /// The channel's `start`, in the stage's thousandths.
         start: Amplitude,

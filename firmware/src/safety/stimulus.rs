@@ -33,10 +33,10 @@ impl Hash for Stimulus {
     }
 }
 
-/// Amplitudes and widths that a host orders for several channels at once.
+/// Amplitudes and widths that a host sets for several channels at once.
 #[derive(Clone, Copy, Hash, Debug)]
 pub struct Stimuli {
-    /// Channels that are ordered; bit i is channel i.
+    /// Channels for which the host sets an amplitude; bit i is channel i.
     pub mask: u16,
     /// One amplitude for each bit set in `mask`, lowest channel first; entries behind them are
     /// unused.

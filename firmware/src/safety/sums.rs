@@ -9,7 +9,7 @@ pub struct Sums {
     /// Largest sum at any microsecond of the phases of one sign. Channels of the opposite sign
     /// count as zero, because they may be at zero.
     pub peak: MicroAmps,
-    /// Largest rms current.
+    /// Largest rms current of all channels together.
     pub rms: MicroAmps,
 }
 
@@ -18,16 +18,16 @@ pub struct Sums {
 pub enum SumError {
     /// The current at some microsecond is too large.
     Peak {
-        /// The sum that would flow.
+        /// Largest current of one sign that would flow.
         sum: MicroAmps,
-        /// The largest allowed sum.
+        /// Largest allowed current of one sign.
         max: MicroAmps,
     },
     /// The rms current is too large.
     Rms {
-        /// The rms current that would flow.
+        /// Rms current of all channels together that would flow.
         sum: MicroAmps,
-        /// The largest allowed rms current.
+        /// Largest allowed rms current of all channels together.
         max: MicroAmps,
     },
 }

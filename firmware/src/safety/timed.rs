@@ -11,11 +11,11 @@ pub const MAX_TIMED: usize = 16;
 /// A setpoint that takes effect at a given time.
 #[derive(Clone, Copy, Hash, Debug)]
 pub struct Timed {
-    /// Number of the request.
+    /// Sequence number of the host's request, for its answer.
     pub seq: u16,
     /// Device time at which the setpoint takes effect.
     pub at: Micros,
-    /// Ordered amplitudes and widths.
+    /// Amplitudes and widths that become the wanted ones at that time.
     pub stimuli: Stimuli,
 }
 

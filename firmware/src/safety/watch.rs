@@ -10,22 +10,24 @@ use core::hash::{Hash, Hasher};
 /// phases, a lost electrode.
 const TO_FAULT: u8 = 3;
 
-/// Score of an odd reading for [`Fault::LoadUnstable`]; each good reading subtracts 1. The fault is
-/// raised at [`FULL`]: after three odd readings in a row, or after more than one in five for a
-/// while.
+/// Score that an odd reading adds to the count for [`Fault::LoadUnstable`]; each good reading
+/// subtracts 1.
 const ODD: u8 = 4;
+/// Score at which [`Fault::LoadUnstable`] is raised: after three odd readings in a row, or after
+/// more than one in five for a while.
 const FULL: u8 = TO_FAULT * ODD;
 
-/// Multiple of the load at arming, measured at the smallest amplitude, that is too much. When an
-/// electrode peels off, its load grows as its area shrinks, and with it the current density. While
-/// an electrode holds, its load falls with amplitude (docs/hardware.md, what the readings show).
+/// Multiple of the load at arming from which on a load is too high. When an electrode peels off,
+/// its load grows as its area shrinks, and with it the current density. The load at arming was
+/// measured at the smallest amplitude, and while an electrode holds, its load falls with amplitude
+/// (docs/hardware.md, what the readings show).
 const RISEN: u32 = 4;
 
 /// Ratio between two consecutive loads that counts as a jump.
 const JUMP: u32 = 2;
 
-/// Percentage of a current that a reading, plus two counts, must reach. Sense and stage agree
-/// within 1 % (docs/hardware.md).
+/// Percentage of a current that a reading, plus two counts, must reach to count as that current.
+/// Sense and stage agree within 1 % (docs/hardware.md).
 const REACHED_PERCENT: u32 = 98;
 
 /// Readings of one of the two phases of a channel's pulses.

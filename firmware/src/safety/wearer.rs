@@ -139,7 +139,7 @@ impl WearerSpec {
 }
 
 impl Wearer {
-    /// Returns the checked values.
+    /// Returns the limits in the form in which the host sent them.
     #[must_use]
     pub const fn spec(&self) -> &WearerSpec {
         &self.0

@@ -9,17 +9,20 @@ use cortex_m::{asm::wfi, interrupt};
 const RCC_APB1ENR: *mut u32 = 0x4002_3840 as *mut u32;
 const USART2EN: u32 = 1 << 17;
 
-/// Status, data and first control register of USART2 (RM0090 section 30.6).
+/// Status register of USART2 (RM0090 section 30.6).
 const SR: *mut u32 = 0x4000_4400 as *mut u32;
+/// Data register of USART2.
 const DR: *mut u32 = 0x4000_4404 as *mut u32;
+/// First control register of USART2.
 const CR1: *mut u32 = 0x4000_440C as *mut u32;
 const RXNE: u32 = 1 << 5;
 const TXE: u32 = 1 << 7;
 /// UE, RXNEIE, TE and RE of USART_CR1.
 const ENABLE: u32 = 1 << 13 | 1 << 5 | 1 << 3 | 1 << 2;
 
-/// NVIC_ISER1 and NVIC_ICPR1 (PM0214 section 4.3); USART2 is interrupt 38.
+/// NVIC_ISER1, which enables interrupts (PM0214 section 4.3); USART2 is interrupt 38.
 const NVIC_ISER1: *mut u32 = 0xE000_E104 as *mut u32;
+/// NVIC_ICPR1, which clears pending interrupts.
 const NVIC_ICPR1: *mut u32 = 0xE000_E284 as *mut u32;
 const USART2_IRQ: u32 = 1 << (38 - 32);
 

@@ -20,7 +20,8 @@ pub const LAP: u16 = 8 * BOARD.clocks.cycles_per_us() as u16;
 /// memory, to be measured by docs/hil.md. A clock error of 0.3 % moves each capture by as much.
 const TOLERANCE: u16 = 4;
 
-/// Count within a lap at which captures fall.
+/// Check of the core's clock. From the first check on, it stores the count within a lap at which
+/// captures fall.
 pub struct Crystal {
     place: Option<u16>,
 }

@@ -8,8 +8,9 @@ use crate::board::wiring::{BOARD, DacOutput};
 use crate::pulse::{BANKS, CHANNELS};
 use crate::units::DacCode;
 
-/// DAC outputs that set each channel's amplitude and each bank's trip level.
+/// DAC output that sets the amplitude of each channel.
 const OUTPUTS: [DacOutput; CHANNELS] = BOARD.dacs.channels;
+/// DAC output that sets the trip level of each bank's comparators.
 const TRIPS: [DacOutput; BANKS] = BOARD.dacs.trips;
 /// Command "write to and update channel n" (AD5668 data sheet, command definitions).
 const WRITE_AND_UPDATE: u32 = 0b0011;

@@ -14,8 +14,8 @@ const AT: usize = 1;
 const RESIDUAL: usize = 2;
 const DETAIL: usize = RESIDUAL + CHANNELS;
 const CHECK: usize = DETAIL + 1;
-/// Events after the record. They are not part of the check word, so that an interrupted write costs
-/// only itself. The lower bits hold [`FaultRecord::later`].
+/// Word for events after the record. It is not part of the check word, so that an interrupted write
+/// costs only this word. Its lower bits hold [`FaultRecord::later_faults`].
 const LATER: usize = CHECK + 1;
 const POWER_LOST: u32 = 1 << 31;
 const ACKNOWLEDGED: u32 = 1 << 30;

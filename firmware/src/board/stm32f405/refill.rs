@@ -44,7 +44,7 @@ struct Refill {
     kept: StoredFault,
 }
 
-/// Fault record in the backup registers.
+/// State of the fault record in the backup registers.
 #[derive(Clone, Copy)]
 enum StoredFault {
     Nothing,

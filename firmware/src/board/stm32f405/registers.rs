@@ -33,9 +33,10 @@ const DEMCR: u32 = 0xE000_EDFC;
 const DBGMCU: u32 = 0xE004_2000;
 const NVIC: u32 = 0xE000_E100;
 
-/// Addresses of the tape in SRAM2 (memory.x): the words of both ports, then the disconnect word of
-/// each.
+/// Addresses of the tape in SRAM2 (memory.x): the words of the first port, then those of the
+/// second.
 const TAPE: [u32; 2] = [0x2001_C000, 0x2001_C000 + 2_000];
+/// Addresses of the disconnect word of each port, behind the tape.
 const ISOLATED: [u32; 2] = [TAPE[1] + 2_000, TAPE[1] + 2_004];
 
 const PORTS: [Port; 2] = BOARD.outputs.ports;

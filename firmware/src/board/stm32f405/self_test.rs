@@ -58,14 +58,15 @@ fn flash() -> Option<(Fault, u32)> {
 /// Range of the LSI, Hz (DS8626, LSI oscillator characteristics); within it the watchdog resets in
 /// 4 to 12 ms.
 const LSI_HZ: (u32, u32) = (17_000, 47_000);
-/// Number of captures in one measurement; channel 4 captures every eighth edge.
+/// Number of captures in one measurement.
 const CAPTURES: u32 = 8;
+/// Number of LSI periods in one measurement: channel 4 captures every eighth edge.
 const PERIODS: u32 = 8 * CAPTURES;
 /// Longest wait for one capture, core cycles: 2 ms, two and a half times the time at 10 kHz.
 const PATIENCE: u32 = 2_000 * CYCLES_PER_US;
 
-/// Checks that the counts of TIM5 in [`PERIODS`] of the LSI lie within its range, plus or minus one
-/// count. The detail of a failure is their number, 0 if there are none.
+/// Checks that the number of TIM5 counts during [`PERIODS`] LSI periods fits [`LSI_HZ`], plus or
+/// minus one count. The detail of a failure is that number, or 0 if nothing could be measured.
 fn oscillator() -> Option<(Fault, u32)> {
     // No interrupt of TIM5 may clear the flag meanwhile; the counter keeps running.
     let counts = cortex_m::interrupt::free(|_| measure()).unwrap_or(0);
@@ -76,9 +77,10 @@ fn oscillator() -> Option<(Fault, u32)> {
     (counts == 0 || is_slow || is_fast).then_some((Fault::Oscillator, counts))
 }
 
-/// Returns the counts of TIM5 in [`PERIODS`] of the LSI. TIM5 belongs to the time driver, which
-/// counts microseconds of the crystal with it and uses channels 1 and 2. Channel 4 is free, and its
-/// input can be the LSI (RM0090 section 18.4.21, TIM5_OR). Restores all settings at the end.
+/// Returns the number of TIM5 counts during [`PERIODS`] LSI periods. TIM5 belongs to the time
+/// driver, which counts microseconds of the crystal with it and uses channels 1 and 2. Channel 4 is
+/// free, and its input can be the LSI (RM0090 section 18.4.21, TIM5_OR). Restores all settings at
+/// the end.
 fn measure() -> Option<u32> {
     RCC.csr().modify(|w| w.set_lsion(true));
     TIM5.or().write_value(0b01 << 6); // TI4_RMP: LSI
@@ -96,7 +98,8 @@ fn measure() -> Option<u32> {
     counts
 }
 
-/// Returns the counts of TIM5 in [`PERIODS`], after the LSI has started.
+/// Waits until the LSI has started, and returns the number of TIM5 counts during [`PERIODS`] LSI
+/// periods.
 fn periods() -> Option<u32> {
     within(|| RCC.csr().read().lsirdy())?;
     let first = capture()?;

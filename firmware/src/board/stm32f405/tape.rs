@@ -110,9 +110,9 @@ pub struct Tape {
 
 impl Tape {
     /// Erases the whole tape, paints `plan` on its first half and starts it, so that slot 0 plays
-    /// at `plan.start`. Device time starts from there; after a fault stop, device time went on
-    /// since `since`, and this waits up to one window for `plan.start`, with nothing on the
-    /// outputs.
+    /// at `plan.start`. Without `since`, device time starts there. After a fault stop, device time
+    /// has continued: then `since` is a recent instant of it, and this function waits up to one
+    /// window for `plan.start`, with nothing on the outputs.
     ///
     /// # Errors
     /// Returns [`Fault::TapeSlip`] if DMA2 carries another stream, a stream does not stop, or a
@@ -253,8 +253,8 @@ impl Tape {
     }
 }
 
-/// Returns the number of slots played once those up to `now` are, 1–498: below every origin, so
-/// that no reload lies in between.
+/// Returns how many slots of the tape have been played when the slot at `now` ends, 1–498. This is
+/// below every origin, so no reload of NDTR lies in between.
 fn played(now: Micros, start: Micros, half: Half) -> Result<u16, Fault> {
     let slot = now.elapsed_since(start);
     if slot > LAST_SLOT {

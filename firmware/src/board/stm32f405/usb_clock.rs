@@ -24,11 +24,13 @@ pub fn disagrees() -> bool {
 
 /// Comparison of USB frames with device time.
 pub struct UsbClock {
-    /// Number of the latest frame seen, and device time at that moment.
+    /// Number of the latest frame seen.
     frame: u32,
+    /// Device time at which `frame` was seen.
     seen: Micros,
-    /// Start of the current comparison, and number of frames since.
+    /// Start of the current comparison, device time.
     begun: Micros,
+    /// Number of frames since `begun`.
     frames: u32,
 }
 

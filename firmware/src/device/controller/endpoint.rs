@@ -19,14 +19,14 @@ impl Controller {
         self.setup.build_arm(&lines);
     }
 
-    /// Resets the arm to rest.
+    /// Resets the control of the arm: forgets its setpoints, measurements and telemetry values.
     #[inline(never)]
     pub(super) fn reset_endpoint(&mut self) {
         self.wrench = None;
         self.endpoint = EndpointState::default();
     }
 
-    /// Takes a wanted force at the hand.
+    /// Takes a setpoint of the force at the hand, mN, valid from `at`.
     #[inline(never)]
     pub(super) fn accept_force(
         &mut self,
@@ -43,7 +43,7 @@ impl Controller {
         taken.map_err(Refusal::from)
     }
 
-    /// Takes the measurement of one of the arm's angles.
+    /// Takes the host's measurement of one of the arm's nine angles, made at `at`.
     #[inline(never)]
     pub(super) fn accept_posture_angle(
         &mut self,
@@ -58,8 +58,8 @@ impl Controller {
         taken.map_err(Refusal::from)
     }
 
-    /// Runs the arm while stimulating. A force that the arm cannot make in its present posture is
-    /// not made at all, until it can be made again.
+    /// Runs the control of the arm while stimulating. While the arm cannot produce the wanted force
+    /// in its posture, its amplitudes are zero.
     #[inline]
     pub(super) fn control_endpoint(&mut self, now: Micros, mail: &mut ControllerMail<'_>) {
         if self.phase == Phase::Running && self.setup.endpoint.is_some() {
@@ -92,7 +92,7 @@ impl Controller {
         }
     }
 
-    /// Keeps values for the next telemetry sample.
+    /// Stores reference force and achievable share for the next telemetry sample.
     fn record_endpoint(&mut self, orders: &EndpointOrders) {
         self.limiting |= orders.achievable_permille < 1000;
         let least = self.wrench.map_or(1000, |told| told.achievable_permille);
@@ -102,8 +102,8 @@ impl Controller {
         });
     }
 
-    /// Returns the arm's part of the next telemetry sample, and restarts the minimum of the force
-    /// that could be made.
+    /// Returns the arm's part of the next telemetry sample, and restarts the minimum of the
+    /// achievable share.
     pub(super) const fn take_wrench(&mut self) -> Option<WrenchSample> {
         let told = self.wrench;
         if let Some(sample) = &mut self.wrench {

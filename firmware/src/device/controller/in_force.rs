@@ -4,8 +4,8 @@ use crate::pulse::CHANNELS;
 use crate::safety::Stimulus;
 use crate::units::{Amplitude, Micros};
 
-/// Delay of a burst after which its channel counts as silent, µs: a window's wait for an order, a
-/// window ahead, and a control tick.
+/// Delay of a burst after which its channel counts as silent, µs: the longest time for which an
+/// amplitude waits for the next window, the window that is rendered ahead, and a control tick.
 const GRACE_US: u32 = 1_500;
 
 /// Amplitude and rate of the pulses that each channel plays.
@@ -13,7 +13,7 @@ const GRACE_US: u32 = 1_500;
 pub(super) struct CurrentPulses {
     /// The latest pulse and the time of its leading edge; `None` for silence.
     latest: [Option<(Stimulus, Micros)>; CHANNELS],
-    /// Time from burst start to burst start as last ordered, µs.
+    /// Time from burst start to burst start that was requested last, µs.
     periods_us: [u32; CHANNELS],
 }
 
@@ -36,7 +36,7 @@ impl CurrentPulses {
         }
     }
 
-    /// Records an ordered amplitude. For amplitude 0 the channel becomes silent, because no burst
+    /// Records a requested amplitude. For amplitude 0 the channel becomes silent, because no burst
     /// will show it.
     pub(super) fn set_amplitude(&mut self, channel: u8, amplitude: Amplitude) {
         if amplitude == Amplitude::ZERO
@@ -46,7 +46,7 @@ impl CurrentPulses {
         }
     }
 
-    /// Records an ordered period.
+    /// Records a requested time from burst start to burst start, µs.
     pub(super) fn set_period(&mut self, channel: u8, period_us: u32) {
         if let Some(slot) = self.periods_us.get_mut(usize::from(channel)) {
             *slot = period_us;

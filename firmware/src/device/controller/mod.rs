@@ -210,7 +210,7 @@ impl Controller {
         }
     }
 
-    /// Resets everything in the setup to rest.
+    /// Resets the state of every controller and muscle model in the setup, when it is armed.
     fn reset_to_rest(&mut self, now: Micros) {
         self.muscles.clear();
         for muscle in &self.setup.muscles {
@@ -229,7 +229,7 @@ impl Controller {
         self.phase = Phase::Armed;
     }
 
-    /// Ends control: nothing plays and nothing is wanted any more.
+    /// Ends control: no channel plays, and no setpoint is in force any more.
     fn end_control(&mut self) {
         self.phase = Phase::Off;
         self.in_force.silence();
@@ -258,8 +258,9 @@ impl Controller {
             .map_err(|_| Refusal::new(Code::NoFatigue, "fatigue").with_channel(channel))
     }
 
-    /// Carries out a request; after a stop that came later than the request, only if it causes no
-    /// output. Returns its arrival time if it was a setpoint.
+    /// Carries out a request. If a stop came after the request, `is_latest` is false, and the
+    /// request is refused if it could cause output. Returns the arrival time of an accepted
+    /// setpoint.
     fn handle_request(
         &mut self,
         request: ControlRequest,
@@ -442,8 +443,8 @@ impl Controller {
         let _ = mail.report_event(now, event); // counted
     }
 
-    /// Records an ordered amplitude as in force, only while stimulating: during a fall the
-    /// amplitudes differ from the orders.
+    /// Records a requested amplitude as the present one, only while stimulating: during a fall the
+    /// pulses have smaller amplitudes than requested.
     fn record_order(&mut self, channel: u8, amplitude: Amplitude) {
         if self.state == State::Stimulating {
             self.in_force.set_amplitude(channel, amplitude);

@@ -10,13 +10,13 @@ use crate::safety::Fault;
 use crate::units::{Angle, Micros};
 
 impl Controller {
-    /// Resets the joints to rest, with no object held.
+    /// Resets the modulated joints: no measured angles, and no object held.
     #[inline(never)]
     pub(super) fn reset_modulations(&mut self) {
         self.modulations = ModulationsState::default();
     }
 
-    /// Takes the request that an object is held or released.
+    /// Takes the host's report that an object is held or released.
     #[inline(never)]
     pub(super) fn set_object_held(
         &mut self,
@@ -49,7 +49,7 @@ impl Controller {
         taken.ok_or(none)?.map_err(Refusal::from)
     }
 
-    /// Runs the joints while stimulating.
+    /// Computes and posts the amplitudes of the modulated joints while stimulating.
     #[inline]
     pub(super) fn control_modulations(&mut self, now: Micros, mail: &mut ControllerMail<'_>) {
         if self.phase == Phase::Running && !self.setup.modulations.is_empty() {

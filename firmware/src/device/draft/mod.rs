@@ -52,10 +52,11 @@ pub struct Draft {
     channels: [Option<ChannelSpec>; CHANNELS],
     muscles: [Option<MuscleSpec>; CHANNELS],
     forces: [Option<ForceSpec>; CHANNELS],
-    /// Force control of the channels for which the three fields above are all set. A table takes
-    /// some 80,000 cycles, and with the most steps and rates below the train's at most 2 ms (rows
-    /// `inverse_table` and `inverse_table_slow` of docs/charts/cycles.csv). Each is made with the
-    /// request that completes or changes it, so that arming makes none.
+    /// Force control of the channels for which train, muscle and force control are all set. Its
+    /// table takes some 80,000 cycles to compute, and with the most steps and rates below the
+    /// train's at most 2 ms (rows `inverse_table` and `inverse_table_slow` of
+    /// docs/charts/cycles.csv). The table is computed with the request that completes or changes
+    /// these parts, so that arming computes none.
     tables: [Option<Result<ForceControl, OutOfRange>>; CHANNELS],
 }
 
@@ -145,7 +146,7 @@ impl Draft {
         self.update_force_table(channel)
     }
 
-    /// Sets the muscle under a channel.
+    /// Sets the muscle that a channel stimulates, for its muscle model and for force control.
     pub fn set_muscle(&mut self, channel: u8, spec: MuscleSpec) -> Result<(), Mistake> {
         let checked = spec.validate();
         checked.map_err(Mistake::in_part(Part::Muscle(channel)))?;
@@ -153,7 +154,7 @@ impl Draft {
         self.update_force_table(channel)
     }
 
-    /// Sets the force control of a channel.
+    /// Puts a channel under force control. Its train and its muscle may be set later.
     pub fn set_force(&mut self, channel: u8, spec: ForceSpec) -> Result<(), Mistake> {
         let checked = spec.check();
         checked.map_err(Mistake::in_part(Part::Force(channel)))?;
@@ -176,14 +177,14 @@ impl Draft {
         Ok(())
     }
 
-    /// Sets the controlled joint.
+    /// Sets the joint whose angle is controlled, and replaces the earlier one.
     pub fn set_joint(&mut self, spec: JointSpec) -> Result<(), Mistake> {
         Joint::new(&spec).map_err(Mistake::in_part(Part::Joint))?;
         self.joint = Some(spec);
         Ok(())
     }
 
-    /// Sets the virtual wall.
+    /// Sets the virtual wall, and replaces the earlier one.
     pub fn set_wall(&mut self, spec: WallSpec) -> Result<(), Mistake> {
         Wall::new(&spec).map_err(Mistake::in_part(Part::Wall))?;
         self.wall = Some(spec);

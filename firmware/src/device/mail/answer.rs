@@ -18,9 +18,9 @@ pub enum AnsweredOrder {
 /// Answer to [`super::OrderKind::Release`].
 #[derive(Clone, Copy, Debug)]
 pub struct ReleaseAnswer {
-    /// The order's number.
+    /// Sequence number of the request, which the answer repeats.
     pub seq: u16,
-    /// Time at which the order was decided.
+    /// Time at which the pulser decided.
     pub at: Micros,
     /// Whether a restart was asked for, and not a takeover.
     pub restarts: bool,

@@ -15,69 +15,71 @@ pub struct ControlMessage {
 /// A request of the session to the controller.
 #[derive(Clone, Copy, Debug)]
 pub enum ControlRequest {
-    /// A wanted joint angle.
+    /// Sets the reference angle of the joint, as [`Request::Angle`](crate::link::Request::Angle)
+    /// does.
     Angle {
-        /// The request's number.
+        /// Sequence number of the host's request, which the answer repeats.
         seq: u16,
-        /// Time at which its last byte arrived.
+        /// Time at which the last byte of the request arrived.
         arrived: Micros,
-        /// Device time from which it is valid.
+        /// Device time from which the angle is valid.
         at: Micros,
-        /// The wanted angle.
+        /// Reference angle of the joint.
         angle: Angle,
         /// Rate of the angle, if the host gave one.
         rate: Option<AngularRate>,
     },
-    /// Sets the reference of a channel under force control, as [`Request::Force`](crate::link::Request::Force) does.
+    /// Sets the reference of a channel under force control, as
+    /// [`Request::Force`](crate::link::Request::Force) does.
     Force {
-        /// The request's number.
+        /// Sequence number of the host's request, which the answer repeats.
         seq: u16,
-        /// Time at which its last byte arrived.
+        /// Time at which the last byte of the request arrived.
         arrived: Micros,
-        /// Device time from which it is valid.
+        /// Device time from which the force is valid.
         at: Micros,
         /// Channel under force control, from 0.
         channel: u8,
-        /// The wanted force, mN.
+        /// Reference force, mN: the mean over a pulse period.
         millinewton: u32,
         /// Rate of the force, if the host gave one.
         rate: Option<ForceRate>,
     },
     /// A wanted force at the hand of the arm.
     Wrench {
-        /// The request's number.
+        /// Sequence number of the host's request, which the answer repeats.
         seq: u16,
-        /// Time at which its last byte arrived.
+        /// Time at which the last byte of the request arrived.
         arrived: Micros,
-        /// Device time from which it is valid.
+        /// Device time from which the force is valid.
         at: Micros,
         /// The wanted force along x, y and z, mN.
         force_mn: [i32; 3],
     },
     /// An object is held or released from now on.
     Held {
-        /// The request's number.
+        /// Sequence number of the host's request, which the answer repeats.
         seq: u16,
-        /// Time at which its last byte arrived.
+        /// Time at which the last byte of the request arrived.
         arrived: Micros,
         /// Whether the object is held, and not released.
         is_held: bool,
     },
     /// A joint angle measured by the host.
     Measurement {
-        /// The request's number.
+        /// Sequence number of the host's request, which the answer repeats.
         seq: u16,
         /// Device time of the measurement.
         at: Micros,
         /// Number of the joint: one of an arm's nine, or of four whose stimulation follows their
         /// angles; 0 for a joint or a wall.
         joint: u8,
-        /// The measured angle.
+        /// Measured angle of the joint.
         angle: Angle,
     },
     /// A change of a muscle's model level.
     MuscleLevel {
-        /// The request's number.
+        /// Sequence number of the host's request, which the answer repeats.
         seq: u16,
         /// Channel of the muscle, from 0.
         channel: u8,

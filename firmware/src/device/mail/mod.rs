@@ -31,11 +31,11 @@ pub struct Order {
     pub at: Micros,
     /// Number of stops raised when the order was posted.
     pub stops: u32,
-    /// The requested action.
+    /// Action that the pulser carries out or refuses.
     pub kind: OrderKind,
 }
 
-/// An action that a session orders.
+/// An action that the session requests from the pulser.
 #[derive(Clone, Copy, Debug)]
 pub enum OrderKind {
     /// Arm the setup in the setup mailbox.
@@ -57,13 +57,13 @@ pub enum OrderKind {
     Pulses,
     /// Set the amplitudes and widths of several channels.
     Amplitudes {
-        /// Device time from which the amplitudes hold; `None` means on arrival.
+        /// Device time from which the amplitudes are valid; `None` means on arrival.
         at: Option<Micros>,
         /// Amplitudes and widths by channel.
         stimuli: Stimuli,
     },
-    /// Drop the queued timed setpoints: the session ends and its host has another. This is the
-    /// only order without an answer.
+    /// Drop the queued timed setpoints, because their session has ended. This is the only order
+    /// without an answer.
     Forget,
 }
 
@@ -72,7 +72,7 @@ pub enum OrderKind {
 pub enum Report {
     /// The pulser's answer to an [`Order`]: accepted, or the refusal.
     Verdict {
-        /// The order's number.
+        /// Number of the order that is answered.
         seq: u16,
         /// Time at which the order was decided.
         at: Micros,
@@ -96,7 +96,7 @@ pub enum Report {
     },
     /// Answer to [`OrderKind::Status`].
     Status {
-        /// The order's number.
+        /// Number of the order that is answered.
         seq: u16,
         /// Device time of the report.
         at: Micros,
@@ -106,20 +106,20 @@ pub enum Report {
         pulses: u32,
         /// Number of trigger edges that met no prepared train.
         idle_triggers: u32,
-        /// Number of timed amplitudes that came too late.
+        /// Number of timed setpoints that arrived after their time.
         late_setpoints: u32,
         /// The latched or last fault; `None` if there was none.
         fault: Option<FaultRecord>,
         /// Time and charge left of the wearer's allowance; `None` before the first arming.
         left: Option<RemainingAllowance>,
     },
-    /// A change of state, or a notice that no order asked for.
+    /// A change of state, or another notice of the guard that no order asked for.
     Changed {
         /// Time of the change.
         at: Micros,
         /// State of the device after the change.
         state: State,
-        /// The guard's notice of the change.
+        /// Kind of the change, with its cause or measured values.
         notice: Notice,
     },
 }
@@ -160,7 +160,7 @@ pub enum ControlReport {
 #[derive(Clone, Debug)]
 #[repr(u32)]
 pub enum ControlOrder {
-    /// Amplitudes from the control law.
+    /// Amplitudes of all channels of the joint or of the wall.
     Amplitudes(Amplitudes),
     /// An amplitude for the muscle of an arm, or of a joint whose stimulation follows its angle.
     Amplitude {
@@ -205,15 +205,16 @@ pub enum ControlEvent {
         at: Micros,
         /// Amplitude and width of the pulse.
         stimulus: Stimulus,
-        /// Whether a rise or the slope limit keeps the amplitude below the ordered one.
+        /// Whether a rise or the slope limit keeps the amplitude below the wanted one.
         is_delayed: bool,
     },
     /// The controller's amplitudes rose faster than the wearer allows, and were reduced.
     Slowed,
 }
 
-/// All mailboxes; each holds one item less than its capacity. Large items have a mailbox of their
-/// own. The controller's mailbox of parts is not empty from an arm order to its verdict.
+/// All mailboxes; each has room for one item less than the number in its type. Large items have a
+/// mailbox of their own. The controller's mailbox of parts is not empty from an arm order to its
+/// verdict.
 #[derive(Debug, Default)]
 pub struct Mailboxes {
     setup: Queue<Setup, 2>,

@@ -66,8 +66,8 @@ impl LostMessages {
 pub struct Full;
 
 impl PulserMail<'_> {
-    /// Reports to the session. It leaves room for the answer to every order that it posts, so only
-    /// an event can be lost here, and only if the session is late.
+    /// Sends a report to the session. The session leaves room for the answer to every order that it
+    /// posts, so only an event can be lost here, and only if the session is late.
     pub(in crate::device) fn report(&mut self, report: Report) -> Result<(), Full> {
         self.lost.post(&mut self.reports, report)
     }

@@ -28,8 +28,9 @@ pub struct Pulser {
     last_fault: Option<FaultRecord>,
     /// The state that was last reported to the controller.
     told: State,
-    /// Count of stops carried out, and the count that was last reported to the session.
+    /// Count of the stops that were carried out.
     stops: u32,
+    /// Count of stops that was last reported to the session.
     stops_told: u32,
     /// Whether a control law's amplitudes rose faster than the wearer allows, and this is not
     /// reported yet.
@@ -42,12 +43,12 @@ pub struct Pulser {
     late_setpoints: u32,
     /// The channel sampled last, for taking turns.
     sampled: u8,
-    /// Middles of phases behind the windows rendered so far, one for each pulse.
+    /// Middles of phases in later windows that may be sampled, at most one for each pulse.
     phases: Vec<Sample, { 2 * MAX_PULSES }>,
     /// Channels whose next pulse is sampled in its second phase, bit i for channel i.
     second: u16,
-    /// Channels that omit the samples of a first and a second phase if their pulses follow fast,
-    /// bit i for channel i.
+    /// Channels whose next pulse is not sampled if their period is short, bit i for channel i. Such
+    /// a channel is sampled in two of four pulses.
     pausing: u16,
     /// Number of samples taken since the latest reading arrived.
     owed: u8,
@@ -81,7 +82,7 @@ impl Pulser {
         }
     }
 
-    /// Returns the device's state.
+    /// Returns the device's state as hosts see it.
     #[must_use]
     pub const fn state(&self) -> State {
         self.guard.state()
@@ -131,10 +132,10 @@ impl Pulser {
         result
     }
 
-    /// Replaces [`Self::refill`] of the window at `start`, if that would only carry out waiting
-    /// amplitudes and reset `plan` to the levels at its end; returns whether it did. This is so if
-    /// no other message was posted, the guard is at rest, and no edge or middle of a phase lies in
-    /// the window. For simulators, which may then omit the refill.
+    /// Replaces [`Self::refill`] of the window at `start` and returns `true`, if the refill would
+    /// only carry out posted amplitudes and reset `plan` to the levels at its end. This is so if no
+    /// other message was posted, the guard is at rest, and no edge or middle of a phase lies in the
+    /// window. For simulators, which may then omit the refill.
     #[must_use]
     pub fn try_skip_refill(
         &mut self,
@@ -240,7 +241,7 @@ impl Pulser {
         Ok(())
     }
 
-    /// Lets the trigger input start and end trains, while trains may play.
+    /// Lets the trigger input start and end trains while stimulating, and reports its edge.
     #[inline(never)]
     fn accept_trigger(&mut self, start: Micros, inputs: &Inputs, mail: &mut PulserMail<'_>) {
         let plays = self.guard.state() == State::Stimulating;

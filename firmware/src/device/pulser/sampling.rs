@@ -5,9 +5,10 @@ use crate::pulse::{PulseStart, Sample, WINDOW_US, WindowPlan};
 use crate::safety::{Fault, Inputs};
 use crate::units::{Micros, us};
 
-/// First and last slot of a window in which a sample can be taken: the board's refill arms the
-/// sample in the window's first microseconds, and the next refill has its reading.
+/// First slot of a window in which a sample can be taken: the board's refill arms the sample in the
+/// window's first microseconds.
 const FIRST_SLOT: u32 = 12;
+/// Last slot of a window in which a sample can be taken: the next refill receives the reading.
 const LAST_SLOT: u32 = 240;
 const _: () = assert!(LAST_SLOT + 10 <= WINDOW_US);
 

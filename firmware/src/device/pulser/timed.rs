@@ -7,9 +7,10 @@ use crate::safety::{Denial, Stimuli, Timed};
 use crate::units::{Micros, us};
 
 impl Pulser {
-    /// Takes amplitudes that hold from `at` on, or from now. If they are due in the window at
-    /// `start` or earlier, they are carried out after the queued orders that are due no later; if
-    /// they were due before `start`, they also count as late. Otherwise they are queued.
+    /// Accepts amplitudes that are valid from `at` on, or at once without `at`. If they are due in
+    /// the window at `start` or earlier, they are carried out after the queued setpoints that are
+    /// due no later; if they were due before `start`, they also count as late. Otherwise they are
+    /// queued.
     pub(super) fn accept_amplitudes(
         &mut self,
         order: &Order,
@@ -39,7 +40,7 @@ impl Pulser {
         Ok(())
     }
 
-    /// Carries out the queued order that is due at `until` or before, in the window at `start`.
+    /// Carries out the queued setpoint that is due at `until` or before, in the window at `start`.
     /// There is at most one, because no two are due in one window. Its request was acknowledged
     /// when it was queued; if it is refused now, the refusal is reported now.
     #[inline(never)]
@@ -57,7 +58,8 @@ impl Pulser {
         }
     }
 
-    /// Never inlined, because it is long and the image needs only one copy.
+    /// Sets the amplitudes now, unless the guard refuses them. Never inlined, because the function
+    /// is long and the image needs only one copy.
     #[inline(never)]
     fn set_amplitudes(&mut self, stimuli: &Stimuli, start: Micros) -> Result<(), Denial> {
         self.guard.set_amplitudes(stimuli.channels(), start)

@@ -260,8 +260,8 @@ impl Session {
         Ok(())
     }
 
-    /// Raises the stop flag, which the pulser reads before all orders. It makes orders void that
-    /// were posted before.
+    /// Raises the stop flag, which the pulser reads before all orders. Orders that were posted
+    /// before become void.
     fn stop(&mut self, now: Micros, seq: u16, mail: &SessionMail<'_>) {
         let raised = mail.stop.raise();
         if self.stops.push_back((seq, raised)).is_err() {

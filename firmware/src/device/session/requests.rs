@@ -193,7 +193,8 @@ impl Session {
         self.request_release(now, seq, Some(table), mail)
     }
 
-    /// Passes a list of pulses to the pulser. Of two lists in one window the second finds no room.
+    /// Passes a list of pulses to the pulser. If two lists arrive within one window, the second is
+    /// refused as busy.
     fn play_list(
         &self,
         channel: u8,

@@ -130,9 +130,9 @@ const fn interpolate(a: i32, b: i32, u: RangePosition) -> i32 {
 }
 
 impl QuarticSpec {
-    /// Range of each coefficient, also that of `drop`. A quartic that stays within 0…1 has no
-    /// coefficient beyond −5.34…6.34 (those of Chebyshev's quartic, which are the largest: (1 ±
-    /// 35/3)/2).
+    /// Range of each coefficient of `lift`; it also applies to the field `drop`. A quartic that
+    /// stays within 0…1 has no coefficient beyond −5.34…6.34 (those of Chebyshev's quartic, which
+    /// are the largest: (1 ± 35/3)/2).
     pub const COEFFICIENT: Range = Range::new("lift", -8 * MILLION, 8 * MILLION);
     /// Range of C itself, millionths.
     pub const SHARE: Range = Range::new("lift", 0, MILLION);
@@ -164,7 +164,8 @@ impl QuarticSpec {
 }
 
 impl Extreme {
-    /// Returns C at the extreme, millionths, rounded away from 0…1.
+    /// Returns C at the extreme, millionths, rounded outwards: values outside 0…1 never become
+    /// values inside.
     #[must_use]
     pub fn millionths(self) -> i32 {
         let floor = self.value >> FINE; // within ±8·10⁶
@@ -185,8 +186,9 @@ impl Extreme {
 #[derive(Clone, Copy)]
 struct Piece {
     coefficients: [i64; 5],
-    /// Start and length of the piece, 2^-14.
+    /// Start of the piece, as u in 2^-14.
     from: u16,
+    /// Length of the piece, as a part of u in 2^-14.
     length: u16,
 }
 

@@ -205,7 +205,7 @@ pub struct Refusal<'a> {
     pub code: u16,
     /// Name on the link of the offending field or item.
     pub field: &'a str,
-    /// Number of the affected channel, from 0.
+    /// Number of the affected channel, from 0; `None` if no single channel is concerned.
     pub channel: Option<u8>,
     /// Smallest allowed value; 0 if there is no range.
     pub min: i32,
@@ -226,14 +226,14 @@ impl Refusal<'static> {
         }
     }
 
-    /// Returns the refusal with the affected channel.
+    /// Returns the refusal with `channel`, counted from 0, as the affected channel.
     #[must_use]
     pub const fn with_channel(mut self, channel: u8) -> Self {
         self.channel = Some(channel);
         self
     }
 
-    /// Returns the refusal with the allowed range.
+    /// Returns the refusal with the smallest and the largest allowed value of the field.
     #[must_use]
     pub const fn with_range(mut self, min: i32, max: i32) -> Self {
         (self.min, self.max) = (min, max);

@@ -7,8 +7,9 @@ use crate::units::Micros;
 const SLOTS: usize = WINDOW_US as usize;
 const _: () = assert!(SLOTS <= 256);
 
-/// The queue of changes of the picture, entered in any order and handed over in the order of their
-/// slots. Each operation takes the same time however many changes are queued.
+/// The queue of changes of the outputs' `Picture` in one window. Changes are entered in any order
+/// and handed over in the order of their slots. Each operation takes the same time however many
+/// changes are queued.
 #[derive(Debug)]
 pub(super) struct EventQueue {
     start: Micros,
@@ -38,7 +39,7 @@ impl EventQueue {
         self.start = start;
     }
 
-    /// Returns how far `at` is after the window's start, µs; the largest number for `None`.
+    /// Returns the time from the window's start to `at`, µs; [`u32::MAX`] for `None`.
     #[inline]
     pub(super) fn offset_us(&self, at: Option<Micros>) -> u32 {
         match at {
@@ -65,7 +66,8 @@ impl EventQueue {
         }
     }
 
-    /// Hands over all changes to `change` and removes them, slot by slot, until it fails.
+    /// Passes every slot that has changes, with the changes, to `change` in the order of time, and
+    /// removes them. Stops at the first error.
     #[inline]
     pub(super) fn drain<E>(
         &mut self,

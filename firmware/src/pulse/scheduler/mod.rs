@@ -72,7 +72,7 @@ impl Picture {
     }
 }
 
-/// The trains of all channels in progress. It has little state and no clock of its own.
+/// Player of the trains of all channels. It has little state and no clock of its own.
 #[derive(Debug)]
 pub struct Scheduler {
     lanes: [Option<Lane>; CHANNELS],
@@ -85,10 +85,11 @@ pub struct Scheduler {
     next: Option<Micros>,
     /// State of the trigger input, for trains that play while it is active.
     gate: Gate,
-    /// Checksums: over `picture`, `levels`, `next` and `gate`; below, over `groups`.
+    /// Checksum over `picture`, `levels`, `next` and `gate`.
     seal: Checksum,
+    /// Checksum over `groups`.
     groups_seal: Checksum,
-    /// The lane whose memory is verified in the next window, whether it has an edge or not.
+    /// Selects the lane whose memory is verified next. Lanes without an edge take their turn, too.
     turn: CheckSchedule,
 }
 
@@ -130,7 +131,8 @@ impl Scheduler {
         self.renew_checksum();
     }
 
-    /// Removes every train and keeps all channels grounded until the next call.
+    /// Removes every train and keeps all channels grounded until [`Self::start`] or
+    /// [`Self::clear`].
     pub fn ground_all(&mut self) {
         self.clear();
         self.picture = Picture(Levels::GROUNDED.0);
@@ -236,7 +238,7 @@ impl Scheduler {
         lanes.all(|lane| matches!(lane.phase, Phase::Rest | Phase::Recovering))
     }
 
-    /// Returns whether the window at `start` has no edge of its own.
+    /// Returns whether no edge of any channel lies in the window at `start`.
     #[must_use]
     pub fn is_idle(&self, start: Micros) -> bool {
         let end = start + us(WINDOW_US);

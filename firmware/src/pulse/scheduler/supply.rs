@@ -8,9 +8,9 @@ use core::num::{NonZeroU16, NonZeroU32};
 pub trait Supply {
     /// Returns amplitude and width of the whole burst on `channel` that starts at `time`.
     fn burst(&mut self, channel: u8, time: BurstTime) -> Burst;
-    /// Returns the time from that burst to the next, µs, whether it is played or left out; `None`
-    /// means the train's period. Called for trains that take lists, directly after
-    /// [`Self::burst`].
+    /// Returns the time from the burst that [`Self::burst`] supplied last to the next, µs, whether
+    /// it is played or left out; `None` means the train's period. Called for trains that take
+    /// lists, directly after [`Self::burst`].
     fn burst_interval_us(&self, _channel: u8) -> Option<NonZeroU32> {
         None
     }
@@ -23,7 +23,7 @@ pub trait Supply {
 pub struct BurstTime {
     /// Time of the burst's first edge.
     pub at: Micros,
-    /// Period of the train in force, µs.
+    /// Present period of the train, µs.
     pub period_us: u32,
     /// Whether the train begins with this burst: at its start, and whenever the trigger input
     /// starts it.

@@ -20,7 +20,7 @@ impl Gate {
     const HELD: u16 = 1 << 15;
     const WAITING: u16 = Self::SOME - 1;
 
-    /// Returns the state for gated trains on `channels_where`, bit i for channel i, before the input was
+    /// Returns the state for gated trains on `channels`, bit i for channel i, before the input was
     /// sampled.
     pub(super) const fn for_channels(channels: u16) -> Self {
         Self(if channels == 0 { 0 } else { Self::SOME })
@@ -40,9 +40,11 @@ impl Gate {
 impl Scheduler {
     /// Handles a trigger edge captured at `at`: prepared trains start [`TRIGGER_DELAY_US`] later,
     /// plus their offset; playing trains that a trigger toggles begin no burst from then on.
-    /// Returns the number of trains started and ended. A train whose last period is not over is
-    /// not started, and neither is an isolated group with such a train, because the distances
-    /// within a group hold only from one common trigger. Gated trains use [`Self::update_gate`] instead.
+    /// Returns the number of trains started and ended.
+    ///
+    /// A train whose last period is not over is not started, and neither is an isolated group with
+    /// such a train, because the distances within a group hold only from one common trigger. Gated
+    /// trains use [`Self::update_gate`] instead.
     pub fn trigger(&mut self, at: Micros) -> usize {
         if !self.seal.matches(&self.shared_memory()) {
             return 0; // found by the next window
@@ -117,7 +119,7 @@ impl Scheduler {
         })
     }
 
-    /// Ends trains with this kind of trigger, so that they begin no burst from `end_trains` on; returns
+    /// Ends trains with this kind of trigger, so that they begin no burst from `end` on; returns
     /// their channels.
     fn end_trains(&mut self, trigger: Trigger, end: Micros) -> u16 {
         let mut ended = 0u16;
@@ -134,8 +136,8 @@ impl Scheduler {
         ended
     }
 
-    /// Starts the trains of `channels_where` at `epoch`, except those whose last period is not over
-    /// then, and isolated groups with such a train; returns the channels started.
+    /// Starts the trains of `channels` at `epoch`, except those whose last period is not over then,
+    /// and isolated groups with such a train; returns the channels started.
     fn begin_trains(&mut self, channels: u16, epoch: Micros) -> u16 {
         let mut busy = self.channels_where(|lane| !lane.is_free(epoch));
         for group in &self.groups {

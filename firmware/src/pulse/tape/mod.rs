@@ -24,7 +24,7 @@ const LINES: usize = 2 * CHANNELS + 1;
 struct Map<M>(PhantomData<M>);
 
 impl<M: PinMap> Map<M> {
-    /// Pins of each port that follow [`Levels`].
+    /// Pins of each port that follow [`Levels`], as a mask: bit n for pin n.
     const PINS: [u32; TAPE_PORTS] = {
         let (mut pins, mut n) = ([0; TAPE_PORTS], 0);
         while n < LINES {
@@ -127,7 +127,8 @@ pub struct Window<'a> {
 #[must_use]
 #[inline]
 pub const fn words<M: PinMap>(levels: Levels) -> [u32; TAPE_PORTS] {
-    /// All moves of a port. Written out, because a loop over constants need not be unrolled.
+    /// Applies all moves of a port to `levels`. Written out, because a loop over constants need not
+    /// be unrolled.
     macro_rules! moved {
         ($port:literal, $($n:literal)*) => {
             0 $(| const { Map::<M>::MOVES[$port][$n] }.apply(levels.0))*

@@ -12,8 +12,9 @@ use crate::safety::{Channel, Denial, Setup, StopCause, Wearer};
 use crate::seal::Checksum;
 use crate::units::{Micros, us};
 
-/// Charge units, 256ths of a pC, in 1 mC; below, in 1 µC.
+/// Number of charge units (256ths of a pC) in 1 mC.
 const PER_MC: u64 = 256_000_000_000;
+/// Number of charge units (256ths of a pC) in 1 µC.
 const PER_UC: u64 = PER_MC / 1_000;
 
 const PER_S: u64 = 1_000_000;
@@ -27,9 +28,11 @@ const _: () = assert!(SAVE_US + 2 * WINDOW_US + 12_000 < OPEN_US);
 /// Stimulation time and charge spent since power came up.
 #[derive(Debug)]
 pub(super) struct Allowance {
-    /// Stimulation time up to `since`, µs, and the checksum over both.
+    /// Stimulation time up to `since`, µs.
     time_us: u64,
+    /// Device time up to which `time_us` counts.
     since: Micros,
+    /// Checksum over `time_us` and `since`.
     time_seal: Checksum,
     /// Time at which stimulation time is counted next; covered by the checksum of the guard's
     /// state.
@@ -58,7 +61,7 @@ pub(super) enum Dose {
 }
 
 impl Allowance {
-    /// Returns the allowance after a boot that found `found`.
+    /// Returns the allowance after a boot; `found` is the time and charge spent before.
     pub(super) fn new(found: UsageAtBoot) -> Self {
         let (spent, is_lost) = match found {
             UsageAtBoot::Spent(spent) => (spent, false),
@@ -100,7 +103,8 @@ impl Allowance {
         Ok(())
     }
 
-    /// Returns the time until the fall must begin that ends with the wearer's time, µs.
+    /// Returns the time until the amplitudes must begin to fall, µs, if the fall has to end within
+    /// the wearer's allowed time.
     fn time_left_us(&self, wearer: &Wearer) -> u64 {
         let fall_us = u64::from(wearer.fall_us() + WINDOW_US);
         max_time_us(wearer).saturating_sub(self.time_us.saturating_add(fall_us))
@@ -117,8 +121,8 @@ impl Allowance {
         self.charge.get(channel).copied()
     }
 
-    /// Adds `charge` (256ths of a pC) of a burst before it is output, where the wearer allows
-    /// `max_mc`.
+    /// Counts `charge` (256ths of a pC) of a burst before the burst is output, and compares the
+    /// channel's total with the wearer's limit `max_mc`.
     #[inline(always)]
     pub(super) fn spend_charge(&mut self, channel: usize, charge: u64, max_mc: u32) -> Dose {
         let Some(sum) = self.charge.get_mut(channel) else {
@@ -146,14 +150,14 @@ impl Allowance {
 }
 
 impl Guard {
-    /// Returns whether the window at `now` has to count stimulation time.
+    /// Returns whether stimulation time must be counted in the window at `now`.
     #[inline(always)]
     pub(super) fn is_time_due(&self, now: Micros) -> bool {
         now.has_reached(self.allowance.due)
     }
 
-    /// Opens the allowance at arming: from here on a reset may interrupt stimulation, and then
-    /// counts the largest charge that each channel could have output.
+    /// Opens the allowance at arming. A reset from now on may interrupt stimulation; the boot after
+    /// it then adds the largest charge that each channel could have output.
     #[inline(never)]
     pub(super) fn open_allowance(&mut self) {
         if let Some(setup) = &self.setup {
@@ -165,7 +169,8 @@ impl Guard {
         (self.allowance.is_open, self.allowance.is_owed) = (true, true);
     }
 
-    /// Closes the allowance when outputs have ended and the time was counted.
+    /// Closes the allowance after the outputs have ended and the time was counted. A reset then
+    /// adds nothing.
     pub(super) fn close_allowance(&mut self) {
         if core::mem::take(&mut self.allowance.is_open) {
             self.allowance.is_owed = true;
@@ -251,7 +256,7 @@ impl Guard {
         self.allowance.is_owed
     }
 
-    /// Returns the current entry.
+    /// Returns the time and charge spent so far, as an entry to be written.
     #[must_use]
     pub fn entry(&self) -> Entry {
         let Allowance {
@@ -273,8 +278,8 @@ impl Guard {
         self.allowance.is_owed = false;
     }
 
-    /// Returns the time and charge left at `now` of the setup that is armed or was armed last;
-    /// `None` before the first arming.
+    /// Returns the time and charge left at `now` within the wearer's limits, for the setup that is
+    /// armed or was armed last; `None` before the first arming.
     #[must_use]
     pub fn remaining_allowance(&self, now: Micros) -> Option<RemainingAllowance> {
         let setup = self.setup.as_ref()?;

@@ -9,10 +9,10 @@ use crate::units::{Amplitude, DacCode, Micros};
 use core::num::{NonZeroU16, NonZeroU32};
 
 impl Guard {
-    /// Sets a host's direct amplitudes and pulse widths (0 stands for the train's own width), all
-    /// of them or none. An amplitude beyond the wearer's limit, or one that rises faster than the
-    /// wearer allows, is refused and not reduced: a host that asks for it is in error, and nobody
-    /// asked for an amplitude in between.
+    /// Sets the amplitudes and pulse widths that a host asks for directly, all of them or none;
+    /// width 0 stands for the train's own width. An amplitude beyond the wearer's limit, or one
+    /// that rises faster than the wearer allows, is refused and not reduced: a host that asks for
+    /// it is in error, and nobody asked for an amplitude in between.
     ///
     /// # Errors
     /// Refuses if the device is not armed, a channel does not exist or is driven by a controller,
@@ -37,7 +37,8 @@ impl Guard {
         Ok(())
     }
 
-    /// Makes `stimulus`, which is within every limit, the wanted one on `channel` from `now` on.
+    /// Stores `stimulus` as the wanted stimulus of `channel` from `now` on. The caller has checked
+    /// it against every limit.
     fn set_wanted(&mut self, channel: u8, stimulus: Stimulus, now: Micros) {
         if !self.verify_channel_inlined(channel) {
             return; // and the refill ends in a fault
@@ -62,7 +63,7 @@ impl Guard {
         config.map_or(stimulus, |config| config.with_width(stimulus))
     }
 
-    /// Returns the setup if its channels accept a host's orders in this state.
+    /// Returns the setup if its channels accept a host's setpoints in this state.
     #[inline]
     pub(super) fn setup_for_orders(&self) -> Result<&Setup, Denial> {
         match self.mode {
@@ -118,8 +119,8 @@ impl Guard {
         amplitude > highest
     }
 
-    /// Returns the period nearest to `period_us` that the limits of `channel` were checked for;
-    /// `None` if no order is accepted in this state.
+    /// Returns `period_us` limited to the range of periods for which the limits of `channel` were
+    /// checked; `None` if the channel does not exist or the state accepts no setpoints.
     #[must_use]
     pub fn clamp_period(&self, channel: u8, period_us: u32) -> Option<u32> {
         let (Mode::Armed { .. } | Mode::Stimulating) = self.mode else {
@@ -134,7 +135,7 @@ impl Guard {
         )
     }
 
-    /// Returns the output that `train` may cause on an armed channel, for
+    /// Returns what `train` may output on an armed channel, for
     /// [`OutputCheck`](crate::safety::OutputCheck), which checks windows before they play.
     #[must_use]
     pub fn expected_output(&self, channel: u8, train: Option<Train>) -> Option<Expected> {
@@ -193,8 +194,8 @@ impl Supply for Guard {
 }
 
 impl Guard {
-    /// Returns the burst at `time` of a channel whose memory was checked; `wanted` is its wanted
-    /// stimulus. `None` leaves the burst out.
+    /// Returns the burst of `channel` at `time`, if its wanted stimulus is `wanted`; `None` leaves
+    /// the burst out. The caller has verified the channel's memory.
     #[inline(always)]
     fn next_burst(&mut self, channel: u8, wanted: Stimulus, time: BurstTime) -> Option<Burst> {
         let at = time.at;

@@ -35,7 +35,7 @@ impl Guard {
         Notice::Checked(Ok(()))
     }
 
-    /// Keeps the loads that the check measured. From now on every channel is judged with the lower
+    /// Stores the loads that the check measured. From now on every channel is judged with the lower
     /// of the measured and the configured load, and so is the sum of all channels.
     fn take_loads(&mut self) -> Result<(), Denial> {
         let setup = self.setup.as_ref();
@@ -102,7 +102,7 @@ impl Guard {
         })
     }
 
-    /// Takes a reading while stimulating.
+    /// Judges a current reading that was sampled while stimulating.
     ///
     /// # Errors
     /// Returns the fault that this reading shows, alone or together with earlier ones.

@@ -111,7 +111,7 @@ impl Guard {
         stimulus
     }
 
-    /// Ends any list in progress: the later order holds.
+    /// Ends any list in progress, because a later setpoint replaces it.
     #[inline(never)]
     pub(super) fn end_list(&mut self) {
         self.list = Playing::NOTHING;

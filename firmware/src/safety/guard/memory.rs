@@ -21,7 +21,7 @@ pub(super) struct GuardChecksums {
     broken: bool,
     /// Whether state and timeouts have changed since their checksum was computed.
     core_open: bool,
-    /// The channel whose checksums are verified next, whether it is used or not.
+    /// Selects the channel whose checksums are verified next. Unused channels take their turn, too.
     turn: CheckSchedule,
 }
 
@@ -40,8 +40,9 @@ impl Default for GuardChecksums {
 }
 
 impl Guard {
-    /// Verifies checksums at the start of a refill: those of the state and of the time of the last
-    /// host frame each time; those of one channel, or of the common part, in turn.
+    /// Verifies checksums at the start of a refill: in every refill those over the state and over
+    /// the time of the last host frame; in turn those of one channel or of the common part of the
+    /// setup.
     ///
     /// # Errors
     /// [`Fault::Memory`] if one does not match.
@@ -85,7 +86,7 @@ impl Guard {
         }
     }
 
-    /// Renews all checksums, with a new setup or without one.
+    /// Renews all checksums and forgets earlier mismatches: at boot, and when a setup is armed.
     pub(super) fn renew_all_checksums(&mut self) {
         self.seals.open = (1 << CHANNELS) - 1;
         (self.seals.broken, self.seals.core_open) = (false, true);
@@ -106,8 +107,8 @@ impl Guard {
         self.verify_channel_inlined(channel)
     }
 
-    /// Does the same as [`Self::verify_channel`], inlined where the cost of a call would be noticeable: at
-    /// each burst and each setpoint.
+    /// Does the same as [`Self::verify_channel`], inlined where the cost of a call would be
+    /// noticeable: at each burst and each setpoint.
     #[inline(always)]
     pub(super) fn verify_channel_inlined(&mut self, channel: u8) -> bool {
         let bit = bit(channel);

@@ -90,8 +90,9 @@ pub struct Guard {
     allowance: Allowance,
     /// Start of the latest electrode check; `None` before the first.
     checked: Option<Micros>,
-    /// The list of pulses in progress, and the checksum over it.
+    /// The list of pulses in progress.
     list: Playing,
+    /// Checksum over `list`.
     list_seal: Checksum,
     /// Amplitudes of timed setpoints that are not due yet.
     waiting: TimedOrders,
@@ -206,7 +207,7 @@ impl Guard {
         Ok((check, epoch))
     }
 
-    /// Goes from Armed to Stimulating, because of an order that arrived at `heard`.
+    /// Goes from Armed to Stimulating, after a start request that arrived at `heard`.
     ///
     /// # Errors
     /// Refuses if the state is not Armed.
@@ -270,8 +271,8 @@ impl Guard {
     }
 
     /// Latches `fault`; the caller disconnects the outputs at `at`. `residual` is the charge left
-    /// on each channel. If a fault is latched already, that one is kept and the new one is added
-    /// to [`FaultRecord::later`].
+    /// on each channel. If a fault is latched already, that one is kept and the new one is added to
+    /// [`FaultRecord::later_faults`].
     pub fn fault(&mut self, fault: Fault, at: Micros, residual: [i32; CHANNELS]) -> Notice {
         self.open_core();
         if let Mode::Fault(first) = &mut self.mode {
@@ -417,9 +418,9 @@ impl Guard {
         Some(self.ramp_down(from, StopCause::HostSilent))
     }
 
-    /// Returns the time at which the host's silence became too long; `None` while it has not.
-    /// Judged at the end of the window that is rendered next, so that the fall begins at the exact
-    /// microsecond inside that window.
+    /// Returns the time at which the host's silence became too long, or `None` if it is not too
+    /// long at the end of the window at `now`. The end of the window counts, so that the fall can
+    /// begin at the exact microsecond inside that window.
     fn host_silence_end(&self, now: Micros) -> Option<Micros> {
         let setup = self.setup.as_ref();
         let timeout_us = setup.map_or(0, |s| s.wearer.host_timeout_us());

@@ -10,16 +10,19 @@ use crate::units::{Amplitude, MicroAmps, Micros, us};
 
 const SECOND_US: u32 = 1_000_000;
 
-/// Earlier orders to a channel. They decide only whether an order is accepted; the output itself
-/// is bounded by the channel's limit. So they have no checksum.
+/// Earlier setpoints of a channel, for the wearer's step limits. They decide only whether a
+/// setpoint is accepted; the output itself is bounded by the channel's limit. So they have no
+/// checksum.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Step {
     /// Stimulus that was wanted when the latest burst began; zero before the first burst of a
     /// rise.
     pub(super) burst: Stimulus,
-    /// The smallest wanted measures since `since`, and in the second before `since`.
+    /// Smallest wanted measures since `since`.
     low: Measures,
+    /// Smallest wanted measures in the second before `since`.
     low_before: Measures,
+    /// Start of the second that `low` covers.
     since: Micros,
 }
 
@@ -29,7 +32,8 @@ const fn own_width_us(channel: &Channel) -> u16 {
 }
 
 impl Step {
-    /// Returns the record updated to `now`, with `wanted` unchanged in between.
+    /// Returns this state brought forward to `now`; `wanted` did not change since it was last
+    /// updated.
     fn updated_to(mut self, wanted: Measures, now: Micros) -> Self {
         // A negative difference exceeds half the clock's range: it is long ago.
         let elapsed_us = (now - self.since).us().cast_unsigned();
@@ -54,9 +58,10 @@ impl Guard {
         })
     }
 
-    /// Returns the largest amplitude of this width that `channel` may be ordered at `now`. Within
-    /// no second does it rise by more than the wearer allows per second: the minimum over the
-    /// present second and the whole second before it is the base.
+    /// Returns the largest amplitude that may be asked of `channel` at `now`, with phases of
+    /// `width_us`. It exceeds the smallest amplitude wanted in the present second and in the whole
+    /// second before by no more than the wearer allows per second. Thus the amplitude rises by no
+    /// more than that within any second.
     #[inline(never)]
     pub(super) fn max_orderable_amplitude(
         &self,
@@ -99,8 +104,9 @@ impl Guard {
         most.min(config.limit)
     }
 
-    /// Checks that no two of the `listed` stimuli, the wanted one and the minimum of this second
-    /// and the one before are further apart than the smaller of the wearer's step limits.
+    /// Checks that the `listed` stimuli, the wanted stimulus, and the minimum of this second and
+    /// the second before are all within one step of each other: the smaller of the wearer's two
+    /// step limits.
     ///
     /// # Errors
     /// [`Denial::TooLargeStep`] with the largest allowed amplitude; [`Denial::NoChannel`].

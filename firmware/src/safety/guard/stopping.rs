@@ -15,8 +15,8 @@ impl Guard {
         self.setup.as_ref().map_or(0, |s| s.wearer.fall_us())
     }
 
-    /// Stops along `begin_fall`. The caller reports the stop. Timed setpoints that are not due yet are
-    /// dropped.
+    /// Stops stimulation along `fall`. The caller reports the stop. Timed setpoints that are not
+    /// due yet are dropped.
     pub(super) fn begin_fall(&mut self, fall: Fall, cause: StopCause) {
         self.open_core();
         self.waiting.clear();

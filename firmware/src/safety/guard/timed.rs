@@ -8,12 +8,12 @@ use crate::safety::{Denial, Timed, limits};
 use crate::units::{Micros, us};
 
 impl Guard {
-    /// Queues `order` until it is due, in the window at `start` or later.
+    /// Queues the timed setpoint `order` until it is due, in the window at `start` or later.
     ///
     /// # Errors
-    /// Refuses if the device is not armed, the order is too far ahead, it is due less than a
-    /// window after the latest queued order, the queue is full, or [`Self::set_amplitudes`] would
-    /// refuse it at any time.
+    /// Refuses if the device is not armed, the setpoint is too far ahead, it is due less than a
+    /// window after the latest queued setpoint, or the queue is full. Also refuses what
+    /// [`Self::set_amplitudes`] would refuse whatever the present amplitudes are.
     #[inline(never)]
     pub fn queue_timed_order(&mut self, order: &Timed, start: Micros) -> Result<(), Denial> {
         let setup = self.setup_for_orders()?;
@@ -42,7 +42,7 @@ impl Guard {
         self.waiting.clear();
     }
 
-    /// Returns whether a queued order is due before `end`.
+    /// Returns whether a queued setpoint is due before `end`.
     #[inline(always)]
     #[must_use]
     pub fn is_order_due(&self, end: Micros) -> bool {
@@ -51,10 +51,10 @@ impl Guard {
             .is_some_and(|at| at.is_before(end))
     }
 
-    /// Removes and returns the queued order that is due at `until` or before; `until` lies in the
-    /// window at `start`. If the order's memory has changed by itself, or if it was due in an
-    /// earlier window, which should have taken it, the result is `None` and the refill ends in a
-    /// fault.
+    /// Removes and returns the queued setpoint that is due at `until` or before; `until` lies in
+    /// the window at `start`. The result is `None` and the refill ends in a fault if the setpoint's
+    /// memory has changed by itself, or if it was due in an earlier window, which should have taken
+    /// it.
     #[inline(never)]
     pub fn take_due_order(&mut self, until: Micros, start: Micros) -> Option<Timed> {
         if !self.is_order_due(until + us(1)) {

@@ -22,13 +22,13 @@ const LONG_AGO_US: u32 = 1 << 30;
 /// The output that is allowed on one channel.
 #[derive(Clone, Copy, Debug, Hash)]
 pub struct Expected {
-    /// The channel's train.
+    /// The channel's train, from which the lengths and distances of its edges follow.
     pub train: Train,
     /// Shortest time from burst to burst for which the limits were checked, µs.
     pub min_period_us: u32,
     /// Largest allowed DAC code.
     pub max_code: DacCode,
-    /// Largest allowed product of a DAC code and the width of its phases, µs.
+    /// Largest allowed product of a DAC code and the width of its phases, codes × µs.
     pub max_code_us: u32,
 }
 
@@ -69,16 +69,17 @@ struct Line {
     part: Part,
     /// Time of the channel's latest edge.
     since: Micros,
-    /// Start of the latest burst and of the latest pulse; both are meaningless while `pulses` is
-    /// 0.
+    /// Start of the latest burst; meaningless while `pulses` is 0.
     burst: Micros,
+    /// Start of the latest pulse; meaningless while `pulses` is 0.
     pulse: Micros,
+    /// Number of pulses that the latest burst has begun; 0 if there was no burst, or none recently.
     pulses: u8,
     /// Width of the phases of the latest pulses, µs; 0 stands for the train's own width.
     width_us: u16,
 }
 
-/// The check of the outputs, with an account of every channel.
+/// The check of all windows: what each channel may output, and what it has output so far.
 #[derive(Debug)]
 pub struct OutputCheck {
     expected: [Option<Expected>; CHANNELS],
@@ -91,7 +92,8 @@ pub struct OutputCheck {
     seals: [(Checksum, Checksum); CHANNELS],
     /// Checksum over the groups.
     seal: Checksum,
-    /// The channel whose memory is verified next, whether it changes or not.
+    /// Selects the channel whose memory is verified next. Channels that do not change take their
+    /// turn, too.
     turn: CheckSchedule,
 }
 
@@ -120,8 +122,8 @@ impl OutputCheck {
         self.renew_all_checksums();
     }
 
-    /// Allows, from now on, the output that `expected` returns for each channel, which starts at
-    /// rest.
+    /// Allows, from now on, the output that `expected` returns for each channel. Every channel
+    /// starts disconnected and without a pulse in progress.
     pub fn arm(&mut self, expected: impl Fn(u8) -> Option<Expected>, groups: &[Group]) {
         for (channel, slot) in (0..).zip(&mut self.expected) {
             *slot = expected(channel);
@@ -286,7 +288,8 @@ impl OutputCheck {
         self.check_grouped(grounded)
     }
 
-    /// Checks channels of which some are grounded for other members of their groups.
+    /// Checks that every channel in `grounded` discharges after its own pulse, or belongs to a
+    /// conducted group in which another member pulses.
     #[inline(never)]
     fn check_grouped(&self, grounded: u16) -> Result<(), BrokenRule> {
         if !self.seal.matches(&self.groups) {

@@ -17,9 +17,9 @@ const LONGEST_PULSE_US: u32 = 1_200;
 /// A channel as a host configures it.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
 pub struct ChannelSpec {
-    /// The channel's pulse train.
+    /// Pulses of the channel: width, shape, period, and number of bursts.
     pub train: TrainSpec,
-    /// The channel's output stage.
+    /// Output stage that the host expects; it must match the board's.
     pub stage: StageSpec,
     /// The wearer's largest amplitude on this channel, in the stage's thousandths.
     pub limit: Amplitude,
@@ -32,9 +32,9 @@ pub struct ChannelSpec {
 /// A channel whose largest amplitude satisfies every limit.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Channel {
-    /// The channel's validated pulse train.
+    /// The channel's pulse train, checked to be playable.
     pub train: Train,
-    /// The channel's validated output stage.
+    /// The channel's output stage, whose fields are within their ranges.
     pub stage: Stage,
     /// The largest amplitude that is ever output, in the stage's thousandths.
     pub limit: Amplitude,
@@ -43,12 +43,12 @@ pub struct Channel {
     /// The largest current that may flow: for a current stage its limit; for a voltage stage the
     /// largest that the limits of current, charge and rms allow.
     pub max_current: MicroAmps,
-    /// Area of the active electrode, mm².
+    /// Area of the active electrode, mm²; it bounds the rms current by the density.
     pub area_mm2: u32,
     /// Shortest period for which the limits were checked, µs.
     pub min_period_us: u32,
-    /// Longest period that may be ordered, µs. The limits hold for it because they hold for the
-    /// train's own period.
+    /// Longest period that a controller may ask for, µs. The limits hold for it because they hold
+    /// for the train's own period.
     pub max_period_us: u32,
     /// Charge of a burst at amplitude 1 and the train's own width, counting one phase of each
     /// pulse, in 256ths of a pC; rounded up.
@@ -71,8 +71,8 @@ impl ChannelSpec {
     /// the density limit ineffective.
     pub const ASSUMED_AREA_MM2: u32 = 800;
 
-    /// Checks the train, the stage, and the current, charge per phase, rms current and density
-    /// that the limit amounts to.
+    /// Checks the train and the stage, and that an amplitude at the limit satisfies the wearer's
+    /// limits of current, charge per phase, rms current and current density.
     ///
     /// # Errors
     /// Returns the first limit exceeded, with its value.
@@ -283,8 +283,8 @@ impl Channel {
         bursts.saturating_mul(spec.burst_count.into())
     }
 
-    /// Returns by how much a burst of this channel may exceed the previous one, one period
-    /// earlier.
+    /// Returns the largest increase of the channel's amplitude from one burst to the next, a period
+    /// of the train later.
     #[must_use]
     pub fn slope(&self, wearer: &Wearer) -> Amplitude {
         Slope::of(self.limit, wearer).max_increase(self.train.spec().period_us)

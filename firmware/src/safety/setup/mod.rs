@@ -83,7 +83,7 @@ pub struct Setup {
     /// The channel that drives the sync output, from 0; `None` leaves the output low.
     pub sync: Option<u8>,
     /// Channels that a joint, a wall or another controller drives, bit i for channel i; a host may
-    /// not order amplitudes on them.
+    /// not set their amplitudes.
     pub controlled: u16,
 }
 

@@ -119,7 +119,7 @@ impl StageSpec {
 
 impl Stages {
     /// Returns whether channels may drive in opposite directions at the same time. Channels of a
-    /// simulator may, as if each had its own supply.
+    /// simulator that accepts any stage may, as if each had its own supply.
     #[must_use]
     pub const fn may_oppose(&self) -> bool {
         match self {

@@ -16,7 +16,7 @@ use core::num::{NonZeroU16, NonZeroU32};
 pub(super) enum Phase {
     /// Waiting for the next pulse at `due`.
     Rest,
-    /// In a stretch of a pulse.
+    /// In one of the stretches of a pulse, see [`PulsePart`].
     Pulsing,
     /// In a grounding that another member's pulse interrupts (isolated group).
     Interrupted,
@@ -25,11 +25,11 @@ pub(super) enum Phase {
     Recovering,
 }
 
-/// Index of the stretch that grounds a biphasic pulse; a monophasic pulse is at rest there.
+/// Index of the stretch that grounds a biphasic pulse; a monophasic pulse is over before it.
 const GROUNDING: u8 = 3;
 
-/// A part of a pulse during which the outputs do not change: a phase, the gap between two phases,
-/// or the grounding.
+/// A stretch of a pulse during which the outputs do not change: a phase, the gap between two
+/// phases, or the grounding.
 #[derive(Clone, Copy, Debug, Hash)]
 struct PulsePart {
     shows: Picture,
@@ -44,6 +44,7 @@ pub(super) struct Recent {
     width_us: u16,
 }
 
+/// Progress of the train of one channel.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lane {
     pub(super) train: Train,
@@ -75,15 +76,15 @@ pub(super) struct Lane {
     /// Grounding that another member's pulse can delay in an isolated group, µs. It counts as part
     /// of this lane's pulse when the pulse must end in time.
     pub(super) tail_us: u16,
-    /// The latest pulses, in a ring: three can be in a rendered but unplayed horizon of two
-    /// windows, the fourth is in progress. Pulses of a lane do not overlap, so their order does
-    /// not matter; code 0 means no pulse.
+    /// The latest pulses, in a ring: at most three in the two windows that are rendered but not
+    /// played yet, and one in progress. Pulses of a lane do not overlap, so their sequence does not
+    /// matter; code 0 means no pulse.
     pub(super) recent: [Recent; 4],
     /// Index of the oldest entry of `recent`, modulo 4.
     pub(super) oldest: u8,
-    /// Checksums: over the state that changes from edge to edge; below, over train, stretches and
-    /// tail.
+    /// Checksum over the state that changes from edge to edge.
     seal: Checksum,
+    /// Checksum over train, stretches and tail, which are set once.
     train_seal: Checksum,
 }
 
@@ -179,7 +180,8 @@ impl Lane {
         self.bursts_left = self.train.spec().repeats;
     }
 
-    /// Returns whether a train that begins at `epoch` does so after this train's end.
+    /// Returns whether the train's previous run is over at `epoch`, so that it may start again
+    /// then.
     pub(super) fn is_free(&self, epoch: Micros) -> bool {
         match (self.phase, self.due) {
             (Phase::Rest, None) => true,
@@ -209,7 +211,7 @@ impl Lane {
         true
     }
 
-    /// Advances a lane that depends on no other lane through the window of the agenda.
+    /// Advances this lane, which depends on no other lane, through the window of `agenda`.
     #[inline(always)]
     pub(super) fn advance(
         &mut self,
@@ -247,7 +249,7 @@ impl Lane {
         Ok(())
     }
 
-    /// Begins a stretch of the pulse, or rests after the last stretch.
+    /// Begins the stretch of this index, or after the last stretch waits for the next pulse.
     #[inline]
     fn begin_stretch(&mut self, stretch: u8, now: Micros) {
         if let Some(Some(next)) = self.stretches.get(usize::from(stretch)) {

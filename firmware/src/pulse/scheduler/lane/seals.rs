@@ -5,20 +5,20 @@ use crate::seal::Checksum;
 use core::hash::Hash;
 
 impl Lane {
-    /// Renews the checksum of the part that is set once.
+    /// Renews the checksum over train, stretches and tail, which are set once.
     pub(in crate::pulse::scheduler) fn renew_train_checksum(&mut self) {
         let seal = Checksum::of(&self.fixed());
         self.train_seal = seal;
     }
 
-    /// Renews the checksum of the part that changes.
+    /// Renews the checksum over the state that changes from edge to edge.
     #[inline]
     pub(in crate::pulse::scheduler) fn renew_checksum(&mut self) {
         let seal = Checksum::of(&self.moving());
         self.seal = seal;
     }
 
-    /// Returns whether the checksum of the part that changes matches.
+    /// Returns whether the checksum over the state that changes from edge to edge matches.
     #[inline]
     pub(in crate::pulse::scheduler) fn is_state_intact(&self) -> bool {
         self.seal.matches(&self.moving())
