@@ -9,7 +9,7 @@ use super::cpu::bus::{Modelled, Unmodelled};
 /// Number of outputs of one DAC, A–H.
 pub const OUTPUTS: usize = 8;
 
-/// A change of one output's code.
+/// A change of the code at one output, which sets its voltage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Change {
     /// Cycle of the clock edge that completed the command.
@@ -20,21 +20,20 @@ pub struct Change {
     pub code: u16,
 }
 
-/// State of one DAC chip.
+/// Simulated digital-to-analogue converter AD5668 with eight outputs.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Ad5668 {
     selected: bool,
     shift: u32,
-    /// Falling clock edges since /SYNC fell; counting stops at 32.
+    /// Number of falling clock edges since /SYNC fell; counting stops at 32.
     edges: u8,
     inputs: [u16; OUTPUTS],
     codes: [u16; OUTPUTS],
     powered: u8,
-    /// Outputs that follow their input register at once, as the LDAC register sets them; bit n is
-    /// output n.
+    /// Mask of the outputs that follow their input register at once, as the LDAC register sets it;
+    /// bit n is output n.
     transparent: u8,
-    /// Whether the internal reference is on. Without an internal or external reference, outputs are
-    /// at 0 V.
+    /// Whether the internal reference voltage is on. Without any reference, all outputs are at 0 V.
     pub(crate) reference: bool,
     /// Number of frames that were ignored because they had only 1–31 clock edges.
     pub(crate) ignored: u32,

@@ -11,13 +11,15 @@ use super::image::Image;
 use super::soc::flash::{self, Prefetched};
 use super::soc::{Pace, Soc};
 
-/// Longest run, cycles; a program that runs longer counts as endless.
+/// Largest number of cycles of a run; a program that runs longer counts as endless.
 const LIMIT: Cycle = 10_000_000_000;
 
-/// Wait states of the flash. A comparison of the variants shows how much a result depends on them.
+/// Model of the flash's wait states. A comparison of the variants shows how much a result depends
+/// on them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlashWait {
-    /// The wait states that the program sets, with this reading of the manual on the prefetch.
+    /// The wait states that the program sets. The manual can be read in two ways about prefetched
+    /// lines; this variant selects one.
     States(Prefetched),
     /// No wait states, whatever the program sets; no real board behaves like this.
     Never,
@@ -57,15 +59,18 @@ pub enum AloneError {
     Stopped {
         /// Path of the image.
         program: String,
-        /// Reason for the stop.
+        /// Reason why the core stopped.
         stop: Stop,
-        /// Function that was running, by symbol.
+        /// Function that was running, by its symbol, with the distance from its start.
         function: String,
         /// Text that the program had printed before it stopped.
         console: String,
     },
     /// The program ran longer than the limit of 10¹⁰ cycles.
-    #[error("E546 {program} did not end within {LIMIT} cycles on the simulated chip")]
+    #[error(
+        "E546 {program} did not end within {LIMIT} cycles on the simulated chip; check it for an \
+         endless loop"
+    )]
     Endless {
         /// Path of the image.
         program: String,

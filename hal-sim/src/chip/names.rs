@@ -8,9 +8,9 @@ use super::cpu::bus::Size;
 enum Registers {
     /// One name per word from the block's first address on; "" where there is no register.
     Listed(&'static [&'static str]),
-    /// Layout of DMA: flag registers, then the registers of each stream.
+    /// Registers of a DMA controller: flag registers, then the registers of each stream.
     Streams,
-    /// The same register many times, distinguished by number.
+    /// One kind of register for every word; a number distinguishes them.
     Numbered,
     /// No names; messages show the offset instead.
     Unlisted,
@@ -18,7 +18,7 @@ enum Registers {
 
 use Registers::{Listed, Numbered, Streams, Unlisted};
 
-/// A block: first address, length in bytes, name, layout.
+/// A block of registers: first address, length in bytes, name, layout.
 type Block = (u32, u32, &'static str, Registers);
 
 const TIM: &[&str] = &[

@@ -17,14 +17,18 @@ use std::io::{self, Write};
 
 /// Symbol of the control block in the ELF.
 const SYMBOL: &str = "_SEGGER_RTT";
-/// Offsets in the control block: 16 bytes of name, the numbers of up and down channels, then for
-/// each channel its name, buffer, size, write position, read position and flags.
+/// Offset in the control block of the first up channel's buffer address. The block has 16 bytes of
+/// name and the numbers of up and down channels, then for each channel its name, buffer, size,
+/// write position, read position and flags.
 const BUFFER: u32 = 24 + 4;
+/// Offset of the first up channel's buffer size.
 const SIZE: u32 = 24 + 8;
+/// Offset of the first up channel's write position.
 const WRITE: u32 = 24 + 12;
+/// Offset of the first up channel's read position.
 const READ: u32 = 24 + 16;
 
-/// The first up channel of the control block at address `block`.
+/// The first up channel (program to debugger) of the control block at address `block`.
 #[derive(Clone, Copy, Debug)]
 struct Channel {
     block: u32,
@@ -35,8 +39,8 @@ impl Channel {
         ram.read(self.block.wrapping_add(offset), Size::Word)
     }
 
-    /// Takes the bytes written since the last call. Returns none if the control block is not set up
-    /// or is corrupt.
+    /// Takes the bytes that the program has written since the last call. Returns no bytes if the
+    /// control block is not set up or is corrupt.
     fn drain(self, ram: &mut Ram) -> Vec<u8> {
         self.take(ram).unwrap_or_default()
     }
@@ -69,7 +73,7 @@ pub enum LogError {
     #[error(transparent)]
     Image(#[from] ImageError),
     /// The defmt table cannot be read or has an unsupported version.
-    #[error("E548 the defmt table of {path} cannot be used: {why}")]
+    #[error("E548 the defmt table of {path} cannot be used: {why}; leave out --log")]
     Table {
         /// Path of the image.
         path: std::path::PathBuf,
@@ -78,7 +82,7 @@ pub enum LogError {
     },
 }
 
-/// Decoder of one image's log, with the output for its lines.
+/// Decoder of the defmt log of one image, and the output to which its lines go.
 pub struct Log {
     channel: Channel,
     decoder: Box<dyn StreamDecoder + Send + Sync>,
@@ -112,7 +116,8 @@ impl Log {
         })
     }
 
-    /// Writes the log lines since the last call, with the device time `at_us`, µs.
+    /// Writes the log lines since the last call to the output, each with the device time `at_us`,
+    /// µs.
     ///
     /// # Errors
     /// Fails if the output cannot be written.
@@ -137,7 +142,8 @@ impl Log {
     }
 }
 
-/// A board whose log is written while it runs; each line has the time at the end of its step.
+/// A board whose log is written while it runs. Each line has the device time at the end of the step
+/// in which the program wrote it.
 pub struct Logged<D> {
     device: D,
     log: Log,

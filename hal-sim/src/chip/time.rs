@@ -2,12 +2,14 @@
 
 use crate::chip::Cycle;
 
-/// Picoseconds per second, microsecond and nanosecond.
+/// Number of picoseconds in a second.
 const SECOND_PS: u128 = 1_000_000_000_000;
+/// Number of picoseconds in a microsecond.
 const US_PS: u128 = 1_000_000;
+/// Number of picoseconds in a nanosecond.
 const NS_PS: u128 = 1_000;
 
-/// A period of constant clock: begins at `cycle`, which is at time `ps`, and runs at `hz`.
+/// A stretch of time with a constant clock of `hz`. It begins at `cycle`, which is at time `ps`.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct ClockSegment {
     cycle: Cycle,
@@ -18,7 +20,7 @@ struct ClockSegment {
 /// Conversion between cycles and time, with the history of the clock.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Time {
-    /// Periods of constant clock in order of time; the first begins at time 0.
+    /// Stretches of time with a constant clock, in order of time; the first begins at time 0.
     stretches: Vec<ClockSegment>,
 }
 

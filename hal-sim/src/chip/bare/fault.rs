@@ -15,8 +15,9 @@ const HFSR: u32 = 0xE000_ED2C;
 const MMFAR: u32 = 0xE000_ED34;
 const BFAR: u32 = 0xE000_ED38;
 
-/// Bits of CFSR that say that MMFAR or BFAR holds an address.
+/// Bit of CFSR that says that MMFAR holds an address.
 const MMARVALID: u32 = 1 << 7;
+/// Bit of CFSR that says that BFAR holds an address.
 const BFARVALID: u32 = 1 << 15;
 
 /// Meanings of the bits of CFSR (Arm ARM B3.2.15).
@@ -52,13 +53,14 @@ const HARD_CAUSES: [(u32, &str); 2] = [
     (1 << 31, "a breakpoint without a debugger"),
 ];
 
-/// Names of the words that the core stacks (Arm ARM B1.5.6).
+/// Names of the words that the core pushes onto the stack at the entry of an exception, in their
+/// order (Arm ARM B1.5.6).
 pub const STACKED: [&str; 8] = ["r0", "r1", "r2", "r3", "r12", "lr", "pc", "xpsr"];
 
 /// A fault that the program took, with the registers at its entry.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
-    /// Exception number, 3 to 6.
+    /// Number of the exception, 3 (HardFault) to 6 (UsageFault).
     pub number: u16,
     /// Time of the fault, ns after power-on.
     pub ns: u64,
@@ -66,11 +68,11 @@ pub struct Fault {
     pub stacked: Option<[u32; 8]>,
     /// Stack pointer before the fault.
     pub sp: u32,
-    /// Configurable fault status register.
+    /// Register CFSR: its bits report the causes of the fault.
     pub cfsr: u32,
-    /// Hard fault status register.
+    /// Register HFSR: its bits report why a hard fault was taken.
     pub hfsr: u32,
-    /// Address in MMFAR or BFAR, if one of them is valid.
+    /// Address whose access caused the fault, from MMFAR or BFAR; `None` if neither is valid.
     pub address: Option<u32>,
 }
 
@@ -121,7 +123,7 @@ impl Fault {
         }
     }
 
-    /// Returns the address of the faulting instruction; `None` if it was not stacked.
+    /// Returns the address of the faulting instruction; `None` if stacking failed.
     pub fn pc(&self) -> Option<u32> {
         self.stacked.map(|words| words[6])
     }

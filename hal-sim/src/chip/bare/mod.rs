@@ -22,12 +22,12 @@ use super::image::Image;
 use super::soc::rcc::Cause;
 use fault::is_fault;
 
-/// Time in a fault handler after which it counts as never returning, ns: it may have printed a
-/// message, and loops.
+/// Time in a fault handler after which the handler counts as never returning, ns. Until then it may
+/// print a message.
 const HANDLER_NS: u64 = 100_000_000;
 
-/// Cycles for which the core's clock is assumed constant; a run ends within so many cycles of the
-/// requested time.
+/// Number of cycles for which the core's clock is assumed to be constant. A run ends at most so
+/// many cycles after the requested time.
 const SAME_CLOCK: Cycle = 3_360;
 
 /// Reason why a program ended before the requested time.
@@ -42,10 +42,10 @@ pub enum EarlyEnd {
     Stopped(Stop),
 }
 
-/// The chip on a bare board, running an image.
+/// A chip on a board without further circuits, which runs an image.
 pub struct Bare {
     cpu: Cpu,
-    /// Everything around the core.
+    /// Everything around the core: the rest of the chip, its pins and its USB socket.
     pub wires: Wires,
     image: Image,
     watcher: FaultWatcher,
@@ -54,7 +54,7 @@ pub struct Bare {
 }
 
 impl Bare {
-    /// Powers on a chip with `image` in its flash, with a host at its USB socket if `is_host`.
+    /// Powers on a chip with `image` in its flash, and with a USB host at its socket if `is_host`.
     /// Nothing has run yet.
     ///
     /// # Errors
@@ -74,7 +74,7 @@ impl Bare {
         })
     }
 
-    /// Runs to `ns` nanoseconds after power-on, through resets.
+    /// Runs until `ns` nanoseconds after power-on. Resets of the chip do not end the run.
     ///
     /// # Errors
     /// Returns [`EarlyEnd`] if the program ended before.
@@ -124,7 +124,8 @@ impl Bare {
         self.cpu.instructions
     }
 
-    /// Returns the address of the next instruction, and its function by the image's symbols.
+    /// Returns the address of the next instruction, and the function that contains it, by the
+    /// image's symbols.
     pub fn location(&self) -> (u32, String) {
         let pc = self.cpu.registers.r[15];
         (pc, self.image.symbols.describe(pc))
@@ -141,7 +142,7 @@ impl Bare {
         self.watcher.since.is_some()
     }
 
-    /// Returns the faults that the program took, in their order.
+    /// Returns the faults that the program took, in the order of time.
     pub fn faults(&self) -> &[Fault] {
         &self.faults
     }
@@ -151,7 +152,7 @@ impl Bare {
         &self.resets
     }
 
-    /// Returns the image that runs.
+    /// Returns the image in the flash of the chip.
     pub const fn image(&self) -> &Image {
         &self.image
     }
@@ -163,7 +164,8 @@ impl Bare {
             .unwrap_or_default()
     }
 
-    /// Sends `bytes` from a program on the USB host to the device.
+    /// Sends `bytes` over USB to the device, as a program on the host does; without a host, they
+    /// are lost.
     pub fn send(&mut self, bytes: &[u8]) {
         self.wires.send(bytes, self.cpu.cycle);
     }
@@ -207,7 +209,8 @@ impl Bare {
 /// Observer that detects when the program takes faults.
 #[derive(Debug, Default)]
 struct FaultWatcher {
-    /// Exception number and cycle of a fault whose handler was entered and has not run yet.
+    /// Exception number of a fault, and the cycle at which its handler was entered, if the handler
+    /// has not run yet.
     entered: Option<(u16, Cycle)>,
     /// Cycle at which the handler of a fault was entered, if it has not returned.
     since: Option<Cycle>,

@@ -25,7 +25,7 @@ pub struct PinEdge {
     pub levels: u16,
 }
 
-/// The chip without its core, and the connections of its pins.
+/// Everything on the chip except the core, and the connections of its pins.
 #[derive(Clone, Debug)]
 pub struct Wires {
     /// Peripherals and memories of the chip.
@@ -34,7 +34,7 @@ pub struct Wires {
     time: Time,
     hz: u32,
     now: Cycle,
-    /// State of the interrupt lines at `now`.
+    /// Levels of the interrupt lines at `now`, by line number as in [`Bus::interrupt_lines`].
     lines: [u32; LINE_WORDS],
     edges: Vec<PinEdge>,
     toggles: [[u64; 16]; PORTS],
@@ -70,7 +70,7 @@ impl Wires {
         &self.time
     }
 
-    /// Takes the pin edges since the last call, in their order.
+    /// Takes the pin edges since the last call, in the order of time.
     pub fn edges(&mut self) -> impl Iterator<Item = PinEdge> + '_ {
         self.edges.drain(..)
     }
@@ -80,7 +80,7 @@ impl Wires {
         self.soc.playback.gpio.level(port, pin)
     }
 
-    /// Returns how often each pin has changed since power-on, by port (0 is A) and pin.
+    /// Returns the number of changes of each pin since power-on, by port (0 is A) and pin.
     pub const fn toggles(&self) -> &[[u64; 16]; PORTS] {
         &self.toggles
     }
@@ -130,7 +130,7 @@ impl Wires {
         }
     }
 
-    /// Collects the output of the chip up to now.
+    /// Collects pin edges and bytes of USART2 that the chip has output up to now.
     fn collect(&mut self) {
         for edge in self.soc.playback.gpio.edges.drain(..) {
             let (ns, port) = (self.time.ns(edge.cycle), usize::from(edge.port));
@@ -149,8 +149,8 @@ impl Wires {
         self.soc.spi3.words().for_each(drop); // nothing receives them
     }
 
-    /// Runs the host's polls up to `at` before this access to OTG_FS, so that they see the
-    /// registers as they were.
+    /// Advances the USB host to `at` before an access to OTG_FS at `address`, so that the host's
+    /// polls see the registers as they were before.
     #[inline]
     fn poll_cable(&mut self, address: u32, at: Cycle) {
         if address >> 16 == 0x5000
@@ -160,7 +160,8 @@ impl Wires {
         }
     }
 
-    /// Advances by one step of [`Bus::advance`], to the next event that must be observed.
+    /// Advances to cycle `to`, at which at most the next event that must be observed happens.
+    /// [`Bus::advance`] consists of such steps.
     fn advance_step(&mut self, to: Cycle) -> Modelled {
         self.soc.advance(to)?;
         self.follow_clock(to);

@@ -30,7 +30,8 @@ impl Unmodelled {
     }
 }
 
-/// The chip without its core, and the board around it.
+/// Everything on the chip except the core, and the board around the chip: DACs, output stages,
+/// sensors, USB host.
 #[derive(Clone, Debug)]
 pub struct Surroundings {
     /// Peripherals and memories of the chip.
@@ -42,15 +43,17 @@ pub struct Surroundings {
     stages: [Option<Output>; CHANNELS],
     load_ohm: [u32; CHANNELS],
     joint: u16,
-    /// Lines that are broken on the way to a stage; the stage sees them low.
+    /// Output lines that are broken between the chip and a stage, as an injected fault; the stage
+    /// sees them low.
     pub broken: Levels,
-    /// SPI words that never arrive at the DACs.
+    /// Selection of the SPI words that never arrive at the DACs, as an injected fault; by default
+    /// none.
     pub loss: Loss,
     /// Refill margins of the tape's windows since device time 0 or [`Self::restart_counts`].
     pub(crate) margins: Margins,
     hz: u32,
     now: Cycle,
-    /// State of the interrupt lines at `now`.
+    /// Levels of the interrupt lines at `now`, by line number as in [`Bus::interrupt_lines`].
     lines: [u32; LINE_WORDS],
 }
 
@@ -84,12 +87,12 @@ impl Surroundings {
         }
     }
 
-    /// Makes the core look for its next event again, after a change from outside.
+    /// Makes the chip look for its next event again, after a change that no bus access made.
     pub(super) fn reschedule(&mut self) {
         self.soc.reschedule();
     }
 
-    /// Plugs the USB cable in or pulls it at `at`, the present cycle.
+    /// Plugs the USB cable in (`is_in`) or pulls it out at `at`, which must be the present cycle.
     pub fn plug(&mut self, is_in: bool, at: Cycle) {
         self.host.advance(at, &mut self.soc.otg);
         if is_in {
@@ -110,12 +113,13 @@ impl Surroundings {
         self.drive(wiring::OVER_CURRENT, !sensors.over_current, at)
     }
 
-    /// Sets the level of the trigger input.
+    /// Sets the level of the trigger input from cycle `at` on.
     pub(super) fn trigger(&mut self, high: bool, at: Cycle) -> Modelled {
         self.drive(wiring::TRIGGER, high, at)
     }
 
-    /// Returns the name of the first part whose state differs from `other` at `at`.
+    /// Returns the name of the first part whose state differs from that in `other` at `at`; `None`
+    /// if all parts are equal.
     pub(super) fn first_difference(&self, other: &Self, at: Cycle) -> Option<&'static str> {
         let world = (self.load_ohm, self.joint, self.broken, self.hz, self.lines);
         let parts = [
@@ -149,7 +153,8 @@ impl Surroundings {
         self.soc.drive(port.index(), pin.into(), level, at)
     }
 
-    /// Resets the chip for the cause that it requested.
+    /// Resets the chip for the cause that the chip requested; without a request, as by its reset
+    /// pin.
     pub(super) fn reset(&mut self, at: Cycle) -> Modelled {
         let cause = self.soc.reset.unwrap_or(Cause::Pin);
         self.soc.reset(cause, at)?;
@@ -157,8 +162,9 @@ impl Surroundings {
         self.collect()
     }
 
-    /// Returns the cycle at which the image's microsecond counter was, or would have been, 0. TIM1
-    /// counts the cycles of a microsecond, TIM2 the microseconds.
+    /// Returns the cycle at which the image's microsecond counter was 0, or would have been. TIM1
+    /// counts the cycles of a microsecond, TIM2 the microseconds. Returns `None` if neither has
+    /// counted.
     pub(super) fn find_origin(&self, at: Cycle) -> Option<Cycle> {
         let mut copy = self.soc.clone();
         let mut count = |timer, at| {
@@ -185,36 +191,38 @@ impl Surroundings {
         self.outputs.origin()
     }
 
-    /// Returns the world time at `cycle`, µs, taking all changes of the core's clock into account.
+    /// Returns the time at `cycle` in µs since device time 0, taking all changes of the core's
+    /// clock into account.
     #[must_use]
     pub fn us_of(&self, cycle: Cycle) -> u64 {
         self.outputs.clock().us(cycle)
     }
 
-    /// Returns the first cycle at or after world time `us`, µs, if the core's clock does not
-    /// change.
+    /// Returns the first cycle at or after `us` microseconds since device time 0, if the core's
+    /// clock does not change until then.
     #[must_use]
     pub fn cycle_of(&self, us: u64) -> Cycle {
         self.outputs.clock().cycle(us)
     }
 
-    /// Restarts the counts of margins and phases.
+    /// Restarts the statistics of refill margins and of the phases of pin edges.
     pub fn restart_counts(&mut self) {
         self.margins = Margins::default();
         self.outputs.restart_counts();
     }
 
-    /// Returns the positions of pin edges within their microsecond.
+    /// Returns statistics of the cycle within its microsecond at which each pin edge came.
     pub const fn phases(&self) -> &Phases {
         self.outputs.phases()
     }
 
-    /// Returns the pump's edges since world time 0, for a check of the output.
+    /// Returns the edges of the pump pin since device time 0. Without edges, the supply of the
+    /// output stages goes off.
     pub const fn pump(&self) -> &Pump {
         self.outputs.pump()
     }
 
-    /// Gives all output before `to_us` (world time, µs) to `sink`.
+    /// Passes all output before `to_us`, µs since device time 0, to `sink`.
     pub(super) fn emit(&mut self, to_us: u64, sink: &mut dyn Sink) {
         while let Some((cycle, packet)) = self.host.received() {
             self.outputs.bytes(cycle, packet.bytes());
@@ -253,7 +261,7 @@ impl Surroundings {
         Ok(())
     }
 
-    /// Returns the present code of the analogue input `channel`.
+    /// Returns the ADC code that a conversion of `channel` gives at present.
     fn convert(&self, channel: u8) -> u16 {
         match channel {
             wiring::JOINT => self.joint,
@@ -262,8 +270,8 @@ impl Surroundings {
         }
     }
 
-    /// Returns the current through the sense resistor, mA. It serves all stages, so their currents
-    /// add up.
+    /// Returns the current through the sense resistor, mA. All stages share this resistor, so their
+    /// currents add up.
     fn current_ma(&self) -> f64 {
         let levels = Levels(self.outputs.levels().0 & !self.broken.0);
         let driven = (0..CHANNELS).filter(|&n| levels.state(n as u8).is_driven());
@@ -301,11 +309,11 @@ impl Surroundings {
         Ok(())
     }
 
-    /// Does the same as [`Soc::upset`]. If the upset changes a clock, world time follows the new
+    /// Inverts register bits like [`Soc::upset`]. If that changes a clock, time follows the new
     /// clock at once, not only after the next step, which may be the end of a sleep.
     ///
     /// # Errors
-    /// The errors of [`Soc::upset`].
+    /// Fails like [`Soc::upset`].
     pub fn upset(&mut self, address: u32, bits: u32, at: Cycle) -> Result<(), AccessError> {
         self.advance(at)?;
         self.soc.upset(address, bits, at)?;
@@ -321,8 +329,8 @@ impl Surroundings {
         }
     }
 
-    /// Runs the host's polls up to `at` before this access to OTG_FS, so that they see the
-    /// registers as they were.
+    /// Advances the USB host to `at` before an access to OTG_FS at `address`, so that the host's
+    /// polls see the registers as they were before.
     #[inline]
     fn poll_cable(&mut self, address: u32, at: Cycle) {
         if address >> 16 == 0x5000 {
@@ -330,7 +338,8 @@ impl Surroundings {
         }
     }
 
-    /// Advances by one step of [`Bus::advance`], to the next event that must be observed.
+    /// Advances to cycle `to`, at which at most the next event that must be observed happens.
+    /// [`Bus::advance`] consists of such steps.
     fn advance_step(&mut self, to: Cycle) -> Modelled {
         self.soc.advance(to)?;
         self.follow_clock(to);

@@ -6,15 +6,16 @@ use crate::chip::soc::gpio::Gpio;
 use crate::chip::soc::spi::{Change, Word};
 use crate::random;
 
-/// Number of the alternate function SPI3 of a pin (DS8626 table 9).
+/// Number of the alternate function that connects a pin to SPI3 (DS8626 table 9).
 const SPI3: u32 = 6;
 
-/// Returns the bits of `word` as the DACs sample them, the first bit highest; `None` if the clock
-/// does not reach them. A data line that is not the SPI's keeps the level of its pin.
+/// Returns the bits of `word` as the DACs sample them, with the first bit highest; `None` if the
+/// clock pin is not connected to SPI3. If the data pin is not connected to SPI3, every bit has the
+/// level of that pin.
 ///
-/// A bit that changes with the edge at which it is sampled is the old or the new one: the data
-/// sheets promise nothing (AD5668, t6; DS8626, data output hold time). The choice is pseudo-random
-/// and depends on the word's time.
+/// If a bit changes at the clock edge at which the DAC samples it, the DAC may get the old or the
+/// new bit: the data sheets promise nothing (AD5668, t6; DS8626, data output hold time). The choice
+/// is pseudo-random and depends on the time of the word.
 pub(super) fn received_bits(word: &Word, pins: &Gpio) -> Option<u16> {
     let is_spi = |(port, pin): Pin| pins.has_function(port.index(), pin.into(), SPI3);
     if !is_spi(DAC_CLOCK) {

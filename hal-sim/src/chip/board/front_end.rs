@@ -10,8 +10,8 @@ const LIMITER_MA: f64 = 20.0;
 /// Current at which the current sense reads 4095, mA.
 const SENSE_MA: f64 = 120.0;
 
-/// Returns the current that a stage of this full scale drives through `ohm` at `code`, mA;
-/// `u32::MAX` Ω means that the electrode is off.
+/// Returns the current that a stage with this full scale drives at DAC code `code` through a load
+/// of `ohm` Ω, mA. A load of `u32::MAX` means that the electrode is off: no current flows.
 pub fn current_ma(full_scale: Drive, code: u16, ohm: u32) -> f64 {
     if ohm == u32::MAX {
         return 0.0;

@@ -2,16 +2,16 @@
 
 use crate::chip::ad5668::Ad5668;
 
-/// Selection of the next words that are lost; none by default.
+/// Selection of the SPI words that are lost on the way to the DACs; by default none.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Loss {
-    /// Remaining number of writes, of two words each, that are lost wholly or partly.
+    /// Number of DAC writes still to be lost, wholly or in part. A write consists of two words.
     writes: u32,
-    /// The word of each write that is lost; `None` for both words.
+    /// Which word of each write is lost; `None` for both words.
     half: Option<Half>,
-    /// Output, 0 to 9, whose writes are lost; `None` for all outputs.
+    /// DAC output of a channel, 0 to 9, whose writes are lost; `None` for all outputs.
     only: Option<u8>,
-    /// `Some` if the next word is the second of its write: whether that write is to be lost.
+    /// Set if the next word is the second of a write: whether that write is to be lost.
     second: Option<bool>,
 }
 
@@ -24,12 +24,13 @@ pub enum Half {
     Second,
 }
 
-/// Number of outputs per DAC that set amplitudes of stages.
+/// Number of outputs of each DAC that set the amplitude of a channel.
 const PER_DAC: u8 = 5;
 
 impl Loss {
-    /// Selects the next `writes` writes, of two words each. If `half` is given, only that word of
-    /// each write is lost; if `only` is given, only writes to that output (0 to 9) are lost.
+    /// Selects the next `writes` DAC writes, of two words each. If `half` is given, only that word
+    /// of each write is lost. If `only`, a channel's output from 0 to 9, is given, only writes to
+    /// it are lost.
     #[must_use]
     pub const fn new(writes: u32, half: Option<Half>, only: Option<u8>) -> Self {
         Self {
@@ -40,7 +41,7 @@ impl Loss {
         }
     }
 
-    /// Notes an edge of /SYNC: the next word begins a write.
+    /// Notes an edge of /SYNC, after which the next word begins a write.
     pub(super) fn begin(&mut self) {
         self.second = None;
     }

@@ -3,22 +3,24 @@
 use super::CYCLES_PER_US;
 use crate::chip::Cycle;
 
-/// Length of a window, cycles (docs/architecture.md: 250 µs).
+/// Length of a window of the pulse tape, cycles: 250 µs (docs/architecture.md).
 const WINDOW: Cycle = 250 * CYCLES_PER_US;
 
 /// Address range of the tape: SRAM2, which holds nothing else.
 const SRAM2: std::ops::Range<u32> = 0x2001_C000..0x2002_0000;
 
-/// Refill margins: cycles from the core's last write to the tape in a window to the request at
-/// which a play stream fetches the next window's first word. In direct mode that request is one
-/// slot early, when the last slot plays (RM0090 section 10.3.12).
+/// Statistics of refill margins: how long before its deadline each window of the pulse tape was
+/// complete. A margin is the number of cycles from the core's last write to the tape in a window to
+/// the request at which a DMA stream fetches the next window's first word. In direct mode that
+/// request comes one slot early, while the last slot plays (RM0090 section 10.3.12).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Margins {
-    /// Number of windows that the core wrote to.
+    /// Number of windows in which the core wrote to the tape.
     pub windows: u64,
-    /// Smallest margin of any window, cycles; negative if a write was too late.
+    /// Smallest margin of any window, cycles; negative if a write was too late, `None` without
+    /// windows.
     pub worst: Option<i64>,
-    /// Window with the smallest margin, counted from device time 0.
+    /// Number of the window with the smallest margin, counted from device time 0.
     pub worst_window: u64,
     last_window: Option<u64>,
 }

@@ -32,12 +32,12 @@ use firmware::units::{Micros, us};
 use std::io;
 use std::sync::Arc;
 
-/// Longest time from power-on or the last reset to an open port, s.
+/// Longest time that an image may take from power-on or the last reset to open its USB port, s.
 const BOOT_LIMIT_S: u64 = 3;
-/// The same limit in cycles of the fastest clock.
+/// Limit `BOOT_LIMIT_S` in cycles of the core at its fastest clock.
 pub(super) const BOOT_LIMIT: Cycle = BOOT_LIMIT_S * wiring::CORE_HZ as Cycle;
 
-/// Reason why the board does not run.
+/// Reason why a simulated board cannot run on.
 #[derive(Debug, thiserror::Error)]
 pub enum BoardError {
     /// The core stopped.
@@ -45,19 +45,20 @@ pub enum BoardError {
     Stopped {
         /// Reason for the stop.
         stop: Stop,
-        /// Function that was running, by symbol.
+        /// Function that was running, by its symbol, with the distance from its start.
         function: String,
     },
-    /// No USB device appeared.
+    /// The image did not open its USB port within 3 s of simulated time.
     #[error(
-        "E541 the image did not open its USB port within {BOOT_LIMIT_S} s of simulated time{why}"
+        "E541 the image did not open its USB port within {BOOT_LIMIT_S} s of simulated time{why}; \
+         use an image that works as a USB device"
     )]
     NoPort {
         /// Last failure that the host observed; empty if there was none.
         why: String,
     },
     /// The user ended the run with `kill` in the debugger.
-    #[error("E549 gdb ended the run")]
+    #[error("E549 gdb ended the run with its command `kill` or `run`; start flexor again")]
     Killed,
     /// The image does not run a microsecond counter.
     #[error(
@@ -73,16 +74,16 @@ impl From<BoardError> for io::Error {
     }
 }
 
-/// A board that runs an image. A clone is a fork: it continues independently from the same state.
+/// A simulated board that runs an image. A clone continues independently from the same state.
 #[derive(Clone, Debug)]
 pub struct Board<O = ()> {
     /// The processor core.
     pub cpu: Cpu,
-    /// Everything around the core.
+    /// Everything around the core: the rest of the chip, and the board.
     pub around: Surroundings,
     /// Observer of the core's instructions and exceptions.
     pub observer: O,
-    /// Image that runs; forks share it.
+    /// Image in the flash; clones of the board share it.
     image: Arc<Image>,
     now_us: u64,
     last_reset: Option<Cycle>,
@@ -110,8 +111,8 @@ impl<O: Observer> Board<O> {
         Ok(board)
     }
 
-    /// Runs until the host has opened the device's port: clocks, tape, USB enumeration. World time
-    /// begins then.
+    /// Runs until the USB host has opened the device's port: the image has set up clocks and tape,
+    /// and has been enumerated. Time as seen by the session begins then.
     pub fn boot(&mut self, sensors: &Sensors) -> Result<(), BoardError> {
         while !self.boot_on(sensors, Some(self.last_reset.unwrap_or(0) + BOOT_LIMIT))? {}
         Ok(())
@@ -145,7 +146,7 @@ impl<O: Observer> Board<O> {
         Ok(true)
     }
 
-    /// Returns the same board with another observer.
+    /// Returns the board in its present state with another observer.
     pub fn with_observer<P>(self, observer: P) -> Board<P> {
         Board {
             cpu: self.cpu,
@@ -157,7 +158,7 @@ impl<O: Observer> Board<O> {
         }
     }
 
-    /// Returns the name of the first part whose state differs from `other`, a fork of the same
+    /// Returns the name of the first part whose state differs from that of `other`, a clone of this
     /// board at the same time. `None` means that both behave the same from now on if they get the
     /// same inputs.
     pub fn first_difference(&self, other: &Self) -> Option<&'static str> {
@@ -170,7 +171,8 @@ impl<O: Observer> Board<O> {
         }
     }
 
-    /// Returns the device time, which is world time, µs.
+    /// Returns the device time up to which the board has run, µs. It is also the time of the
+    /// simulated world.
     pub const fn now_us(&self) -> u64 {
         self.now_us
     }
@@ -180,12 +182,12 @@ impl<O: Observer> Board<O> {
         self.last_reset
     }
 
-    /// Returns the image that runs.
+    /// Returns the image in the flash of the board.
     pub fn image(&self) -> &Image {
         &self.image
     }
 
-    /// Runs the core up to `cycle`, through resets.
+    /// Runs the core up to `cycle`. Resets of the chip do not end the run.
     pub fn run_to(&mut self, cycle: Cycle) -> Result<(), BoardError> {
         while self.cpu.cycle < cycle {
             let run = self
@@ -200,7 +202,7 @@ impl<O: Observer> Board<O> {
         Ok(())
     }
 
-    /// Executes one instruction or exception, through a reset.
+    /// Executes one instruction or takes one exception; carries out a reset of the chip.
     #[cfg(feature = "gdb")]
     pub(super) fn step(&mut self) -> Result<(), BoardError> {
         match self.cpu.step(&mut self.around) {
@@ -224,7 +226,7 @@ impl<O: Observer> Board<O> {
         done.map_err(|stop| self.explain(stop))
     }
 
-    /// Resets the chip with this cause, as if by itself.
+    /// Resets the chip with `cause`, as if the chip had requested it.
     ///
     /// # Errors
     /// Returns [`BoardError`] if there is no vector table.
@@ -279,10 +281,11 @@ impl<O: Observer> Board<O> {
         done.map_err(|what| self.explain(what.to_stop(&self.cpu)))
     }
 
-    /// Stops the crystal.
+    /// Stops the crystal permanently, as a broken crystal does.
     ///
     /// # Errors
-    /// Returns [`BoardError`] if nothing monitors the crystal.
+    /// Returns [`BoardError`] if core or PLL depend on the crystal and clock security does not
+    /// monitor it.
     pub fn stop_crystal(&mut self) -> Result<(), BoardError> {
         let at = self.cpu.cycle;
         let done = self.around.stop_crystal(at);
@@ -295,8 +298,8 @@ impl<O: Observer> Board<O> {
         BoardError::Stopped { stop, function }
     }
 
-    /// Runs the core to `to` in a world with these `sensors`. A call after a stop continues from
-    /// there.
+    /// Runs the core to `to` while the sensors have the values `sensors`. If an earlier call was
+    /// stopped on the way, continues from there.
     pub(super) fn resume(&mut self, to: Micros, sensors: &Sensors) -> Result<(), BoardError> {
         self.around
             .set_sensors(sensors, self.cpu.cycle)
@@ -320,7 +323,7 @@ impl<O: Observer> Board<O> {
         self.advance_to(to)
     }
 
-    /// Gives the board's output so far to `sink`.
+    /// Passes the board's output so far to `sink`.
     pub(super) fn emit(&mut self, sink: &mut dyn Sink) {
         self.around.emit(self.now_us, sink);
     }
@@ -344,8 +347,8 @@ impl<O: Observer> Board<O> {
     }
 }
 
-/// Cycles for which the core's clock is assumed constant, 20 µs. A clock that becomes ten times
-/// slower within them makes the board overrun by 0.2 ms at most.
+/// Number of cycles for which the core's clock is assumed to be constant, 20 µs. If the clock
+/// becomes ten times slower within them, the board overruns the requested time by 0.2 ms at most.
 const SAME_CLOCK: Cycle = 20 * CYCLES_PER_US;
 
 impl<O: Observer + Clone + Send + 'static> Device for Board<O> {

@@ -11,16 +11,16 @@ use firmware::lockstep::Sink;
 use firmware::units::{DacCode, Micros};
 use std::collections::VecDeque;
 
-/// Histogram of the cycle within its microsecond at which each edge of a pin that the tape plays
-/// came, by port. The analytic cycle of the first port's edges is TIM1's update, of the second
-/// port's 8 cycles later.
+/// Statistics of the edges of pins that the tape plays: for each port, a histogram of the cycle
+/// within its microsecond at which each edge came. Ideally port B's edges come at TIM1's update,
+/// and port C's 8 cycles later.
 #[derive(Clone, Debug)]
 pub struct Phases {
-    /// Counts for port B, the first to move.
+    /// Number of edges of port B, the first to move, by cycle within the microsecond.
     pub b: [u64; CYCLES_PER_US as usize],
-    /// Counts for port C, the second to move.
+    /// Number of edges of port C, the second to move, by cycle within the microsecond.
     pub c: [u64; CYCLES_PER_US as usize],
-    /// Hash of port, cycle and levels of these edges in their order (FNV-1a): two runs with the
+    /// Hash (FNV-1a) of port, cycle and levels of all these edges in their order. Two runs with the
     /// same digest had the same edges.
     pub digest: u64,
 }
@@ -29,7 +29,7 @@ pub struct Phases {
 const FNV: (u64, u64) = (0xCBF2_9CE4_8422_2325, 0x100_0000_01B3);
 
 impl Phases {
-    /// Counts `edge` of `port`, with its cycle relative to `origin`.
+    /// Counts `edge` of tape port `port` (0 is B, 1 is C), at its cycle relative to `origin`.
     fn record(&mut self, port: usize, edge: &Edge, origin: Cycle) {
         let cycle = edge.cycle.saturating_sub(origin);
         let counts = match port {
@@ -70,7 +70,7 @@ enum OutputChange {
     Trip(u8, u16),
 }
 
-/// Collector of the output: takes in events by cycle, emits them by microsecond.
+/// Collector of the board's output: takes in changes by cycle, and passes them on by microsecond.
 #[derive(Clone, Debug)]
 pub(super) struct Outputs {
     origin: Option<Cycle>,
@@ -78,7 +78,7 @@ pub(super) struct Outputs {
     pins: Pins,
     levels: Levels,
     pump: Pump,
-    /// Microsecond that is not over yet and whose levels have changed.
+    /// Microsecond in which levels have changed and which is not over yet; `None` if there is none.
     open: Option<u64>,
     waiting: VecDeque<(u64, OutputChange)>,
     bytes: VecDeque<(u64, Vec<u8>)>,
@@ -102,7 +102,7 @@ impl Default for Outputs {
 }
 
 impl Outputs {
-    /// Begins world time with 0 at `origin`, and drops all earlier output.
+    /// Makes `origin` time 0, and drops all earlier output.
     pub fn begin(&mut self, origin: Cycle) {
         self.origin = Some(origin);
         self.time = Time::new(origin, CORE_HZ);
@@ -111,7 +111,8 @@ impl Outputs {
         self.open = None;
     }
 
-    /// Returns whether both emit the same from now on; their past output may differ.
+    /// Returns whether both collectors pass on the same output from now on; their past output may
+    /// differ.
     pub fn is_equivalent_to(&self, other: &Self) -> bool {
         (self.origin, self.levels, self.open) == (other.origin, other.levels, other.open)
             && self.pump.last_edge() == other.pump.last_edge()
@@ -133,12 +134,12 @@ impl Outputs {
         &self.phases
     }
 
-    /// Returns the present state of the stages' lines.
+    /// Returns the present state of the lines to the output stages.
     pub const fn levels(&self) -> Levels {
         self.levels
     }
 
-    /// Returns the pump's edges since world time 0.
+    /// Returns the edges of the pump pin since time 0.
     pub const fn pump(&self) -> &Pump {
         &self.pump
     }
@@ -148,7 +149,7 @@ impl Outputs {
         self.time.set_hz(hz, cycle);
     }
 
-    /// Returns the conversion between cycles and world time.
+    /// Returns the conversion between cycles and time since `origin`.
     pub const fn clock(&self) -> &Time {
         &self.time
     }
@@ -206,7 +207,7 @@ impl Outputs {
         self.bytes.push_back((us, bytes.to_vec()));
     }
 
-    /// Gives all output before `to_us` (world time, µs) to `sink`, in the order of time.
+    /// Passes all output before `to_us`, µs since time 0, to `sink`, in the order of time.
     pub fn emit(&mut self, to_us: u64, sink: &mut dyn Sink) {
         if let Some(open) = self.open.filter(|&open| open < to_us) {
             self.waiting

@@ -5,7 +5,7 @@
 
 use crate::trace::{CHANNELS, Levels, State};
 
-/// Frequency of the crystal, Hz.
+/// Frequency of the board's crystal, HSE, Hz.
 pub const CRYSTAL_HZ: u32 = 8_000_000;
 
 /// Clock of the core once the image has set it up, Hz. The chip simulator derives its own clock
@@ -41,9 +41,10 @@ impl Port {
 /// A pin: its port and its number, 0–15.
 pub type Pin = (Port, u8);
 
-/// The ports whose pins the tape plays, in the order in which they change.
+/// Ports whose pins the pulse tape plays, in the order in which their pins change within a
+/// microsecond.
 pub const TAPE_PORTS: [Port; 2] = [Port::B, Port::C];
-/// DAC and DAC output that set each channel's amplitude.
+/// For each channel, the DAC (0 or 1) and the output of that DAC that set its amplitude.
 pub const AMPLITUDES: [(usize, usize); CHANNELS] = [
     (0, 0),
     (0, 1),
@@ -56,33 +57,35 @@ pub const AMPLITUDES: [(usize, usize); CHANNELS] = [
     (1, 3),
     (1, 4),
 ];
-/// DAC and DAC output that set the threshold of each bank's comparators.
+/// For each bank of one or two stages, the DAC (0 or 1) and the output of that DAC that set the
+/// threshold of the bank's comparators.
 pub const TRIPS: [(usize, usize); 6] = [(0, 5), (0, 6), (0, 7), (1, 5), (1, 6), (1, 7)];
 
-/// Arm key; high means closed.
+/// Pin of the arm key; high means that the key is closed.
 pub const ARM: Pin = (Port::A, 6);
-/// Over-current latch; low means tripped.
+/// Pin of the over-current latch; low means that the latch has tripped.
 pub const OVER_CURRENT: Pin = (Port::A, 7);
-/// Hand-held stop; high means closed.
+/// Pin of the hand-held stop; high means that its contact is closed.
 pub const HAND_STOP: Pin = (Port::A, 8);
-/// Trigger input; the rising edge counts.
+/// Pin of the trigger input; its rising edge is the trigger.
 pub const TRIGGER: Pin = (Port::A, 15);
-/// /SYNC of DAC 1 (channels 1–5) and DAC 2 (6–10).
+/// Pins of /SYNC, which selects a DAC while low: of DAC 1 (channels 1–5) and DAC 2 (channels 6–10).
 pub const DAC_SYNC: [Pin; 2] = [(Port::C, 11), (Port::D, 2)];
-/// Clock of both DACs.
+/// Pin of the clock line to both DACs.
 pub const DAC_CLOCK: Pin = (Port::C, 10);
-/// Data line of both DACs.
+/// Pin of the data line to both DACs.
 pub const DAC_DATA: Pin = (Port::C, 12);
-/// Synchronisation output, for instruments.
+/// Pin of the synchronisation output, for measuring instruments.
 pub const SYNC_OUT: Pin = (Port::B, 15);
-/// Pump of the output stages; without an edge every 25 µs they are off.
+/// Pin of the pump, which the pulse tape toggles every 25 µs. Without its edges, the supply of the
+/// output stages goes off.
 pub const PUMP: Pin = (Port::B, 10);
 /// ADC channel of the joint angle, on PA0.
 pub const JOINT: u8 = 0;
 /// ADC channel of the current sense, on PA1.
 pub const CURRENT: u8 = 1;
 
-/// Cathodic and anodic line of each channel.
+/// Pins of the cathodic and the anodic line of each channel.
 pub const LINES: [(Pin, Pin); CHANNELS] = [
     ((Port::C, 0), (Port::C, 1)),
     ((Port::C, 2), (Port::C, 3)),
@@ -96,7 +99,7 @@ pub const LINES: [(Pin, Pin); CHANNELS] = [
     ((Port::B, 13), (Port::B, 14)),
 ];
 
-/// Output levels of each of [`TAPE_PORTS`]; bit n is pin n.
+/// Levels of the pins of each of [`TAPE_PORTS`]; bit n is pin n.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Outputs(pub [u16; 2]);
 
@@ -106,7 +109,8 @@ pub fn tape_port(port: Port) -> Option<usize> {
 }
 
 impl Outputs {
-    /// Returns the state of the output stages at these levels.
+    /// Returns the state of each output stage and of the synchronisation output at these pin
+    /// levels.
     pub fn levels(self) -> Levels {
         let high = |(port, pin): Pin| {
             let levels = tape_port(port).map_or(0, |n| self.0[n]);

@@ -7,9 +7,9 @@ use super::system::{actlr, ccr};
 use super::{Access, Bus, Cpu, Fault, Size, Trap, TrapResult};
 use crate::chip::Cycle;
 
-/// Start of the peripheral regions; an access from here on can cause an event.
+/// Start of the peripheral regions. An access to this address or above can cause an event.
 const PERIPHERALS: u32 = 0x4000_0000;
-/// End of the code memory, which changes only by programming.
+/// End of the code memory, which stores do not change directly: only flash programming does.
 const RAM: u32 = 0x1000_0000;
 const EXCLUSIVE: AccessError =
     AccessError::Unmodelled(Unmodelled("an exclusive access to a bit-band alias"));
@@ -23,7 +23,7 @@ pub(in crate::chip) const fn is_private(address: u32) -> bool {
 }
 
 impl Cpu {
-    /// Loads from `address` and adds the wait states to the cycle; words and half-words may be
+    /// Loads from `address`, and adds the wait states to `cycle`. Words and half-words may be
     /// unaligned (Arm ARM A3.2.1).
     #[inline(always)]
     pub(super) fn load(&mut self, bus: &mut impl Bus, address: u32, size: Size) -> TrapResult<u32> {
@@ -44,8 +44,8 @@ impl Cpu {
         self.store_as(bus, address, size, value, privileged)
     }
 
-    /// Does the same as [`Self::load`] for a word of an instruction that never allows unaligned
-    /// addresses: LDM, LDRD, LDREX, VLDR.
+    /// Loads from `address` like [`Self::load`], but faults if the address is unaligned, as LDM,
+    /// LDRD, LDREX and VLDR do.
     #[inline(always)]
     pub(super) fn load_aligned(
         &mut self,
@@ -57,7 +57,7 @@ impl Cpu {
         self.load_unsplit(bus, address, size, self.registers.is_privileged())
     }
 
-    /// Does the same as [`Self::store`] for instructions that never allow unaligned addresses.
+    /// Stores to `address` like [`Self::store`], but faults if the address is unaligned.
     #[inline(always)]
     pub(super) fn store_aligned(
         &mut self,
@@ -176,7 +176,8 @@ impl Cpu {
         }
     }
 
-    /// Checks an access against the watchpoints; a match ends the run once the instruction is over.
+    /// Checks an access against the watchpoints of a debugger. A match ends the run after the
+    /// present instruction.
     #[cold]
     #[inline(never)]
     fn check_watchpoints(&mut self, address: u32, size: Size, is_write: bool) {
@@ -226,7 +227,7 @@ impl Cpu {
         }
     }
 
-    /// Refuses an exclusive access to an alias, which the core does not support (TRM 3.6).
+    /// Refuses an exclusive access to a bit-band alias, which the core does not support (TRM 3.6).
     pub(super) fn check_exclusive(&self, address: u32, size: Size) -> TrapResult {
         match Bit::from_alias(address, size) {
             Some(_) => Err(self.trap_for_denied(EXCLUSIVE, address, size, None)),
@@ -250,7 +251,8 @@ impl Cpu {
         Ok(())
     }
 
-    /// Does the same as [`Self::load`] with a given privilege, for LDRT and similar instructions.
+    /// Loads like [`Self::load`] with the rights of `privileged` or unprivileged code, for LDRT and
+    /// similar instructions.
     #[inline(always)]
     pub(super) fn load_as(
         &mut self,
@@ -265,7 +267,8 @@ impl Cpu {
         self.load_unsplit(bus, address, size, privileged)
     }
 
-    /// Does the same as [`Self::store`] with a given privilege, for STRT and similar instructions.
+    /// Stores like [`Self::store`] with the rights of `privileged` or unprivileged code, for STRT
+    /// and similar instructions.
     #[inline(always)]
     pub(super) fn store_as(
         &mut self,

@@ -8,7 +8,7 @@ use crate::chip::Cycle;
 /// 0x4200_0000 of peripherals.
 const ALIASES: [u32; 2] = [0x2200_0000 >> 25, 0x4200_0000 >> 25];
 
-/// Memory location and bit that an access to an alias reaches.
+/// Bit of memory that an access to a bit-band alias reaches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bit {
     /// Address of the access to memory, aligned to its size.
@@ -36,7 +36,7 @@ impl Bit {
         })
     }
 
-    /// Extracts the bit from `memory`: 0 or 1.
+    /// Extracts the bit from `memory`, the contents of `address`: 0 or 1.
     pub const fn read_from(self, memory: u32) -> u32 {
         memory >> self.number & 1
     }
@@ -50,7 +50,7 @@ impl Bit {
     /// Returns the wait states of both accesses.
     ///
     /// # Errors
-    /// The errors of the two accesses.
+    /// Fails if the read or the write fails.
     #[inline(never)]
     pub fn write(
         self,

@@ -2,7 +2,7 @@
 
 use crate::chip::Cycle;
 
-/// Width of a data access.
+/// Width of an access to memory or a register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Size {
     /// An access of 8 bits.
@@ -14,7 +14,7 @@ pub enum Size {
 }
 
 impl Size {
-    /// Returns the number of bytes.
+    /// Returns the width in bytes: 1, 2 or 4.
     pub const fn bytes(self) -> u32 {
         match self {
             Self::Byte => 1,
@@ -31,7 +31,7 @@ pub struct Unmodelled(pub &'static str);
 /// Result of an operation that fails if it needs a feature that is not modelled.
 pub type Modelled<T = ()> = Result<T, Unmodelled>;
 
-/// Returns an error that names `what` if `unmodelled`.
+/// Returns an error that names the feature `what` if `unmodelled` is true.
 #[inline]
 pub const fn refuse_if(unmodelled: bool, what: &'static str) -> Modelled {
     if unmodelled {
@@ -56,25 +56,26 @@ impl From<Unmodelled> for AccessError {
     }
 }
 
-/// Data of a read, with the wait states beyond a zero-wait-state access.
+/// Result of a read: the data, and the wait states beyond an access without wait states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReadResult {
     /// Data read, zero-extended.
     pub value: u32,
-    /// Wait states, cycles.
+    /// Number of wait states, cycles.
     pub wait: u32,
 }
 
-/// Number of words that hold the interrupt lines (82 on the STM32F405).
+/// Number of 32-bit words that hold the levels of the interrupt lines (82 on the STM32F405).
 pub const LINE_WORDS: usize = 3;
 
-/// Everything except the core's private peripheral bus (0xE000_0000–0xE00F_FFFF). Accesses come in
-/// the order of their cycles, naturally aligned.
+/// Everything outside the core except its private peripheral bus (0xE000_0000–0xE00F_FFFF).
+/// Accesses come in the order of their cycles, naturally aligned.
 pub trait Bus {
     /// Reads `size` at `address`; the data phase begins at `at`.
     fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<ReadResult, AccessError>;
 
-    /// Writes data, and returns the wait states.
+    /// Writes `size` of `value` at `address`, with the data phase beginning at `at`. Returns the
+    /// number of wait states.
     fn write(
         &mut self,
         address: u32,
@@ -83,14 +84,14 @@ pub trait Bus {
         at: Cycle,
     ) -> Result<u32, AccessError>;
 
-    /// Reads data that have no wait states, by a fast check. Returns `None` if [`Self::read`] must
-    /// be used.
+    /// Reads data if this takes no wait states, after a fast check. Returns `None` if
+    /// [`Self::read`] must be used.
     fn read_without_wait(&self, _address: u32, _size: Size) -> Option<u32> {
         None
     }
 
-    /// Writes data that have no wait states, by a fast check. Does nothing and returns `false` if
-    /// [`Self::write`] must be used.
+    /// Writes data if this takes no wait states, after a fast check. Does nothing and returns
+    /// `false` if [`Self::write`] must be used.
     fn write_without_wait(&mut self, _address: u32, _size: Size, _value: u32) -> bool {
         false
     }
@@ -99,7 +100,7 @@ pub trait Bus {
     fn read_code(&mut self, address: u32) -> Result<u16, AccessError>;
 
     /// Fetches the 16-byte line of code `line` (its address / 16), requested at `at`. Returns the
-    /// wait states until the core has it.
+    /// number of wait states until the core has the line.
     fn fetch(&mut self, line: u32, at: Cycle) -> u32;
 
     /// Returns whether a plain write can change the code at `address` (RAM), so that it must be

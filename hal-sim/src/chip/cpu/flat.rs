@@ -6,12 +6,12 @@ use crate::chip::Cycle;
 use crate::chip::soc::Ram;
 use std::collections::VecDeque;
 
-/// Flash at 0x0800_0000 with its alias at 0, SRAM at 0x2000_0000, CCM at 0x1000_0000, with the
-/// sizes of the STM32F405. Everything else is a bus error. There are no wait states unless set; the
-/// test sets the interrupt lines.
+/// Memory for tests of the core alone: flash at 0x0800_0000 with its alias at 0, SRAM at
+/// 0x2000_0000, CCM at 0x1000_0000, with the sizes of the STM32F405. Every other address is a bus
+/// error. There are no wait states unless set; the test sets the interrupt lines.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Flat {
-    /// Levels of the interrupt lines.
+    /// Levels of the interrupt lines; line n is bit n % 32 of word n / 32.
     pub lines: [u32; LINE_WORDS],
     /// Levels that `lines` takes from a cycle on, in ascending order.
     pub schedule: VecDeque<(Cycle, [u32; LINE_WORDS])>,
@@ -19,7 +19,7 @@ pub struct Flat {
     pub reset_requested: Option<Cycle>,
     /// Wait states of every data access to RAM.
     pub ram_wait: u32,
-    /// Wait states of a 16-byte line of code other than the one fetched last.
+    /// Wait states of fetching a 16-byte line of code, unless it is the line fetched last.
     pub line_wait: u32,
     /// Whether the core's clock stops during sleep.
     pub stops_in_sleep: bool,

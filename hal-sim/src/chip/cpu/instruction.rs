@@ -5,7 +5,7 @@ use crate::chip::cpu::{Size, arithmetic, fpu};
 /// Number of a core register, 0–15.
 pub type Reg = u8;
 
-/// Carry flag after an immediate operand.
+/// Effect of computing an immediate operand on the carry flag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CarryOut {
     Kept,  // Unchanged
@@ -28,7 +28,7 @@ pub enum ShiftKind {
 pub struct Shift {
     /// Direction and fill of the shift.
     pub kind: ShiftKind,
-    /// Number of bits.
+    /// Number of bits by which the operand is shifted.
     pub amount: u8,
 }
 
@@ -76,7 +76,7 @@ pub enum Load {
     SignedByte, // Byte, sign-extended
 }
 
-/// Use of an offset for the address and the base register.
+/// Use of the offset of a load or store for the address and the base register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Index {
     Offset, // Base plus offset; the base stays
@@ -84,7 +84,7 @@ pub enum Index {
     Post,   // Base; the offset is added to the base afterwards
 }
 
-/// 16-bit extensions and reversals.
+/// Extension or reversal of bytes and half-words by a 16-bit instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rearrange {
     Sxth,  // Sign-extend a half-word
@@ -201,8 +201,8 @@ pub enum Op {
 }
 
 impl Op {
-    /// Returns the same operation without a change of the flags, as a 16-bit instruction behaves
-    /// inside an IT block (Arm ARM A7.3.2, `setflags = !InITBlock()`).
+    /// Returns the operation without its change of the flags. 16-bit instructions leave the flags
+    /// unchanged inside an IT block (Arm ARM A7.3.2, `setflags = !InITBlock()`).
     #[rustfmt::skip]
     pub fn without_flags(self) -> Self {
         match self {

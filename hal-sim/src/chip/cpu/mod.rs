@@ -31,8 +31,8 @@ pub use stop::{Access, Fault, Stop, Trap, TrapResult};
 
 use super::Cycle;
 
-/// The core: registers, private peripherals, and its time. The default is a core that has power but
-/// was not reset yet.
+/// The Cortex-M4 core: registers, private peripherals, and the present cycle. The default is a core
+/// that has power but was not reset yet.
 #[derive(Clone, Debug, Default)]
 pub struct Cpu {
     /// Core registers R0–R15, flags, masks, S0–S31.
@@ -45,18 +45,20 @@ pub struct Cpu {
     pub system: system::System,
     decoded: decode::Cache,
     pipeline: timing::Pipeline,
-    /// Cycle at which the loop must check for events or changes.
+    /// Cycle at which the loop that executes instructions must check for events or changes.
     deadline: Cycle,
     /// Whether the core waits in WFI or WFE.
     asleep: bool,
-    /// Exception number last reported to observers, unless an exception was entered since.
+    /// Exception number in the context last reported to observers; 0 is thread mode.
     context: u16,
+    /// Whether an exception was entered since that report.
     entered: bool,
     /// Whether the exclusive monitor is set (LDREX).
     exclusive: bool,
-    /// Behaviour for encodings that the architecture leaves open.
+    /// Behaviour for encodings that the architecture leaves UNPREDICTABLE.
     pub open: Open,
-    /// Whether the core locked up or a debugger holds it: time passes without it.
+    /// Whether the core stands still because it locked up or a debugger halts it; time passes
+    /// meanwhile.
     stands: bool,
 }
 
@@ -67,10 +69,11 @@ pub enum Open {
     /// The run ends.
     #[default]
     Stops,
-    /// The encoding is UNDEFINED. A lock-up does not end the run either: the core stands until a
-    /// reset.
+    /// The encoding causes a fault as if it were UNDEFINED. A lock-up does not end the run either:
+    /// the core stands still until a reset.
     Undefined,
-    /// The encoding does nothing; in a lock-up the core stands until a reset.
+    /// The encoding does nothing. A lock-up does not end the run: the core stands still until a
+    /// reset.
     Nothing,
 }
 

@@ -2,15 +2,15 @@
 
 /// Condition flags and Q, as bits of APSR.
 pub mod flag {
-    /// Negative result.
+    /// Flag N: the result is negative, its bit 31 is set.
     pub const N: u32 = 1 << 31;
-    /// Zero result.
+    /// Flag Z: the result is zero.
     pub const Z: u32 = 1 << 30;
-    /// Carry, or no borrow.
+    /// Flag C: an addition carried, or a subtraction did not borrow.
     pub const C: u32 = 1 << 29;
-    /// Signed overflow.
+    /// Flag V: the result exceeds the range of signed numbers.
     pub const V: u32 = 1 << 28;
-    /// Saturation, sticky.
+    /// Flag Q: a result was saturated; stays set until software clears it.
     pub const Q: u32 = 1 << 27;
     /// The four greater-or-equal bits of parallel arithmetic.
     pub const GE: u32 = 0xF << 16;
@@ -34,13 +34,15 @@ pub struct Registers {
     pub primask: bool,
     /// Bit 0 of FAULTMASK: masks all exceptions except NMI.
     pub faultmask: bool,
-    /// Value of BASEPRI: 0, or a priority of which the upper four bits count.
+    /// Value of BASEPRI: 0 masks nothing; otherwise masks exceptions of the same or a lower
+    /// priority. The upper four bits count.
     pub basepri: u8,
     /// Value of CONTROL: bit 0 nPRIV, bit 1 SPSEL, bit 2 FPCA.
     pub control: u8,
-    /// Floating-point registers S0–S31.
+    /// Floating-point registers S0–S31, as bit patterns of single-precision numbers.
     pub s: [u32; 32],
-    /// Floating-point status and control register, FPSCR.
+    /// FPSCR: flags of the last floating-point comparison, rounding mode, and sticky exception
+    /// flags.
     pub fpscr: u32,
 }
 
@@ -50,17 +52,18 @@ pub mod control {
     pub const NPRIV: u8 = 1;
     /// Thread mode uses PSP.
     pub const SPSEL: u8 = 1 << 1;
-    /// Floating-point context is active.
+    /// The floating-point registers are in use, so that exceptions save them.
     pub const FPCA: u8 = 1 << 2;
 }
 
 impl Registers {
-    /// Returns whether R13 is PSP now (thread mode with SPSEL).
+    /// Returns whether R13 is the process stack pointer, PSP, at present: in thread mode with
+    /// SPSEL.
     pub const fn uses_psp(&self) -> bool {
         self.exception == 0 && self.control & control::SPSEL != 0
     }
 
-    /// Returns the main stack pointer.
+    /// Returns the main stack pointer, MSP, whether or not it is in use as R13.
     pub const fn msp(&self) -> u32 {
         if self.uses_psp() {
             self.other_sp
@@ -69,7 +72,7 @@ impl Registers {
         }
     }
 
-    /// Returns the process stack pointer.
+    /// Returns the process stack pointer, PSP, whether or not it is in use as R13.
     pub const fn psp(&self) -> u32 {
         if self.uses_psp() {
             self.r[13]

@@ -13,20 +13,20 @@ pub struct Context {
     pub number: u16,
     /// Number of active exceptions, including this one.
     pub depth: u32,
-    /// Whether the exception begins; otherwise another one has returned to it.
+    /// Whether the handler begins. Otherwise an exception has returned to this context.
     pub entered: bool,
 }
 
-/// Observer of a running core; unimplemented methods cost nothing.
+/// Observer of a running core. Methods that an observer does not implement cost no time.
 pub trait Observer {
     /// Reports that the instruction at `pc` took `cycles`, up to cycle `at`, and left `sp` as the
     /// stack pointer in use.
     fn instruction(&mut self, _pc: u32, _cycles: Cycle, _at: Cycle, _sp: u32) {}
 
-    /// Reports that the core executes `context` from `at` on, after the entry or return.
+    /// Reports that the core executes `context` from `at` on, after an exception's entry or return.
     fn context(&mut self, _context: Context, _at: Cycle) {}
 
-    /// Reports that the core slept between two cycles.
+    /// Reports that the core slept, in WFI or WFE, from cycle `from` to cycle `to`.
     fn asleep(&mut self, _from: Cycle, _to: Cycle) {}
 
     /// Returns whether to stop before the instruction at `pc` ([`Stop::Breakpoint`]).
@@ -44,7 +44,7 @@ impl Cpu {
         self.run_observed(bus, until, &mut ())
     }
 
-    /// Does the same as [`Self::run`] with an observer.
+    /// Runs like [`Self::run`], and reports to `observer`.
     ///
     /// # Errors
     /// Returns [`Stop`]; after a breakpoint, `step` continues.
@@ -64,8 +64,8 @@ impl Cpu {
         }
     }
 
-    /// Takes the decoded code out of the core for the call, so that instructions can be executed
-    /// without copying them.
+    /// Calls `run` with the core and its decoded code, which is taken out of the core meanwhile, so
+    /// that instructions can be executed without copying them.
     fn with_decoded<T>(&mut self, run: impl FnOnce(&mut Self, &mut Cache) -> T) -> T {
         let mut decoded = std::mem::take(&mut self.decoded);
         let done = run(self, &mut decoded);
@@ -144,7 +144,7 @@ impl Cpu {
     /// value, and faults if bit 0 is clear.
     ///
     /// # Errors
-    /// The errors of [`Self::step`].
+    /// Fails like [`Self::step`].
     pub fn jump(&mut self, bus: &mut impl Bus, target: u32) -> Result<(), Stop> {
         match self.branch_exchange(bus, target) {
             Ok(next) => {
@@ -155,7 +155,8 @@ impl Cpu {
         }
     }
 
-    /// Passes time up to `until` without the core; pending exceptions stay pending.
+    /// Lets time pass up to `until` without executing instructions; pending exceptions stay
+    /// pending.
     fn advance_halted(&mut self, bus: &mut impl Bus, until: Cycle) -> Result<(), Stop> {
         while self.cycle < until && !bus.is_reset_requested() {
             self.cycle = bus.next_event().max(self.cycle + 1).min(until);
@@ -168,18 +169,18 @@ impl Cpu {
         Ok(())
     }
 
-    /// Returns whether the core sleeps (WFI, WFE).
+    /// Returns whether the core sleeps after WFI, WFE or sleep-on-exit.
     pub const fn is_asleep(&self) -> bool {
         self.asleep
     }
 
-    /// Returns the earliest event inside or outside the core.
+    /// Returns the cycle of the earliest event inside or outside the core.
     fn next_event(&self, bus: &impl Bus) -> Cycle {
         bus.next_event().min(self.system.next_event())
     }
 
-    /// Processes due events, takes pending exceptions, sleeps, and sets the next deadline. Returns
-    /// whether an exception was taken.
+    /// Processes due events, takes pending exceptions, passes the time of sleep up to `until`, and
+    /// sets the next deadline. Returns whether an exception was taken.
     #[inline(never)]
     fn service(
         &mut self,
@@ -217,7 +218,8 @@ impl Cpu {
         Ok(entered)
     }
 
-    /// Takes the pending exception, if one pre-empts, which may wake the core.
+    /// Takes the pending exception if it pre-empts, and wakes a sleeping core if it should wake.
+    /// Returns whether an exception was taken.
     fn enter_pending(&mut self, bus: &mut impl Bus) -> Result<bool, Stop> {
         if self.take_pending(bus)? {
             self.asleep = false;
@@ -230,7 +232,8 @@ impl Cpu {
         Ok(false)
     }
 
-    /// Executes the instruction at R15.
+    /// Executes the instruction at R15, and reports it to `observer`, or takes the fault that it
+    /// causes.
     #[inline(always)]
     fn execute_next(
         &mut self,

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 /// Immediate of BKPT that requests semihosting.
 const BREAKPOINT: u8 = 0xAB;
 
-/// Operation numbers, in R0.
+/// Numbers of the semihosting operations, which a program passes in R0.
 mod operation {
     pub const OPEN: u32 = 0x01;
     pub const CLOSE: u32 = 0x02;
@@ -24,12 +24,12 @@ mod operation {
 const APPLICATION_EXIT: u32 = 0x2_0026;
 /// Value in R0 after an OPEN or CLOSE that failed.
 const REFUSED: u32 = u32::MAX;
-/// File name of the console in OPEN.
+/// File name with which OPEN opens the console.
 const CONSOLE: &[u8] = b":tt";
 /// Longest name of a file, bytes.
 const LONGEST_NAME: u32 = 256;
 
-/// Output of the program: console and files.
+/// Output that a program writes through semihosting: console and files.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Semihosting {
     /// All bytes written to the console, in order.
@@ -47,8 +47,8 @@ enum Handle {
 }
 
 impl Semihosting {
-    /// Opens a file. Modes 4–7 truncate, 8–11 append; reading (0–3) is refused except for the
-    /// console.
+    /// Opens a file and returns its handle, or [`REFUSED`]. Modes 4–7 truncate, 8–11 append;
+    /// reading (0–3) is refused except for the console.
     fn open(&mut self, name: &[u8], mode: u32) -> u32 {
         let handle = if name == CONSOLE {
             Handle::Console
@@ -118,7 +118,7 @@ impl Cpu {
         Ok(())
     }
 
-    /// Carries out a request; returns the new R0, if it changes.
+    /// Carries out the semihosting request in R0 and R1; returns the new R0, if it changes.
     fn call_host(
         &mut self,
         bus: &mut impl Bus,

@@ -13,9 +13,10 @@ pub enum Fault {
     Undefined,
     /// Branch to ARM state (EPSR.T would be 0).
     InvalidState,
-    /// Illegal EXC_RETURN or exception return.
+    /// Illegal EXC_RETURN value, or a return whose frame does not match it.
     InvalidPc,
-    /// Floating point while CPACR denies it.
+    /// Floating-point instruction while CPACR denies it, or an instruction for a coprocessor that
+    /// the core lacks.
     NoCoprocessor,
     /// Unaligned access that the instruction or CCR does not allow.
     Unaligned,
@@ -23,9 +24,9 @@ pub enum Fault {
     DivideByZero,
     /// Precise data bus error, at this address.
     DataBus(u32),
-    /// Bus error of a fetch.
+    /// Bus error of an instruction fetch.
     InstructionBus,
-    /// The MPU denies data at this address.
+    /// The MPU denies a data access at this address.
     DataAccess(u32),
     /// The MPU, or execute-never memory, denies the fetch.
     InstructionAccess,
@@ -33,9 +34,9 @@ pub enum Fault {
     StackingBus,
     /// MPU violation while stacking for an exception.
     StackingAccess,
-    /// Bus error while unstacking.
+    /// Bus error while unstacking at the return from an exception.
     UnstackingBus,
-    /// MPU violation while unstacking.
+    /// MPU violation while unstacking at the return from an exception.
     UnstackingAccess,
     /// MPU violation during lazy stacking (MLSPERR).
     LazyStackingAccess,
@@ -80,9 +81,9 @@ pub enum Stop {
     /// The program used a feature of memory or a peripheral that the simulator does not model.
     #[error("{what} is not modelled: {access} by the instruction at {pc:#010x}")]
     Access {
-        /// The data access.
+        /// The data access that is not modelled.
         access: Access,
-        /// Address of the instruction.
+        /// Address of the instruction that ended the run.
         pc: u32,
         /// Name of the feature that is not modelled.
         what: &'static str,
@@ -94,7 +95,7 @@ pub enum Stop {
         /// Code of the instruction: a 32-bit instruction has its first half-word in the upper half,
         /// a 16-bit instruction is in the lower half.
         instruction: u32,
-        /// Address of the instruction.
+        /// Address of the instruction that ended the run.
         pc: u32,
         /// Description of the problem.
         what: &'static str,
@@ -127,13 +128,13 @@ pub enum Stop {
         /// The access that matched.
         hit: WatchpointHit,
     },
-    /// BKPT, with a debugger attached.
+    /// The program executed BKPT with a debugger attached.
     #[error("BKPT at {pc:#010x}")]
     BreakpointInstruction {
         /// Address of the BKPT instruction.
         pc: u32,
     },
-    /// The chip requests a reset.
+    /// The chip requests a reset of the system, which the caller has to carry out.
     #[error("reset at {pc:#010x}")]
     Reset {
         /// Program counter at that time.
@@ -153,7 +154,7 @@ pub enum Trap {
     Stop(Stop),
 }
 
-/// Result of an instruction that may not complete.
+/// Result of an operation of the core that may end in a fault or the end of the run.
 pub type TrapResult<T = ()> = Result<T, Trap>;
 
 impl From<Fault> for Trap {

@@ -13,21 +13,21 @@ use crate::chip::board::Board;
 use crate::chip::cpu::system::WatchedAccess;
 use crc::{CRC_32_MPEG_2, Crc};
 
-/// Agreement between a client and the server.
+/// Feature of gdb's protocol on which a client and the server have agreed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Feature {
-    /// Features that the client supports in stop replies and errors (qSupported).
+    /// Features that the client supports in stop replies and errors, from its packet qSupported.
     Knows {
         /// Whether the client supports `swbreak` and `hwbreak`.
         breaks: [bool; 2],
         /// Whether the client supports errors in words.
         words: bool,
     },
-    /// No acknowledgements after this packet's.
+    /// Packets are no longer acknowledged; this packet is the last (QStartNoAckMode).
     NoAcknowledgements,
 }
 
-/// Meaning of a packet: an answer or an action.
+/// Meaning of a packet from gdb: an answer to send at once, or an action on the core.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Meaning {
     /// Contents of the answer packet.
@@ -36,7 +36,7 @@ pub enum Meaning {
     Agree(Feature, Vec<u8>),
     /// The client asks for the reason why the core stopped.
     Status,
-    /// The core continues.
+    /// The core continues from its present instruction.
     Go {
         /// Whether the core executes only one instruction.
         steps: bool,
@@ -45,7 +45,7 @@ pub enum Meaning {
     Detach,
     /// The program ends.
     Kill {
-        /// Whether the client waits for OK.
+        /// Whether the client waits for the answer OK.
         is_answered: bool,
     },
     /// The program restarts, halted at its first instruction.
@@ -53,7 +53,7 @@ pub enum Meaning {
         /// Whether the client waits for a stop reply.
         is_answered: bool,
     },
-    /// A `monitor` command, and the text to print.
+    /// A `monitor` command: its action, and the text to print in the client.
     Monitor(Order, String),
 }
 
@@ -71,8 +71,8 @@ fn text(answer: impl Into<String>) -> ParsedCommand {
     Ok(Answer(answer.into().into_bytes()))
 }
 
-/// Parses `packet`. Packets that access memory, registers or breakpoints of `board` are served
-/// here.
+/// Parses `packet`, the contents of a packet from gdb. Packets that access memory, registers or
+/// breakpoints of `board` are served here; others become an action for the caller.
 ///
 /// # Errors
 /// Fails if the packet is malformed or cannot be carried out.
@@ -102,7 +102,8 @@ pub fn parse_command(board: &mut Board<Points>, packet: &[u8]) -> ParsedCommand 
     }
 }
 
-/// Returns whether `packet` acts on a program that is debugged.
+/// Returns whether `packet` needs a client that is attached: it runs the program, or changes its
+/// registers, memory or breakpoints.
 pub fn needs_core(packet: &[u8]) -> bool {
     let first = packet.first();
     first.is_some_and(|first| b"cCsSZGPMX".contains(first))
@@ -112,7 +113,7 @@ pub fn needs_core(packet: &[u8]) -> bool {
 
 const NO_REGISTER: GdbRefusal = GdbRefusal::Address("there is no register with this number");
 
-/// Parses `address,length`.
+/// Parses `address,length`, both in hexadecimal digits.
 fn pair(text: &[u8]) -> Result<(u32, u32), GdbRefusal> {
     let (address, length) = split(text, b',').ok_or(GdbRefusal::Malformed)?;
     let numbers = number(address).zip(number(length));
@@ -196,7 +197,8 @@ fn parse_resume(board: &mut Board<Points>, kind: u8, rest: &[u8]) -> ParsedComma
     })
 }
 
-/// Serves `Z` and `z`: type, address, kind. Conditions and commands are not supported.
+/// Sets (`Z`) or removes (`z`) a breakpoint or watchpoint, given as type, address and kind.
+/// Conditions and commands are not supported.
 fn parse_point(board: &mut Board<Points>, sets: bool, rest: &[u8]) -> ParsedCommand {
     let (kind, place) = split(rest, b',').ok_or(GdbRefusal::Malformed)?;
     let (address, length) = pair(place)?;
@@ -319,7 +321,7 @@ fn supported(features: &[u8]) -> Meaning {
     Agree(agreed, own.into_bytes())
 }
 
-/// Serves the part `offset,length` of a document.
+/// Answers with the part `offset,length` of a document.
 fn document_part(document: &str, place: &[u8]) -> ParsedCommand {
     let (offset, length) = pair(place)?;
     let rest = document.as_bytes().get(offset as usize..);
@@ -332,7 +334,7 @@ fn document_part(document: &str, place: &[u8]) -> ParsedCommand {
     Ok(Answer([&[mark], shown].concat()))
 }
 
-/// Serves `qCRC`: gdb's checksum of memory, for `compare-sections`.
+/// Answers `qCRC`: gdb's checksum of memory, for its command `compare-sections`.
 fn flash_crc(board: &Board<Points>, place: &[u8]) -> ParsedCommand {
     /// Size of the flash, bytes: gdb asks only for sections.
     const MOST: u32 = 1 << 20;

@@ -7,7 +7,7 @@ use std::io::{self, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::time::Duration;
 
-/// A connection to a client.
+/// A connection to a client, over which bytes travel in both directions.
 pub trait Line: Send {
     /// Moves received bytes into `buffer`, and returns their number; 0 if there are none now.
     ///
@@ -18,14 +18,14 @@ pub trait Line: Send {
     /// Sends all of `bytes`.
     ///
     /// # Errors
-    /// The errors of [`Self::read`].
+    /// Fails if the other end has closed the connection, or reads too slowly.
     fn write(&mut self, bytes: &[u8]) -> io::Result<()>;
 
     /// Returns the client's address, for messages.
     fn name(&self) -> String;
 }
 
-/// A port where clients connect.
+/// A port to which clients connect.
 pub trait Port: Send {
     /// Returns the next waiting connection, if there is one.
     ///
@@ -34,7 +34,8 @@ pub trait Port: Send {
     fn accept(&mut self) -> io::Result<Option<Box<dyn Line>>>;
 }
 
-/// Longest time for a client to read an answer; after that, the connection counts as lost.
+/// Longest time that a client may take to read an answer; after that, the connection counts as
+/// lost.
 const WRITE_PATIENCE: Duration = Duration::from_secs(5);
 
 struct Socket(TcpStream);
@@ -95,15 +96,15 @@ pub struct Client {
     line: Box<dyn Line>,
     receiver: Receiver,
     pending: VecDeque<u8>,
-    /// Whether packets are acknowledged, which QStartNoAckMode ends.
+    /// Whether packets are acknowledged; the client can end that with QStartNoAckMode.
     pub acknowledges: bool,
     /// Whether stop replies may contain `swbreak` and `hwbreak`.
     pub knows_breaks: [bool; 2],
-    /// Whether the client understands errors in words.
+    /// Whether the client understands errors in words, not only in numbers.
     pub reads_words: bool,
     /// Whether the client let the core run and waits for the stop reply.
     pub waits: bool,
-    /// Whether nothing more will arrive.
+    /// Whether the connection is closed, so that nothing more will arrive.
     pub is_gone: bool,
     /// Whether the client detached or killed the program, so that another client may have the core.
     pub has_left: bool,
@@ -128,7 +129,7 @@ impl Client {
         }
     }
 
-    /// Returns the same as [`Line::name`].
+    /// Returns the client's address for messages, as [`Line::name`] does.
     pub fn name(&self) -> String {
         self.line.name()
     }
@@ -157,7 +158,8 @@ impl Client {
         count > 0
     }
 
-    /// Does the same as [`Self::receive`] for bytes fetched so far.
+    /// Returns the next event like [`Self::receive`], but only from bytes that have been fetched so
+    /// far.
     ///
     /// # Errors
     /// Fails if the connection is closed.
@@ -180,7 +182,7 @@ impl Client {
         Ok(None)
     }
 
-    /// Sends a packet with these contents. A broken connection shows at the next read.
+    /// Sends a packet with these contents. If the connection is broken, the next read fails.
     pub fn send(&mut self, contents: &[u8]) {
         self.last = frame_packet(contents);
         let _ = self.line.write(&self.last);

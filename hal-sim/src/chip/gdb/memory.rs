@@ -48,7 +48,8 @@ impl Board<Points> {
         }
     }
 
-    /// Returns a copy of the board; reading may change the copy.
+    /// Returns a copy of the board, from which registers are read: reading may change their state,
+    /// but not that of the board.
     fn fork(&self) -> Self {
         let mut copy = self.clone();
         copy.around.soc.rcc.settle();

@@ -51,36 +51,40 @@ enum Core {
     Steps,
 }
 
-/// A board that any client at a port can debug.
+/// A board that a client at a port can debug with gdb's protocol. One client at a time is attached
+/// to the core.
 pub struct Debugger {
     board: Board<Points>,
     port: Box<dyn Port>,
     outlives: AfterDebugger,
     core: Core,
-    /// Client that has the core, or has had it and is still connected.
+    /// Client that is attached to the core, or was attached and is still connected.
     client: Option<Client>,
     /// Clients that are connected but not attached.
     others: Vec<Client>,
     /// Reason why the core is halted: the answer to `?`.
     status: String,
-    /// Address of the BKPT that stopped the core; the core continues behind it.
+    /// Address of the BKPT that stopped the core; when it resumes, the core continues behind this
+    /// instruction.
     stopped_by: Option<u32>,
-    /// Cycle from which on the core runs a session without a debugger.
+    /// Cycle from which on the core has run a session without a debugger; `None` while a debugger
+    /// is attached, or if the port stays open.
     alone_since: Option<Cycle>,
 }
 
-/// Largest number of connections that wait unattached; beyond it, the oldest is dropped.
+/// Largest number of connections that wait without being attached. If there are more, the oldest is
+/// dropped.
 const MOST_OTHERS: usize = 8;
 /// Interval at which the port is polled while the core is halted.
 const LOOK: Duration = Duration::from_micros(200);
-/// The same interval while no client is attached.
+/// Interval at which the port is polled while the core is halted and no client is attached.
 const LOOK_IDLY: Duration = Duration::from_millis(5);
-/// Stop reply for the only thread.
+/// Beginning of a stop reply: the program's only thread stopped with SIGTRAP.
 const SIGTRAP: &str = "T05thread:1;";
 
 impl Debugger {
-    /// Creates a debugger that holds the core of `board` at reset until a client at `port` lets it
-    /// run.
+    /// Creates a debugger that halts the core of `board` at reset until a client at `port` lets it
+    /// run. `outlives` selects what happens when the debugger has left.
     pub fn new(port: impl Port + 'static, board: Board<Points>, outlives: AfterDebugger) -> Self {
         let mut board = board;
         board.cpu.system.set_debugger(true);
@@ -101,8 +105,8 @@ impl Debugger {
     /// image may take any time, and need not open a port; without one, the usual limit applies.
     ///
     /// # Errors
-    /// The errors of [`Self::run_to`]; E541 if no debugger is attached and the image opened no
-    /// port.
+    /// Fails like [`Self::run_to`], and with E541 if no debugger is attached and the image opened
+    /// no port.
     pub fn boot(&mut self, sensors: &Sensors) -> Result<(), BoardError> {
         loop {
             let begin = self.alone_since.max(self.board.last_reset());
@@ -126,8 +130,9 @@ impl Debugger {
         &self.board
     }
 
-    /// Calls `act` again after each stop, until it succeeds. Once `limit` is reached, further
-    /// commands of the debugger wait for the next call.
+    /// Calls `act`, which runs the board, again after each stop until it succeeds, and serves the
+    /// clients before each call. Once the core has reached `limit`, further commands wait for the
+    /// next call of this function.
     fn run<T>(
         &mut self,
         limit: Cycle,
@@ -153,7 +158,7 @@ impl Debugger {
         self.client.as_ref().is_some_and(|client| !client.has_left)
     }
 
-    /// Serves the port until the core may run.
+    /// Serves the clients at the port until the core may run, or has reached `limit`.
     fn serve(&mut self, limit: Cycle) -> Result<(), BoardError> {
         loop {
             let has_heard = self.listen()?;
@@ -185,7 +190,8 @@ impl Debugger {
         }
     }
 
-    /// Accepts clients and carries out their commands; returns whether anything arrived.
+    /// Accepts clients and carries out their commands; returns whether anything arrived from a
+    /// client.
     fn listen(&mut self) -> Result<bool, BoardError> {
         let mut has_heard = false;
         match self.port.accept() {
@@ -214,8 +220,8 @@ impl Debugger {
         Ok(has_heard)
     }
 
-    /// Carries out the attached client's commands, up to one that lets the core run: the core runs
-    /// before more is read. Returns whether anything arrived.
+    /// Carries out the attached client's commands, up to the first that lets the core run, so that
+    /// the core runs before more is read. Returns whether anything arrived.
     fn listen_to_client(&mut self) -> Result<bool, BoardError> {
         let mut has_heard = false;
         let stood = self.core == Core::Halted;
@@ -233,8 +239,8 @@ impl Debugger {
         Ok(has_heard)
     }
 
-    /// Attaches the first waiting client that sends a valid packet. A client that sends none may
-    /// only test whether the port is open.
+    /// Attaches the first waiting client that sends a valid packet. A client that sends nothing may
+    /// only be testing whether the port is open.
     fn listen_to_others(&mut self) -> Result<(), BoardError> {
         for mut other in std::mem::take(&mut self.others) {
             match other.parse() {
@@ -270,7 +276,7 @@ impl Debugger {
         }
     }
 
-    /// Removes the settings of the previous debugger.
+    /// Removes breakpoints, watchpoints and semihosting of the previous debugger.
     fn clear_debugger_state(&mut self) {
         self.clear_points();
         self.board.cpu.system.semihosting = None;
@@ -304,8 +310,8 @@ impl Debugger {
         }
     }
 
-    /// Halts the core after `stop` and reports the reason, in words where a signal number is not
-    /// enough.
+    /// Halts the core after `stop` and reports the reason. Prints it in words if a signal number
+    /// does not say enough.
     fn stop(&mut self, stop: Stop) {
         let status = match stop {
             Stop::Breakpoint { pc } => self.breakpoint_status(pc),
@@ -338,8 +344,8 @@ impl Debugger {
         }
     }
 
-    /// Moves the core behind a BKPT that stopped it, which would otherwise stop it for ever.
-    /// Returns whether there was one.
+    /// Moves the core behind a BKPT that stopped it and would stop it again for ever. Returns
+    /// whether there was such a BKPT.
     fn pass_breakpoint_instruction(&mut self) -> bool {
         let pc = self.board.pc();
         let is_there = self.stopped_by.take() == Some(pc);
@@ -349,7 +355,7 @@ impl Debugger {
         is_there
     }
 
-    /// Halts the core, and sends the stop reply to a client that waits for it.
+    /// Halts the core, and sends the stop reply `status` to a client that waits for it.
     fn halt(&mut self, status: String) {
         self.core = Core::Halted;
         self.status = status;
@@ -379,7 +385,8 @@ impl Debugger {
         }
     }
 
-    /// Prints the program's semihosting output, once the protocol allows it.
+    /// Prints the program's semihosting output in the client's console. The protocol allows this
+    /// only while the client waits for a stop reply.
     fn print_console(&mut self) {
         let waits = self.client.as_ref().is_some_and(|client| client.waits);
         if let Some(host) = &mut self.board.cpu.system.semihosting

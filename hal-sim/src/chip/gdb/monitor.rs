@@ -3,7 +3,7 @@
 //! In: a line. Out: an action on the core, and a text to print. A command without meaning here is
 //! answered with an explanation, so that a launcher continues and the user reads the reason.
 
-/// Action of a command.
+/// Action of a `monitor` command on the core.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
     /// No action on the core.
@@ -35,7 +35,7 @@ help                   print this text
 const NO_PROBE: &str = "nothing to do: the chip is simulated, so there is no probe\n";
 const NO_TRACE: &str = "refused: the simulated chip has no trace port (ITM, SWO, TPIU, ETM)\n";
 
-/// Returns the action of `line` and the text to print.
+/// Returns the action of the `monitor` command `line`, and the text to print in the client.
 pub fn parse_order(line: &str) -> (Order, String) {
     let words: Vec<&str> = line.split_whitespace().collect();
     let (order, text) = match *words.as_slice() {

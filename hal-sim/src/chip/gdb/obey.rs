@@ -10,7 +10,7 @@ use crate::chip::cpu::semihosting::Semihosting;
 use firmware::link::message::ResetCause;
 
 impl Debugger {
-    /// Carries out a packet or an interrupt of the client.
+    /// Carries out `heard`, a packet or an interrupt (Ctrl-C) of the client.
     ///
     /// # Errors
     /// Fails if the client ended the run.
@@ -84,7 +84,7 @@ impl Debugger {
         Ok(())
     }
 
-    /// Notes that the client waits for no stop reply.
+    /// Notes that the client no longer waits for a stop reply.
     fn clear_pending_reply(&mut self) {
         if let Some(client) = &mut self.client {
             client.waits = false;
@@ -103,7 +103,7 @@ impl Debugger {
         }
     }
 
-    /// Notes that the client has left, so that another can have the core.
+    /// Notes that the client has left, so that another client can be attached to the core.
     fn release_client(&mut self) {
         if let Some(client) = &mut self.client {
             (client.has_left, client.waits) = (true, false);

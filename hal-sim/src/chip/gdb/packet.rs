@@ -3,7 +3,7 @@
 //!
 //! In: arbitrary bytes in any portions. Out: packets, and the events between them.
 
-/// Largest size of a packet's contents on the wire, bytes; qSupported reports it.
+/// Largest size of a packet's contents on the wire, bytes; the server states it in qSupported.
 pub const LONGEST: usize = 0x4000;
 
 /// An event in the bytes from a client.
@@ -26,9 +26,9 @@ enum Place {
     #[default]
     Between,
     Contents,
-    /// After `#`.
+    /// After `#`, where the first digit of the checksum follows.
     Sum,
-    /// After the checksum's first digit, which it holds.
+    /// After the first digit of the checksum, which is stored here.
     LastDigit(u8),
 }
 
@@ -94,7 +94,7 @@ fn without_escapes(contents: &[u8]) -> Vec<u8> {
     plain
 }
 
-/// Frames these contents, in which no byte needs an escape, as a packet.
+/// Makes a packet of `contents`, in which no byte needs an escape: adds `$`, `#` and the checksum.
 pub fn frame_packet(contents: &[u8]) -> Vec<u8> {
     let sum = contents.iter().copied().fold(0, u8::wrapping_add);
     let mut packet = vec![b'$'];
@@ -103,7 +103,7 @@ pub fn frame_packet(contents: &[u8]) -> Vec<u8> {
     packet
 }
 
-/// Converts bytes into hexadecimal digits.
+/// Converts bytes into hexadecimal digits, two per byte.
 pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

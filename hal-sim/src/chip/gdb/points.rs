@@ -9,15 +9,16 @@ use super::refused::GdbRefusal;
 use crate::chip::cpu::Observer;
 use crate::chip::cpu::system::{System, WatchedAccess};
 
-/// Number of the FPB's comparators for instructions (TRM 9.1).
+/// Number of instruction comparators of the FPB (flash patch and breakpoint unit; TRM 9.1), one for
+/// each hardware breakpoint.
 const HARDWARE: usize = 6;
-/// End of the addresses that they can compare.
+/// End of the addresses that the FPB's comparators can compare.
 const CODE_END: u32 = 0x2000_0000;
-/// log2 of the largest number of bytes that one comparator of data covers (DDI 0337, 11.6: MASK has
-/// four bits).
+/// The log2 of the largest number of bytes that one data comparator covers (DDI 0337, 11.6: MASK
+/// has four bits).
 const WIDEST: u32 = 15;
 
-/// Kind of a breakpoint.
+/// Kind of the breakpoint that stops the core.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopReason {
     /// Software breakpoint, set by `Z0`.
@@ -31,7 +32,7 @@ pub enum StopReason {
 pub struct Points {
     at: Vec<(u32, StopReason)>,
     /// Whether the core was resumed and has not executed an instruction since. A breakpoint at its
-    /// address is then the one that stopped it.
+    /// present address is then the one that stopped the core, and must not stop it again.
     pub(super) leaves: bool,
 }
 
@@ -43,7 +44,7 @@ impl Observer for Points {
 }
 
 impl Points {
-    /// Sets a breakpoint; does nothing if it is already set.
+    /// Sets a breakpoint of kind `by` at `address`; does nothing if it is already set.
     ///
     /// # Errors
     /// Fails for a seventh hardware breakpoint, or one outside code.
@@ -67,7 +68,7 @@ impl Points {
         Ok(())
     }
 
-    /// Removes the breakpoint, if it is set.
+    /// Removes the breakpoint of kind `by` at `address`, if it is set.
     pub fn remove(&mut self, address: u32, by: StopReason) {
         self.at.retain(|&point| point != (address & !1, by));
     }
@@ -84,8 +85,8 @@ impl Points {
     }
 }
 
-/// Watches `bytes` bytes from `address` on, with as many comparators as that takes; does nothing if
-/// they are already watched.
+/// Watches accesses of kind `what` to `bytes` bytes from `address` on, with as many comparators as
+/// needed; does nothing if they are already watched.
 ///
 /// # Errors
 /// Fails if too few comparators are free.
@@ -103,10 +104,10 @@ pub fn watch(
     }
 }
 
-/// Removes the watchpoint.
+/// Removes the watchpoint on accesses of kind `what` to `bytes` bytes from `address` on.
 ///
 /// # Errors
-/// The errors of [`watch`].
+/// Fails if the range is empty or extends beyond the address space.
 pub fn unwatch(
     system: &mut System,
     address: u32,
@@ -117,8 +118,9 @@ pub fn unwatch(
     Ok(())
 }
 
-/// Splits a range into parts for comparators, each as address and log2 of its length: aligned
-/// powers of two. More parts than comparators mean that the range is too large.
+/// Splits a range into parts that one comparator each can watch: aligned powers of two, given as
+/// address and log2 of the length. More parts than there are comparators mean that the range is too
+/// large.
 fn parts(address: u32, bytes: u32) -> Result<Vec<(u32, u32)>, GdbRefusal> {
     let last = bytes.checked_sub(1).ok_or(GdbRefusal::Malformed)?;
     let last = address.checked_add(last);

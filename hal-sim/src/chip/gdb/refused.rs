@@ -1,7 +1,7 @@
 //! Defines the reasons why a packet is refused.
 
-/// Reason why a packet was refused. The answer is in words if the client understands them, else the
-/// operating system's error number of this kind.
+/// Reason why a packet was refused. The answer gives the reason in words if the client understands
+/// them, otherwise as an error number of Unix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GdbRefusal {
     /// The packet is malformed.
@@ -15,7 +15,8 @@ pub enum GdbRefusal {
 }
 
 impl GdbRefusal {
-    /// Returns the contents of the answer packet.
+    /// Returns the contents of the answer packet: `E.` and the reason in words, or `E` and the
+    /// error number.
     pub fn answer(self, in_words: bool) -> String {
         let (number, words) = match self {
             Self::Malformed => (22, "the packet is not valid"),

@@ -6,13 +6,13 @@
 
 use crate::chip::cpu::Cpu;
 
-/// Target description for gdb: order, widths, features.
+/// Target description for gdb: names, order and widths of the registers.
 pub const DESCRIPTION: &str = include_str!("target.xml");
 
 /// Number of registers in the target description.
 pub const COUNT: usize = 40;
 
-/// A register by its number.
+/// A register, as its number in the target description selects it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Register {
     General(usize),
@@ -47,7 +47,8 @@ impl Register {
     }
 }
 
-/// Reads register `number`; returns `None` if it does not exist.
+/// Returns the bytes of register `number`, the lowest byte first; `None` if there is no such
+/// register.
 pub fn read(cpu: &Cpu, number: usize) -> Option<Vec<u8>> {
     let registers = &cpu.registers;
     let word = match Register::from_number(number)? {
@@ -116,7 +117,7 @@ pub fn write(cpu: &mut Cpu, number: usize, bytes: &[u8]) -> Option<()> {
     Some(())
 }
 
-/// Reads all registers in their order.
+/// Returns the bytes of all registers in the order of the target description.
 pub fn read_all(cpu: &Cpu) -> Vec<u8> {
     let all = (0..COUNT).filter_map(|number| read(cpu, number));
     all.flatten().collect()

@@ -22,18 +22,18 @@ use thiserror::Error;
 /// Address range of the main flash, 1 MiB (RM0090, table 5).
 pub const FLASH: Range<u32> = 0x0800_0000..0x0810_0000;
 
-/// Memories where a stack may begin; the initial pointer is one past the first word. CCM, and SRAM1
-/// with SRAM2 (RM0090, section 2.3.1).
+/// Memories in which the initial stack pointer may lie: CCM, and SRAM1 with SRAM2 (RM0090, section
+/// 2.3.1). A stack pointer lies one past the first word of the stack.
 const STACKS: [Range<u32>; 2] = [0x1000_0000..0x1001_0000, 0x2000_0000..0x2002_0000];
 
 /// Number of words of the vector table that hold exceptions of the core (Arm ARM, table B1-4).
 const CORE_VECTORS: u32 = 16;
 
-/// Numbered reasons why an image is refused; each names the file, then the reason.
+/// Reason why an image is refused. Each message has a number and names the file.
 #[derive(Debug, Error)]
 pub enum ImageError {
     /// The operating system could not read the file.
-    #[error("E530 the image {0} cannot be read: {1}")]
+    #[error("E530 the image {0} cannot be read: {1}; check the path and the permissions")]
     Unreadable(PathBuf, std::io::Error),
     /// The file is not an ELF file, or is damaged.
     #[error("E531 {0} is not a readable ELF file: {1}")]
@@ -53,8 +53,8 @@ pub enum ImageError {
     OutsideFlash(PathBuf, String),
     /// Logs were requested, but the image has no defmt table.
     #[error(
-        "E535 {0} has no defmt table: it was built without defmt, or stripped; \
-         its logs cannot be decoded"
+        "E535 {0} has no defmt table: it was built without defmt, or stripped; its logs cannot be \
+         decoded; leave out --log, or build the image with defmt"
     )]
     NoDefmtTable(PathBuf),
 }
@@ -85,7 +85,8 @@ impl Image {
         Self::parse(path, &bytes)
     }
 
-    /// Checks `bytes`, the contents of the file that errors call `path`.
+    /// Reads an image from `bytes`, the contents of an ELF file, and checks it. Errors call the
+    /// file `path`.
     pub fn parse(path: &Path, bytes: &[u8]) -> Result<Self, ImageError> {
         check_machine(path, bytes)?;
         let not_elf = |why: object::Error| ImageError::NotElf(path.to_owned(), why.to_string());
@@ -106,12 +107,12 @@ impl Image {
         })
     }
 
-    /// Returns the path of the file that the image came from.
+    /// Returns the path of the file from which the image was read.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Checks that the image has the table that its logs need.
+    /// Checks that the image has the defmt table that decoding its logs needs.
     ///
     /// # Errors
     /// Returns [`ImageError::NoDefmtTable`] if it has none.
@@ -146,7 +147,7 @@ fn check_machine(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     }
 }
 
-/// Checks the ABI, and the Thumb state in which the image is entered.
+/// Checks that the ABI is Arm EABI version 5 and that the image starts in Thumb state.
 fn check_state(path: &Path, header: &FileHeader32<Endianness>) -> Result<(), ImageError> {
     let (flags, entry) = (
         header.e_flags(Endianness::Little),
@@ -169,7 +170,7 @@ fn not_elf<T>(path: &Path, why: String) -> Result<T, ImageError> {
     Err(ImageError::NotElf(path.to_owned(), why))
 }
 
-/// Returns the contents of flash, and the number of bytes that the segments fill.
+/// Returns the contents of flash, and the number of bytes in it that the segments fill.
 fn load(
     path: &Path,
     elf: &ElfFile32<'_, Endianness>,

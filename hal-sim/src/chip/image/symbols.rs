@@ -5,7 +5,7 @@ use object::read::elf::ElfFile32;
 use object::{Endianness, Object, ObjectSymbol};
 use rustc_demangle::demangle;
 
-/// A function or a variable.
+/// A function or a variable of an image.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Symbol {
     /// Address of the first byte, without the Thumb bit.
@@ -73,7 +73,8 @@ impl Symbols {
         (function.size == 0 || inside < function.size).then_some(function)
     }
 
-    /// Returns the name of the function at `address` and the distance from its start, for messages.
+    /// Returns the name of the function at `address` and the distance from its start, as text for
+    /// messages.
     pub fn describe(&self, address: u32) -> String {
         match self.function_at(address) {
             Some(symbol) => format!("{} + {:#x}", symbol.name, address - symbol.address),
@@ -81,12 +82,12 @@ impl Symbols {
         }
     }
 
-    /// Returns the variable with this name in the source.
+    /// Returns the variable with this name in the source; `None` if there is none.
     pub fn variable(&self, name: &str) -> Option<&Symbol> {
         self.variables.iter().find(|symbol| symbol.name == name)
     }
 
-    /// Returns the function or variable that the linker calls `raw`.
+    /// Returns the function or variable with the mangled name `raw`; `None` if there is none.
     pub fn find(&self, raw: &str) -> Option<&Symbol> {
         let mut all = self.functions.iter().chain(&self.variables);
         all.find(|symbol| symbol.raw == raw)

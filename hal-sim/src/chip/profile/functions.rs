@@ -2,11 +2,11 @@
 
 use crate::chip::image::{FLASH, Image};
 
-/// Function index for each half-word of flash.
+/// Map from addresses in flash to the functions of an image. A function is identified by an index.
 #[derive(Clone, Debug)]
 pub(super) struct Functions {
     names: Vec<String>,
-    /// Function index, by half-word of the image.
+    /// Index of the function that contains each half-word of the image.
     at: Vec<u16>,
 }
 

@@ -22,13 +22,14 @@ use functions::Functions;
 /// the rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Owner {
-    /// The refill (TIM2), over-current (EXTI9_5) and supply (PVD).
+    /// The interrupts of the refill (TIM2), of over-current (EXTI9_5) and of the supply voltage
+    /// (PVD).
     Pulser,
     /// The control tick, in TIM7's interrupt.
     Controller,
-    /// Thread mode, USB and the async timer TIM5.
+    /// Thread mode, and the interrupts of USB and of the async tasks' timer, TIM5.
     Session,
-    /// Any other exception.
+    /// Every other exception.
     Other,
 }
 
@@ -36,7 +37,7 @@ impl Owner {
     /// All owners, in the order of the tables.
     pub const ALL: [Self; 4] = [Self::Pulser, Self::Controller, Self::Session, Self::Other];
 
-    /// Returns the owner of exception `number`; 0 is thread mode.
+    /// Returns the owner to which the cycles of exception `number` are charged; 0 is thread mode.
     pub const fn from_exception(number: u16) -> Self {
         match number {
             exception::PVD | exception::EXTI9_5 | exception::TIM2 => Self::Pulser,
@@ -46,7 +47,7 @@ impl Owner {
         }
     }
 
-    /// Returns the name that the documentation uses.
+    /// Returns the owner's name in docs/architecture.md; "other" for [`Self::Other`].
     pub const fn name(self) -> &'static str {
         match self {
             Self::Pulser => "Pulser",
@@ -60,17 +61,17 @@ impl Owner {
 /// Exception numbers of the interrupts that the images use: the position in RM0090 table 61, plus
 /// 16.
 pub mod exception {
-    /// Supply voltage below the threshold.
+    /// PVD: the supply voltage fell below the detector's threshold.
     pub const PVD: u16 = 16 + 1;
-    /// EXTI lines 5–9: over-current.
+    /// EXTI lines 5–9, of which one is the over-current latch.
     pub const EXTI9_5: u16 = 16 + 23;
-    /// Microsecond clock: refills.
+    /// TIM2, the microsecond clock, which starts each refill of the pulse tape.
     pub const TIM2: u16 = 16 + 28;
-    /// Timer of the async tasks.
+    /// TIM5, the timer of the async tasks.
     pub const TIM5: u16 = 16 + 50;
-    /// Control tick.
+    /// TIM7, the control tick.
     pub const TIM7: u16 = 16 + 55;
-    /// USB interrupts.
+    /// USB controller OTG_FS.
     pub const OTG_FS: u16 = 16 + 67;
 
     /// Returns the name of exception `number`, for messages; 0 is thread mode.
@@ -91,10 +92,10 @@ pub mod exception {
     }
 }
 
-/// Cycles and instructions that were spent.
+/// Cycles and instructions charged to one function, exception or owner.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
-    /// Core cycles spent.
+    /// Number of core cycles, without sleep.
     pub cycles: Cycle,
     /// Instructions completed.
     pub instructions: u64,
@@ -112,11 +113,12 @@ impl Cost {
 pub struct Runs {
     /// Number of runs that ended.
     pub count: u64,
-    /// Longest run, cycles; includes entry, excludes pre-emption.
+    /// Longest run, cycles: with the entry to the handler, without the time of exceptions that
+    /// pre-empted it.
     pub longest: Cycle,
 }
 
-/// Observer that counts while the core runs.
+/// Observer that charges every cycle of the core to a function and to an exception.
 #[derive(Clone, Debug)]
 pub struct Profile {
     functions: Functions,
@@ -126,19 +128,19 @@ pub struct Profile {
     /// Cost by exception number.
     contexts: [Cost; EXCEPTIONS],
     runs: [Runs; EXCEPTIONS],
-    /// Active exceptions, outermost first, each with its cycles so far.
+    /// Active exceptions, the outermost first, each with the cycles charged to its present run.
     active: Vec<(u16, Cycle)>,
-    /// Cycles asleep.
+    /// Number of cycles in which the core slept.
     pub(crate) idle: Cycle,
     began: Cycle,
-    /// Cycle up to which everything is counted.
+    /// Cycle up to which all cycles have been charged.
     last: Cycle,
     /// Lowest stack pointer after any instruction since power-on.
     pub(crate) lowest_sp: u32,
 }
 
 impl Profile {
-    /// Creates a profile that counts from power-on, by the functions of `image`.
+    /// Creates a profile that counts from power-on, and charges cycles to the functions of `image`.
     pub fn new(image: &Image) -> Self {
         let functions = Functions::from_image(image);
         Self {
@@ -164,7 +166,7 @@ impl Profile {
         self.began = self.last;
     }
 
-    /// Returns the number of cycles counted.
+    /// Returns the number of cycles since power-on or the last [`Self::restart`], with sleep.
     pub const fn total(&self) -> Cycle {
         self.last - self.began
     }
@@ -191,7 +193,8 @@ impl Profile {
         sum
     }
 
-    /// Returns the runs of each exception that occurred, with its number.
+    /// Returns the statistics of each exception whose handler has run and ended, with the
+    /// exception's number.
     pub fn runs(&self) -> impl Iterator<Item = (u16, Runs)> + '_ {
         (0..).zip(self.runs).filter(|(_, runs)| runs.count > 0)
     }

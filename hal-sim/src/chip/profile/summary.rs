@@ -5,23 +5,25 @@ use crate::chip::Cycle;
 use crate::chip::board::{Board, CYCLES_PER_US, Margins, Phases};
 use crate::chip::cpu::system::Latency;
 
-/// Counts of one exception.
+/// Statistics of one exception.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Line {
     /// Exception number, 16 more than that of the interrupt.
     pub number: u16,
     /// Number of handler runs that ended.
     pub count: u64,
-    /// Longest handler run, cycles; includes entry, excludes pre-emption.
+    /// Longest handler run, cycles: with the entry to the handler, without the time of exceptions
+    /// that pre-empted it.
     pub longest: Cycle,
-    /// Latency, from the rise of the interrupt line to the first instruction.
+    /// Statistics of the latency, from the rise of the interrupt line to the handler's first
+    /// instruction.
     pub latency: Latency,
 }
 
 /// Use of the stack, which grows down from the top of RAM.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stack {
-    /// Address where the stack begins.
+    /// Address at which the stack begins: the initial stack pointer.
     pub top: u32,
     /// Lowest stack pointer since power-on.
     pub lowest: u32,
@@ -30,21 +32,23 @@ pub struct Stack {
 }
 
 impl Stack {
-    /// Returns the largest number of bytes used.
+    /// Returns the largest number of bytes of stack that were in use since power-on.
     pub const fn used(&self) -> u32 {
         self.top.saturating_sub(self.lowest)
     }
 
-    /// Returns the smallest number of bytes that were free above the guard.
+    /// Returns the smallest number of bytes that were free above the guard region; `None` if there
+    /// is no guard.
     pub fn free(&self) -> Option<u32> {
         self.limit.map(|limit| self.lowest.saturating_sub(limit))
     }
 }
 
-/// Number of edges at one distance from their analytic cycle.
+/// Number of pin edges at one distance from the cycle at which they should ideally come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Phase {
-    /// Cycles after the analytic cycle: TIM1's update for port B, 8 cycles more for port C.
+    /// Distance from the ideal cycle, cycles; negative if early. The ideal cycle is TIM1's update
+    /// for port B, and 8 cycles later for port C.
     pub late: i64,
     /// Number of edges of port B.
     pub b: u64,
@@ -70,7 +74,8 @@ impl Phase {
         all.filter(|phase| phase.b + phase.c > 0).collect()
     }
 
-    /// Returns the cycles from the earliest to the latest phase, both included; 0 without edges.
+    /// Returns the number of cycles from the earliest to the latest distance in `all`, both
+    /// included; 0 without edges.
     pub fn span(all: &[Self]) -> u64 {
         match (all.first(), all.last()) {
             (Some(first), Some(last)) => last.late.abs_diff(first.late) + 1,
@@ -79,27 +84,27 @@ impl Phase {
     }
 }
 
-/// All counts of a profiled board.
+/// Statistics of a profiled board.
 #[derive(Clone, Debug)]
 pub struct Summary {
-    /// Number of cycles counted.
+    /// Number of cycles that the statistics cover, with sleep.
     pub total: Cycle,
-    /// Cycles asleep, out of `total`.
+    /// Number of cycles out of `total` in which the core slept.
     pub idle: Cycle,
     /// Instructions completed in `total`.
     pub instructions: u64,
-    /// Counts by exception, in the order of their numbers.
+    /// Statistics of each exception whose handler has run, by rising exception number.
     pub lines: Vec<Line>,
     /// Depth of the stack since power-on.
     pub stack: Stack,
-    /// Refill margins of the tape's windows.
+    /// Refill margins: how long before its deadline each window of the pulse tape was complete.
     pub margins: Margins,
-    /// Pin edges by distance from their analytic cycle, earliest first.
+    /// Numbers of pin edges by the distance from their ideal cycle, earliest first.
     pub phases: Vec<Phase>,
 }
 
 impl Summary {
-    /// Summarises the present counts of `board`.
+    /// Summarises the statistics of `board` up to now.
     pub fn from_board(board: &mut Board<Profile>) -> Self {
         let limit = board
             .cpu
@@ -136,13 +141,13 @@ impl Summary {
         }
     }
 
-    /// Returns the share of time that the core was awake, %.
+    /// Returns the share of the cycles in which the core was awake, 0–100 %.
     pub fn load_percent(&self) -> f64 {
         100.0 * (self.total - self.idle) as f64 / self.total.max(1) as f64
     }
 
-    /// Returns the cycles from the earliest to the latest edge phase, both included; 0 without
-    /// edges.
+    /// Returns the number of cycles from the earliest to the latest edge, relative to their ideal
+    /// cycles, both included; 0 without edges. An ideal tape gives 1.
     pub fn edge_span(&self) -> u64 {
         Phase::span(&self.phases)
     }

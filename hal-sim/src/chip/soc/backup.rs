@@ -14,7 +14,8 @@ pub struct Backup {
 }
 
 impl Backup {
-    /// Sets PWR_CR.DBP: without it, writes are ignored (section 5.1.2).
+    /// Sets whether the registers can be written (PWR_CR.DBP); if not, writes are ignored (section
+    /// 5.1.2).
     pub fn set_writable(&mut self, writable: bool) {
         self.writable = writable;
     }

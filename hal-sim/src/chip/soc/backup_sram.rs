@@ -11,7 +11,8 @@ use crate::chip::cpu::Size;
 pub const BASE: u32 = 0x4002_4000;
 /// Length of the backup SRAM, bytes.
 pub const LENGTH: u32 = 0x1000;
-/// Fill value after power-up. Real contents are random; this value equals no copy of anything.
+/// Byte that fills the memory after power-up. Real contents are random; a constant that resembles
+/// no stored data stands for them.
 const FADED: u8 = 0xA7;
 
 const OUTSIDE: Unmodelled = Unmodelled("backup SRAM: an access beyond the end");
@@ -35,7 +36,7 @@ impl Default for BackupSram {
 }
 
 impl BackupSram {
-    /// Sets PWR_CR.DBP: without it, writes are ignored.
+    /// Sets whether the memory can be written (PWR_CR.DBP); if not, writes are ignored.
     pub fn set_writable(&mut self, is_writable: bool) {
         self.is_writable = is_writable;
     }

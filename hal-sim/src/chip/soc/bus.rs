@@ -15,7 +15,7 @@ use crate::chip::cpu::bus::{AccessError, Bus, LINE_WORDS, Modelled, ReadResult, 
 const SRAM2: u32 = 0x2001_C000;
 /// Addresses of SRAM1, below SRAM2.
 const SRAM1: std::ops::Range<u32> = 0x2000_0000..SRAM2;
-/// Positions in the vector table (RM0090 table 61).
+/// Numbers of the interrupt lines: positions in the vector table (RM0090 table 61).
 mod line {
     pub const PVD: u32 = 1;
     pub const FLASH: u32 = 4;
@@ -88,7 +88,8 @@ impl Bus for Soc {
         }
     }
 
-    /// Reads SRAM1 without wait states, as long as no DMA stream uses it.
+    /// Reads SRAM1 without wait states. Returns `None` for other memory, while a DMA stream uses
+    /// SRAM1, and while accesses are watched.
     #[inline(always)]
     fn read_without_wait(&self, address: u32, size: Size) -> Option<u32> {
         if self.shares[0] || self.watch.is_some() || !SRAM1.contains(&address) {
@@ -97,7 +98,8 @@ impl Bus for Soc {
         self.ram.read(address, size)
     }
 
-    /// Writes SRAM1 without wait states, as long as no DMA stream uses it.
+    /// Writes SRAM1 without wait states. Returns `false`, and writes nothing, for other memory,
+    /// while a DMA stream uses SRAM1, and while accesses are watched.
     #[inline(always)]
     fn write_without_wait(&mut self, address: u32, size: Size, value: u32) -> bool {
         !self.shares[0]
@@ -249,8 +251,8 @@ impl Soc {
         Ok(())
     }
 
-    /// Inverts `bits` in the readings of the register at `address` until it is written; the
-    /// peripheral itself ignores them.
+    /// Makes `bits` of the register at `address` read inverted until the register is written. The
+    /// peripheral itself behaves as before.
     pub fn flip_shown_bits(&mut self, address: u32, bits: u32) {
         self.unheeded = IgnoredBits::new(address, bits);
     }

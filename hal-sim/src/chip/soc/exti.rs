@@ -33,7 +33,8 @@ impl Exti {
         self.pr |= selected & LINES & 1u32.checked_shl(line as u32).unwrap_or(0);
     }
 
-    /// Passes a change of a pin to `high` on to its line, if SYSCFG selects the pin's port there.
+    /// Processes a change of a pin's level to `high`: passes it on to EXTI line `pin`, if SYSCFG
+    /// connects that line to `port`.
     pub fn pin(&mut self, port: usize, pin: usize, high: bool, syscfg: &Syscfg) {
         if pin < 16 && syscfg.port(pin) == port {
             self.edge(pin, high);

@@ -53,7 +53,7 @@ struct Counter {
     since: u64,
 }
 
-/// Independent watchdog of the chip.
+/// Independent watchdog, which requests a reset of the chip if its counter is not reloaded in time.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Iwdg {
     lsi_hz: u32,
@@ -63,7 +63,7 @@ pub struct Iwdg {
     reload: Synchronized,
     /// LSI and counter, which run once the watchdog was started.
     running: Option<(Oscillator, Counter)>,
-    /// Tick at which the counter was halted, if it is.
+    /// LSI tick at which a debugger stopped the counter; `None` while the counter runs.
     held_at: Option<u64>,
     /// Whether the watchdog requests a reset of the chip.
     pub(crate) bitten: bool,
@@ -123,8 +123,8 @@ impl Iwdg {
         }
     }
 
-    /// Returns the cycle of the reset if nothing else happens; `Cycle::MAX` while the counter is
-    /// halted.
+    /// Returns the cycle of the reset if the counter is not reloaded; `Cycle::MAX` before the
+    /// watchdog is started and while the counter is halted.
     pub fn reset_cycle(&self) -> Cycle {
         let running = self.running.as_ref().filter(|_| self.held_at.is_none());
         running.map_or(Cycle::MAX, |(lsi, counter)| {
@@ -185,7 +185,8 @@ impl Iwdg {
         Ok(())
     }
 
-    /// Applies pending values. A new prescaler continues from the present count.
+    /// Applies the pending values that are due at LSI tick `tick`. With a new prescaler the counter
+    /// continues from its present count.
     fn arrive(&mut self, tick: u64) {
         let old = self.divider();
         let due = self.prescaler.pending.map_or(tick, |(_, due)| due);

@@ -37,7 +37,7 @@ pub enum Unit {
     Tim11,
     /// USB OTG_FS.
     Otg,
-    /// Debug support.
+    /// DBGMCU, the debug support of the chip outside the core.
     Dbgmcu,
 }
 
@@ -111,7 +111,8 @@ pub const fn unmodelled_clock(address: u32) -> Option<(usize, u32)> {
 }
 
 impl Unit {
-    /// Returns the bridge between the block and AHB1; `None` if it is not connected to AHB1.
+    /// Returns the bridge between the block and AHB1: [`Bridge::None`] if the block is on AHB1
+    /// itself, `None` if it is not connected to AHB1.
     pub const fn bridge(self) -> Option<Bridge> {
         Some(match self {
             Self::Playback(_) | Self::Rcc | Self::Flash | Self::Crc | Self::BackupSram => {
@@ -148,7 +149,8 @@ impl Unit {
     }
 }
 
-/// Returns the part of `Playback` that RCC's reset bit of `block` resets, if `block` belongs to it.
+/// Returns the part of `Playback` that the reset bit of `block` in RCC resets; `None` if `block`
+/// does not belong to `Playback`.
 pub const fn playback_block(block: Block) -> Option<playback::Block> {
     Some(match block {
         Block::Timer(n @ 1..=5) => playback::Block::Timer(n),

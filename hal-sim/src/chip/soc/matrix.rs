@@ -50,7 +50,7 @@ struct State {
     owner: Master,
 }
 
-/// Slaves that both the core and DMA2 access in the images.
+/// Bus matrix: the slaves that both the core and DMA2 access in the images, with the use of each.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Matrix {
     slaves: [State; 3],
@@ -76,8 +76,8 @@ impl Matrix {
         self.apb = [apb1.max(1), apb2.max(1)];
     }
 
-    /// Discards accesses that ended by `at`, which can no longer delay others, so that states can
-    /// be compared.
+    /// Removes the traces of accesses that ended by `at`. They can no longer delay others, and
+    /// without them the states of two chips can be compared.
     pub fn forget(&mut self, at: Cycle) {
         for slave in &mut self.slaves {
             slave.free = slave.free.max(at);
@@ -90,15 +90,15 @@ impl Matrix {
         want.max(self.slaves[slave as usize].free)
     }
 
-    /// Returns the last master of `slave`, which loses against others that request it in the same
-    /// cycle.
+    /// Returns the last master of `slave`. It has to wait if another master requests the slave in
+    /// the same cycle.
     #[inline]
     pub fn last_master(&self, slave: Slave) -> Master {
         self.slaves[slave as usize].owner
     }
 
-    /// Grants `slave` to `master` for one cycle from `want` on; returns the cycle from which the
-    /// access is complete.
+    /// Grants `slave` to `master` for one cycle, at `want` or as soon as the slave is free. Returns
+    /// the cycle from which the access is complete.
     #[inline]
     pub fn grant(&mut self, slave: Slave, master: Master, want: Cycle) -> Cycle {
         let state = &mut self.slaves[slave as usize];
@@ -110,7 +110,8 @@ impl Matrix {
         start + 1
     }
 
-    /// Grants the core an access through `bridge`; returns the cycle from which it is complete.
+    /// Grants the core an access to `slave` through `bridge`, at `want` or as soon as the slave is
+    /// free. Returns the cycle from which the access is complete.
     pub fn grant_core(&mut self, slave: Slave, bridge: Bridge, want: Cycle) -> Cycle {
         let done = self.grant(slave, Master::Core, want);
         let divider = match bridge {

@@ -69,32 +69,32 @@ use usart::Usart;
 /// Frequency of the LSI oscillator, Hz, typical (DS8626: 17–47 kHz).
 const LSI_HZ: u32 = 32_000;
 
-/// The chip without its core.
+/// Everything on the chip except the core: memories, bus matrix, clocks and peripherals.
 #[derive(Clone, Debug)]
 pub struct Soc {
-    /// Main flash with its caches.
+    /// Main flash, 1 MiB, with its caches and prefetch.
     pub flash: Flash,
     /// SRAM1 and SRAM2, 128 KiB.
     pub ram: Ram,
     /// Core-coupled memory, 64 KiB.
     pub ccm: Ram,
-    /// Timers, DMA, ports.
+    /// TIM1–5, DMA1 and DMA2, GPIO ports and bus matrix, which together play the pulse tape.
     pub playback: Playback,
-    /// Clocks and resets.
+    /// Reset and clock control: clock tree, clock enables, causes of resets.
     pub rcc: Rcc,
-    /// ADC1, injected group.
+    /// ADC1, of which only the injected group is modelled.
     pub adc: Adc,
     /// SPI3, which controls the DACs.
     pub spi3: Spi,
-    /// USB OTG_FS.
+    /// USB OTG_FS in device mode.
     pub otg: Otg,
     /// USART2, an asynchronous serial port.
     pub usart2: Usart,
-    /// Backup registers.
+    /// Backup registers of the RTC, which keep their contents over resets.
     pub backup: Backup,
     /// Backup SRAM, 4 KiB.
     pub backup_sram: BackupSram,
-    /// External interrupts.
+    /// EXTI, which turns edges of pins into interrupts.
     pub exti: Exti,
     pwr: Pwr,
     iwdg: Iwdg,
@@ -110,9 +110,10 @@ pub struct Soc {
     pub unclocked: u64,
     /// Unique number and flash size of the chip.
     pub signature: Signature,
-    /// Observer of accesses to SRAM.
+    /// Record of the first access to each watched byte of SRAM; `None` if nothing is watched.
     pub watch: Option<Box<watch::Watch>>,
-    /// Whether DMA uses SRAM1 and SRAM2.
+    /// Whether an enabled stream of DMA2 uses SRAM1 (index 0) and SRAM2 (index 1). If so, the core
+    /// may have to wait there.
     shares: [bool; 2],
     /// Cause of a reset that was requested and not carried out yet.
     pub(in crate::chip) reset: Option<Cause>,
@@ -126,7 +127,8 @@ pub struct Soc {
 }
 
 impl Soc {
-    /// Creates a chip with erased flash, at power-on.
+    /// Creates a chip with erased flash, at power-on. `pace` selects the events at which the core
+    /// must advance timers and DMA.
     pub fn new(pace: Pace) -> Self {
         Self {
             flash: Flash::default(),

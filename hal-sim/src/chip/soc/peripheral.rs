@@ -10,15 +10,17 @@ pub trait Peripheral {
     /// handles accesses narrower than a word.
     fn read(&mut self, offset: u32, at: Cycle) -> Modelled<u32>;
 
-    /// Writes the register at `offset`.
+    /// Writes `value` to the register at `offset` from the block's base, a multiple of 4, at cycle
+    /// `at`.
     fn write(&mut self, offset: u32, value: u32, at: Cycle) -> Modelled;
 
-    /// Advances the block to `to`. Called before every access.
+    /// Brings the state of the block to cycle `to`. Called before every access.
     fn advance(&mut self, _to: Cycle) -> Modelled {
         Ok(())
     }
 
-    /// Returns the earliest cycle at which a change becomes visible outside the block.
+    /// Returns the earliest cycle at which a change becomes visible outside the block; `Cycle::MAX`
+    /// if none is expected.
     fn next_event(&self) -> Cycle {
         Cycle::MAX
     }
@@ -27,13 +29,13 @@ pub trait Peripheral {
 /// Word accesses of a test program, which panic if they are not modelled.
 #[cfg(test)]
 pub trait WordAccess: Peripheral {
-    /// Writes the register at `offset`.
+    /// Advances the block to cycle `at`, then writes the register at `offset`.
     fn set(&mut self, offset: u32, value: u32, at: Cycle) {
         self.advance(at).unwrap();
         Peripheral::write(self, offset, value, at).unwrap();
     }
 
-    /// Reads the register at `offset`.
+    /// Advances the block to cycle `at`, then reads the register at `offset`.
     fn get(&mut self, offset: u32, at: Cycle) -> u32 {
         self.advance(at).unwrap();
         Peripheral::read(self, offset, at).unwrap()

@@ -88,7 +88,7 @@ impl Pwr {
         )
     }
 
-    /// Returns DBP: whether backup registers and RCC_BDCR can be written.
+    /// Returns whether backup registers and RCC_BDCR can be written (PWR_CR.DBP).
     pub const fn is_backup_writable(&self) -> bool {
         self.cr & DBP != 0
     }

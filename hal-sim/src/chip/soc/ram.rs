@@ -15,14 +15,15 @@ pub struct Ram {
 /// A cell that reads the same value whatever was written.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct StuckCell {
-    /// Index of the byte with the cell.
+    /// Index of the byte in the block that contains the cell.
     at: usize,
     mask: u8,
     is_high: bool,
 }
 
 impl StuckCell {
-    /// Replaces the stuck bit in `value`, whose lowest byte is byte `at`.
+    /// Returns `value`, read with `size` from index `at` of the block on, with the stuck bit in
+    /// place if it is among those bits.
     fn force(self, value: u32, at: usize, size: Size) -> u32 {
         let Some(byte) = self
             .at
@@ -113,7 +114,8 @@ impl Ram {
         Some(bytes.as_chunks().0)
     }
 
-    /// Returns the same words for writing; `None` outside the block.
+    /// Returns `words` words from `address` on, 4 bytes each, for writing; `None` outside the
+    /// block.
     pub fn words_mut(&mut self, address: u32, words: usize) -> Option<&mut [[u8; 4]]> {
         let at = address.wrapping_sub(self.base) as usize;
         let bytes = self.bytes.get_mut(at..)?.get_mut(..4 * words)?;

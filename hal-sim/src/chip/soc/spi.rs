@@ -42,7 +42,7 @@ pub enum Change {
 /// A word that left the shift register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Word {
-    /// End of its last bit.
+    /// Cycle at which the last bit ends.
     pub end: Cycle,
     /// Bits of the word; the first one sent is the highest.
     pub value: u16,
@@ -52,14 +52,14 @@ pub struct Word {
     pub change: Change,
 }
 
-/// One SPI block.
+/// One SPI block as a master that only sends.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Spi {
     cr1: u32,
     /// CR2, which is only stored: no stream serves its DMA requests, NSS is on no pin, and the
     /// interrupts are not connected.
     cr2: u32,
-    /// Core cycles per cycle of its bus.
+    /// Core cycles per cycle of the APB on which the block is.
     bus_divider: u32,
     buffer: Option<u16>,
     shifting: Option<Word>,
@@ -90,7 +90,7 @@ impl Spi {
         };
     }
 
-    /// Sets the core cycles per cycle of its bus, from the next word on.
+    /// Sets the core cycles per APB cycle, from the next word on.
     pub fn set_bus_divider(&mut self, divider: u32) {
         self.bus_divider = divider;
     }

@@ -16,15 +16,16 @@ mod bit {
     pub const CEN: u32 = 1;
     pub const CC1IF: u32 = 1 << 1;
     pub const CC1OF: u32 = 1 << 9;
-    /// CCMR1: IC1 on TI1; the next constant is its prescaler.
+    /// CCMR1: input capture 1 is connected to input TI1.
     pub const CC1S: u32 = 0b01;
+    /// CCMR1: prescaler of input capture 1.
     pub const IC1PSC: u32 = 0b11 << 2;
     pub const CC1E: u32 = 1;
-    /// TIM11_OR: HSE_RTC at TI1.
+    /// TIM11_OR: the divided crystal clock HSE_RTC is connected to TI1.
     pub const HSE_RTC: u32 = 0b10;
 }
 
-/// Timer TIM11 with its captured input.
+/// TIM11, whose channel 1 captures the counter at edges of the divided crystal clock.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Tim11 {
     /// HCLK cycles per timer clock.
@@ -36,13 +37,13 @@ pub struct Tim11 {
     ccr1: u32,
     sr: u32,
     option: u32,
-    /// Whether a debugger holds its clock.
+    /// Whether a debugger has stopped the counter.
     held: bool,
-    /// Counter value at a given cycle.
+    /// Value of the counter, and the cycle at which it had that value.
     count: (u64, Cycle),
     /// The crystal and its divider RTCPRE, while it oscillates and is divided.
     crystal: Option<(Oscillator, u32)>,
-    /// Number of the edge that is captured next.
+    /// Number of the crystal edge that is captured next.
     next: u64,
 }
 
@@ -76,8 +77,8 @@ impl Tim11 {
         };
     }
 
-    /// Sets the crystal to `hz`, divided by RTCPRE, for a core of `core_hz`, from `at` on; `None`
-    /// if it is off or not divided.
+    /// Connects a crystal of `hz`, divided by `rtcpre`, from `at` on; the core runs at `core_hz`.
+    /// `rtcpre` is `None` if the crystal is off or not divided.
     pub fn set_crystal(&mut self, hz: u32, rtcpre: Option<u32>, core_hz: u32, at: Cycle) {
         let divided_by = self.crystal.as_ref().map(|crystal| crystal.1);
         if divided_by == rtcpre {
@@ -103,7 +104,7 @@ impl Tim11 {
         }
     }
 
-    /// Holds or resumes the counter at `at` (DBGMCU); captures continue.
+    /// Stops or resumes the counter at `at`, as a debugger does (DBGMCU); captures continue.
     pub fn hold(&mut self, held: bool, at: Cycle) {
         self.capture(at);
         self.count = (self.count_at(at), at);
@@ -116,7 +117,7 @@ impl Tim11 {
         u64::from(divided_by) << (self.ccmr1 >> 2 & 0b11)
     }
 
-    /// Starts counting edges at `at`.
+    /// Starts to count crystal edges towards the next capture at `at`.
     fn begin(&mut self, at: Cycle) {
         if let Some((oscillator, _)) = &self.crystal {
             self.next = oscillator.ticks(at) + self.period();

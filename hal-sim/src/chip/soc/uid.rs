@@ -9,7 +9,7 @@ pub const UID: u32 = 0x1FFF_7A10;
 /// Address of the half-word with the flash size in KiB.
 pub const FLASH_SIZE: u32 = 0x1FFF_7A22;
 
-/// Signature of one chip.
+/// Signature that is programmed into one chip at the factory. All chips have 1024 KiB of flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Signature {
     /// Unique 96-bit number, as three words in address order.
@@ -26,7 +26,7 @@ impl Default for Signature {
 }
 
 impl Signature {
-    /// Reads `size` at `address`; `None` outside number and flash size.
+    /// Reads `size` at `address`; `None` outside the unique number and the flash size.
     pub fn read(&self, address: u32, size: Size) -> Option<u32> {
         let word = match address & !3 {
             word @ UID..=0x1FFF_7A18 => self.uid[((word - UID) / 4) as usize], // at most 2

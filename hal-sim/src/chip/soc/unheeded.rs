@@ -24,7 +24,7 @@ impl IgnoredBits {
         value ^ self.bits >> (8 * (address & 3))
     }
 
-    /// Ends the effect if its register is written.
+    /// Notes a write at `address`: a write to the register ends the inversion.
     #[inline]
     pub const fn note_write(&mut self, address: u32) {
         if address & !3 == self.register {

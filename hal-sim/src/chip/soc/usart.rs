@@ -31,7 +31,7 @@ mod cr1 {
 /// Start bit, 8 data bits and stop bit.
 const FRAME_BITS: u64 = 10;
 
-/// A USART with the line to its other side.
+/// A USART, and the bytes that the other side of its line has sent to it.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Usart {
     bus_divider: u32,
@@ -84,13 +84,13 @@ impl Usart {
         };
     }
 
-    /// Sets the core cycles per cycle of its bus, from the next frame on.
+    /// Sets the core cycles per APB cycle, from the next frame on.
     pub fn set_bus_divider(&mut self, divider: u32) {
         self.bus_divider = divider;
     }
 
-    /// Receives `byte` from the other side, sent at `at` or after the bytes before it. A receiver
-    /// that is off loses the byte.
+    /// Receives `byte` from the other side, which sends it at `at`, or after the bytes before it. A
+    /// receiver that is off loses the byte.
     pub fn receive(&mut self, byte: u8, at: Cycle) {
         if self.is_on(cr1::RE) {
             self.incoming.push_back(byte);

@@ -8,7 +8,7 @@
 use crate::chip::cpu::Size;
 use std::collections::HashMap;
 
-/// First access to a byte.
+/// Kind of the first access to a byte since it has been watched.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum FirstAccess {
     /// No access so far.
@@ -20,13 +20,13 @@ pub enum FirstAccess {
     Read,
 }
 
-/// Watched bytes.
+/// Bytes of SRAM that are watched, and the kind of the first access to each.
 #[derive(Clone, Debug, Default)]
 pub struct Watch {
     /// Bytes that wait for their first access, by address.
     waiting: HashMap<u32, Vec<usize>>,
-    /// Words of SRAM that may contain a waiting byte, from its first address on; nearly all
-    /// accesses are to other words.
+    /// For each word of SRAM, from its first address on, whether it may contain a waiting byte.
+    /// Nearly all accesses are to other words, which this check sorts out quickly.
     words: Vec<bool>,
     firsts: Vec<FirstAccess>,
 }
@@ -55,7 +55,7 @@ impl Watch {
         (address & 0x00FF_FFFF) as usize / 4
     }
 
-    /// Records an access of the core within one word.
+    /// Records an access of the core to `size` bytes from `address` on, which lie within one word.
     #[inline]
     pub(super) fn touch(&mut self, address: u32, size: Size, first: FirstAccess) {
         if self.words.get(Self::word(address)) == Some(&true) {

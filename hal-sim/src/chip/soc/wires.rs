@@ -15,12 +15,13 @@ use crate::chip::cpu::bus::{Bus, Modelled};
 const POWER_DOWN_MV: u32 = 1680;
 
 impl Soc {
-    /// Forces a search for the next event, after an external change of the state.
+    /// Makes the next `advance` look for the next event again, after a change of the state that no
+    /// bus access made.
     pub const fn reschedule(&mut self) {
         self.reschedule_at(self.now);
     }
 
-    /// Forces a search for the next event at `at`.
+    /// Makes the first `advance` to `at` or later look for the next event again.
     pub(super) const fn reschedule_at(&mut self, at: Cycle) {
         self.event = at;
         self.due = at;
@@ -42,7 +43,8 @@ impl Soc {
         .fold(Cycle::MAX, Cycle::min)
     }
 
-    /// Makes stream `index` of DMA2 slip at `at`.
+    /// Makes stream `index` of DMA2 miss a request, or serve a request that was not made, as `slip`
+    /// selects, at cycle `at`.
     ///
     /// # Errors
     /// Fails like [`super::Playback::slip`].
@@ -65,7 +67,7 @@ impl Soc {
         Ok(())
     }
 
-    /// Makes TIM1 restart after `cycles`, regardless of its ARR, from `at` on.
+    /// Makes TIM1 restart every `cycles` timer clocks, regardless of its ARR, from `at` on.
     ///
     /// # Errors
     /// Fails like [`super::Playback::misreload`].
@@ -76,7 +78,7 @@ impl Soc {
         Ok(())
     }
 
-    /// Connects `level` to a pin (port 0 is A) at `at`.
+    /// Connects a pin (port 0 is A) from outside to `level` at cycle `at`.
     pub fn drive(&mut self, port: usize, pin: usize, level: gpio::Level, at: Cycle) -> Modelled {
         let change = self.playback.drive(port, pin, level, at, &mut self.ram)?;
         if let Some(high) = change {
@@ -86,9 +88,10 @@ impl Soc {
         Ok(())
     }
 
-    /// Sets the supply to `mv`. If that is too little for the chip to run, requests a reset, before
-    /// which nothing else changes. A permanent loss of power would erase the RAM; its contents are
-    /// kept here, because a booting program writes what it later reads.
+    /// Sets the supply voltage to `mv` millivolts. If the voltage is too low for the chip to run,
+    /// requests a reset; nothing else changes before that reset. A permanent loss of power would
+    /// erase the RAM; its contents are kept here, because a booting program writes what it later
+    /// reads.
     pub fn supply(&mut self, mv: u32) {
         let had = self.pwr.powered;
         self.pwr.supply(mv, self.flash.options() >> 2);
@@ -106,7 +109,8 @@ impl Soc {
         self.follow_supply();
     }
 
-    /// Returns whether the supply suffices for the chip to run; otherwise it is held in reset.
+    /// Returns whether the supply voltage suffices for the chip to run; otherwise the chip is held
+    /// in reset.
     pub const fn is_powered(&self) -> bool {
         self.pwr.powered
     }
@@ -130,8 +134,9 @@ impl Soc {
         Ok(())
     }
 
-    /// Halts or resumes the core at `at`, as a debugger does. Timers and watchdog stop meanwhile if
-    /// DBGMCU selects that (RM0090 section 38.16.2).
+    /// Informs the peripherals that a debugger halts or resumes the core at `at`. Timers and
+    /// watchdog stand still while the core is halted if DBGMCU selects that (RM0090 section
+    /// 38.16.2).
     ///
     /// # Errors
     /// Fails like [`super::Playback::misclock`].
@@ -236,7 +241,7 @@ impl Soc {
         Ok(())
     }
 
-    /// Passes new frequencies on to all blocks.
+    /// Passes the clock frequencies on to all blocks, if RCC has changed them.
     pub(super) fn follow_clocks(&mut self, at: Cycle) -> Modelled {
         let Some(clocks) = self.rcc.take_change() else {
             return Ok(());

@@ -13,7 +13,7 @@ pub const fn read_part(word: u32, offset: u32, size: Size) -> u32 {
     }
 }
 
-/// Byte lanes of a word that a write drives, with a mask of the valid ones.
+/// Data of a write to a word or part of it, with a mask of the bytes that are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lanes {
     /// Value on all lanes; invalid lanes are 0.
@@ -28,7 +28,7 @@ impl Lanes {
         Self { value, mask }
     }
 
-    /// Creates the lanes of a write of `size` at `offset`.
+    /// Creates a write of `size` at `offset`, in bytes, with the lowest bits of `value`.
     pub const fn from_access(offset: u32, size: Size, value: u32) -> Self {
         let (shift, mask) = match size {
             Size::Word => (0, u32::MAX),
@@ -46,7 +46,8 @@ impl Lanes {
         self.mask == u32::MAX
     }
 
-    /// Returns the new value of a register that holds `old`.
+    /// Returns the new value of a register: the bytes written, and the others from its present
+    /// value `old`.
     pub const fn merge_into(self, old: u32) -> u32 {
         old & !self.mask | self.value
     }

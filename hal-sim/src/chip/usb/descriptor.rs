@@ -16,7 +16,7 @@ const COMMUNICATIONS: (u8, u8) = (0x02, 0x02);
 /// Class of a CDC data interface.
 const DATA: u8 = 0x0A;
 
-/// Description of a USB serial port, from its descriptors.
+/// Description of a USB serial port, as its descriptors give it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Device {
     /// Vendor id of the manufacturer, idVendor.
@@ -37,9 +37,10 @@ pub struct Device {
     pub configuration: u8,
     /// Largest current that the device draws from the bus, mA (bMaxPower).
     pub max_power_ma: u16,
-    /// Number of the CDC communications interface.
+    /// Number of the CDC communications interface, to which the host addresses line coding and line
+    /// state.
     pub control_interface: u8,
-    /// Interrupt IN endpoint for notifications.
+    /// Interrupt IN endpoint, over which the device reports changes of its state.
     pub notify: Endpoint,
     /// Bulk IN endpoint: data towards the host.
     pub data_in: Endpoint,
@@ -66,7 +67,8 @@ fn read_u16(bytes: &[u8], at: usize) -> u16 {
 }
 
 impl Device {
-    /// Reads the device descriptor.
+    /// Takes ids, names and the largest packet of endpoint 0 over from `bytes`, the device
+    /// descriptor.
     pub(super) fn parse_device(&mut self, bytes: &[u8]) -> Result<(), Failure> {
         let &[18, kind::DEVICE, _, _, _, _, _, max_packet, ..] = bytes else {
             return Err(Failure::Descriptor("device descriptor"));
@@ -87,7 +89,8 @@ impl Device {
         Ok(())
     }
 
-    /// Reads the whole configuration: its descriptor, interfaces and endpoints.
+    /// Takes interfaces and endpoints over from `bytes`, the whole configuration: its descriptor,
+    /// interfaces and endpoints.
     pub(super) fn parse_configuration(&mut self, bytes: &[u8]) -> Result<(), Failure> {
         let &[9, kind::CONFIGURATION, _, _, _, value, _, _, power, ..] = bytes else {
             return Err(Failure::Descriptor("configuration descriptor"));

@@ -8,10 +8,10 @@ use crate::chip::Cycle;
 /// frame.
 const RETRY_US: u64 = 25;
 
-/// Frames of 1 ms from `origin` on.
+/// Division of time into USB frames of 1 ms, from `origin` on.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Frames {
-    /// Start of frame `first`.
+    /// Cycle at which frame `first` begins.
     origin: Cycle,
     first: u64,
     hz: u64,
@@ -30,7 +30,8 @@ impl Frames {
         }
     }
 
-    /// Changes the clock that counts cycles to `hz` from `at` on.
+    /// Changes the frequency of the clock that counts cycles to `hz` from `at` on. The frames keep
+    /// their length in real time.
     pub fn set_hz(&mut self, hz: u64, at: Cycle) {
         let next = self.index(at) + 1;
         let left = self.start(next).saturating_sub(at);
@@ -61,7 +62,8 @@ impl Frames {
         self.start(index) + self.period * 4 / 5
     }
 
-    /// Returns the earliest cycle for a transaction in frame `index`.
+    /// Returns the earliest cycle at which a transaction can begin in frame `index`: after its
+    /// start of frame.
     pub fn first_slot(&self, index: u64) -> Cycle {
         self.start(index) + line::cycles(line::SOF + line::BETWEEN, self.hz)
     }
@@ -78,7 +80,8 @@ impl Frames {
         }
     }
 
-    /// Returns the earliest cycle from `from` on at which a NAKed transaction is retried.
+    /// Returns the earliest cycle from `from` on at which a transaction of at most `budget` cycles,
+    /// to which the device answered NAK, is retried.
     pub fn retry(&self, from: Cycle, budget: Cycle) -> Cycle {
         let slot = self.first_slot(self.index(from));
         let step = RETRY_US * self.hz / 1_000_000;

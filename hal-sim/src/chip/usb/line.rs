@@ -33,8 +33,8 @@ pub fn cycles(half_bits: u64, hz: u64) -> Cycle {
     half_bits * hz / HALF_BITS_PER_S
 }
 
-/// Counter of bits and of the zeros stuffed after six ones (7.1.9). The last bit of SYNC is a one
-/// and counts.
+/// Counter of the bits of a packet, with the zeros that are stuffed after six ones (7.1.9). The
+/// last bit of SYNC is a one and counts.
 struct Bits {
     count: u64,
     ones: u32,

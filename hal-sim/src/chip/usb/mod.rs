@@ -29,20 +29,21 @@ use schedule::{Flight, Pipe};
 use std::collections::VecDeque;
 
 /// A simulated USB host. Call [`Host::advance`] with the present cycle before each access to the
-/// device's registers, before [`Host::send`], and at the cycle of [`Host::next_event`]. Polls that
-/// can only be NAKed are left out; the next poll is computed from the state that the registers had
-/// until then.
+/// device's registers, before [`Host::send`], and at the cycle of [`Host::next_event`]. The host
+/// leaves out polls to which the device can only answer NAK. It computes the next poll from the
+/// state that the device's registers had until then.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Host {
     hz: u64,
-    /// Cycle up to which everything has happened.
+    /// Cycle up to which the host has been advanced.
     now: Cycle,
     port: Port,
     frames: Frames,
-    /// Latest frame that was announced to the device: by its start, and by the end of its periodic
-    /// part.
+    /// Latest frame whose start, and latest frame whose end of the periodic part, the device has
+    /// been informed of.
     announced: (Option<u64>, Option<u64>),
-    /// No announcement is due before this cycle.
+    /// Cycle before which the device is informed of no start of frame and no end of a periodic
+    /// part.
     quiet_until: Cycle,
     outlook: Option<NextEvents>,
     /// Cycle from which on the bus is free.
@@ -50,14 +51,15 @@ pub struct Host {
     flight: Option<Flight>,
     address: u8,
     device: Device,
-    /// Length of the whole configuration, bytes (wTotalLength).
+    /// Length of the whole configuration in bytes (wTotalLength), from the configuration's header.
     total: u16,
     control: Option<Control>,
     /// Line state to set once endpoint 0 is free.
     line_state: Option<Request>,
     /// Requests of other programs: SETUP and the data towards the device.
     foreign: VecDeque<([u8; 8], Vec<u8>)>,
-    /// Next request of the host itself, once those of other programs are served.
+    /// Next request of the host itself, which waits until the requests of other programs are
+    /// served.
     interrupted: Option<Request>,
     control_pipe: Pipe,
     notify: Pipe,
@@ -66,7 +68,7 @@ pub struct Host {
     configured: bool,
     /// Whether the device is configured and its line state set, so that data can be transferred.
     pub(crate) open: bool,
-    /// Whether the OUT pipe had the bus last; if so, IN goes first at a tie.
+    /// Whether the OUT pipe used the bus last. If so, and both pipes are ready, IN goes first.
     out_was_last: bool,
     outgoing: VecDeque<Write>,
     incoming: VecDeque<(Cycle, Packet)>,
@@ -156,13 +158,13 @@ impl Host {
         self.failure = None;
     }
 
-    /// Opens the port again after [`Self::close`], as a program does.
+    /// Opens the serial port again after [`Self::close`], as a program does: sets DTR and RTS.
     pub fn open(&mut self, at: Cycle) {
         self.request_line_state(Request::Open, at);
     }
 
-    /// Closes the port as a program does: DTR and RTS go off, nothing is read or written from now
-    /// on, and waiting bytes are dropped.
+    /// Closes the serial port as a program does: DTR and RTS go off, nothing is read or written
+    /// from now on, and waiting bytes are dropped.
     pub fn close(&mut self, at: Cycle) {
         self.open = false;
         self.outlook = None;
@@ -182,7 +184,7 @@ impl Host {
         }
     }
 
-    /// Returns the number of other programs' requests that are not done.
+    /// Returns the number of requests of other programs that are waiting or in progress.
     pub fn pending_requests(&self) -> usize {
         let is_foreign = |control: &Control| matches!(control.request, Request::Foreign(_));
         self.foreign.len() + usize::from(self.control.as_ref().is_some_and(is_foreign))
@@ -218,7 +220,8 @@ impl Host {
         self.outgoing.iter().map(|w| w.bytes.len() - w.sent).sum()
     }
 
-    /// Returns the cycle at which the device's ACK of the last packet of sent bytes ended.
+    /// Returns the cycle at which the device's latest ACK of sent bytes ended; `None` before the
+    /// first.
     pub fn last_delivery(&self) -> Option<Cycle> {
         self.delivered
     }
@@ -229,18 +232,19 @@ impl Host {
         self.incoming.pop_front()
     }
 
-    /// Returns the description from the descriptors, once the device is configured.
+    /// Returns the description of the device from its descriptors; `None` until the device is
+    /// configured.
     pub fn device(&self) -> Option<&Device> {
         self.configured.then_some(&self.device)
     }
 
-    /// Returns the number (0–2047) of the frame at `at`, while the bus runs.
+    /// Returns the number (0–2047) of the frame at `at`; `None` while no frames are sent.
     pub fn frame(&self, at: Cycle) -> Option<u16> {
         self.are_frames_running()
             .then(|| (self.frames.index(at) & 0x7FF) as u16)
     }
 
-    /// Returns the start of the frame that contains `at`, while the bus runs.
+    /// Returns the cycle at which the frame that contains `at` begins, while frames are sent.
     pub fn frame_start(&self, at: Cycle) -> Cycle {
         self.frames.start(self.frames.index(at))
     }

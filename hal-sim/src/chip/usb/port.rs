@@ -15,23 +15,25 @@ const RECOVERY_MS: u64 = 10;
 /// A bus that is idle for 3 ms is suspended (7.1.7.6).
 const SUSPEND_MS: u64 = 3;
 
-/// State of the port. Cycles are the ends of the state, unless noted.
+/// State of the host's port. Each cycle in a variant is the end of that state, unless the variant
+/// says otherwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Port {
     /// No cable is plugged in.
     Empty,
     /// VBUS has been on since this cycle, and nothing pulls D+ up.
     Powered(Cycle),
-    /// A device pulls D+ up, and the bus has not been idle for 3 ms. Ends of the debounce and of
-    /// the 3 ms.
+    /// A device pulls D+ up, and the bus has not been idle for 3 ms. The cycles are the end of
+    /// these 3 ms and the end of the debounce time, after which the host resets the bus.
     Attached(Cycle, Cycle),
-    /// As `Attached`, and the device sees a suspended bus.
+    /// A device pulls D+ up, and has noticed that the bus is suspended. The cycle is the end of the
+    /// debounce time.
     Suspended(Cycle),
-    /// The host drives SE0.
+    /// The host drives SE0, which resets the device.
     Resetting(Cycle),
-    /// Frames run, without transactions.
+    /// The host sends starts of frames, but no transactions yet.
     Recovering(Cycle),
-    /// Frames and transactions run.
+    /// The host sends starts of frames and transactions.
     Running,
 }
 
@@ -40,14 +42,16 @@ pub enum Port {
 pub struct NextEvents {
     /// [`Otg::changes`] at the time of the prediction.
     changes: u64,
-    /// Cycle before which [`Host::advance`] only announces frames.
+    /// Cycle before which [`Host::advance`] only informs the device of starts of frames and ends of
+    /// periodic parts.
     step: Cycle,
     /// Result of [`Host::next_event`].
     event: Cycle,
 }
 
 impl Port {
-    /// Returns the cycle at which time alone changes the state.
+    /// Returns the cycle at which the state changes because its time has passed; MAX if it ends
+    /// otherwise.
     fn end_cycle(self) -> Cycle {
         match self {
             Self::Attached(at, _)
@@ -58,7 +62,8 @@ impl Port {
         }
     }
 
-    /// Converts the remaining time of the state to another clock.
+    /// Converts the remaining cycles of the state at `at` from a clock of `old` hertz to a clock of
+    /// `new` hertz.
     pub fn set_hz(&mut self, old: u64, new: u64, at: Cycle) {
         let stretch = |then: &mut Cycle| {
             *then = at + then.saturating_sub(at) * new / old.max(1);
@@ -110,9 +115,8 @@ impl Host {
         self.outlook.filter(|found| found.changes == otg.changes)
     }
 
-    /// Returns the earliest cycle at which [`Self::advance`] is due, because something may change
-    /// for the device or for readers of bytes. Call again after each access to the device's
-    /// registers.
+    /// Returns the earliest cycle at which [`Self::advance`] is due, because the device's registers
+    /// or the bytes received may change. Call again after each access to the device's registers.
     pub fn next_event(&self, otg: &Otg) -> Cycle {
         match self.cached_events(otg) {
             Some(outlook) => outlook.event,
@@ -154,7 +158,7 @@ impl Host {
         }
     }
 
-    /// Drops the device and everything that was under way with it.
+    /// Forgets the device and everything that was in progress with it.
     pub(super) fn disconnect(&mut self) {
         self.flight = None;
         self.control = None;
@@ -207,7 +211,8 @@ impl Host {
         };
     }
 
-    /// Announces the latest start and the latest end of the periodic part of frames up to `at`.
+    /// Informs the device of the latest start of frame, and the latest end of a periodic part, up
+    /// to `at`.
     fn announce(&mut self, at: Cycle, otg: &mut Otg) {
         if at < self.quiet_until || !self.are_frames_running() {
             return;
@@ -230,7 +235,8 @@ impl Host {
         self.quiet_until = next.into_iter().find(|then| at < *then).unwrap_or(at);
     }
 
-    /// Returns the cycle at which the next announcement raises the device's interrupt line.
+    /// Returns the cycle at which the next start of frame or end of a periodic part raises the
+    /// device's interrupt line; MAX if neither can.
     fn next_announcement(&self, otg: &Otg) -> Cycle {
         if !self.are_frames_running() {
             return Cycle::MAX;

@@ -7,7 +7,7 @@ use crate::chip::Cycle;
 
 /// Language id of US English.
 const LANGUAGE: u16 = 0x0409;
-/// Address that the host assigns to the device.
+/// Address that the host assigns to the device with SET_ADDRESS.
 pub const ADDRESS: u8 = 5;
 /// Recovery time after SET_ADDRESS (USB 2.0 9.2.6.3).
 pub const ADDRESS_RECOVERY_MS: u64 = 2;
@@ -20,7 +20,7 @@ const LINE_CODING: [u8; 7] = [0x00, 0xC2, 0x01, 0x00, 0, 0, 8];
 pub enum Request {
     /// GET_DESCRIPTOR: the first 8 bytes of the device descriptor.
     MaxPacket,
-    /// SET_ADDRESS.
+    /// SET_ADDRESS with [`ADDRESS`].
     Address,
     /// GET_DESCRIPTOR: the whole device descriptor.
     Device,
@@ -30,20 +30,20 @@ pub enum Request {
     Configuration,
     /// GET_DESCRIPTOR: string 0–2 for manufacturer, product, serial number.
     String(usize),
-    /// SET_CONFIGURATION.
+    /// SET_CONFIGURATION, which makes the data endpoints usable.
     Configure,
-    /// SET_LINE_CODING.
+    /// SET_LINE_CODING: baud rate and format of a serial line.
     LineCoding,
-    /// SET_CONTROL_LINE_STATE with DTR and RTS.
+    /// SET_CONTROL_LINE_STATE with DTR and RTS on: a program opens the port.
     Open,
-    /// SET_CONTROL_LINE_STATE without DTR and RTS.
+    /// SET_CONTROL_LINE_STATE with DTR and RTS off: a program closes the port.
     Close,
     /// Request of another program: the bytes of its SETUP.
     Foreign([u8; 8]),
 }
 
 impl Request {
-    /// Returns the name of the request, for failures.
+    /// Returns the name of the request for the text of a [`Failure`].
     pub fn name(self) -> &'static str {
         match self {
             Self::MaxPacket => "GET_DESCRIPTOR device, 8 bytes",
@@ -66,7 +66,8 @@ impl Request {
         matches!(self, Self::String(_) | Self::Foreign(_))
     }
 
-    /// Returns the eight bytes of SETUP (USB 2.0 table 9-2); `total` is wTotalLength.
+    /// Returns the eight bytes of the SETUP packet (USB 2.0 table 9-2). `total` is the length of
+    /// the whole configuration, wTotalLength.
     pub fn setup(self, device: &Device, total: u16) -> [u8; 8] {
         let interface = u16::from(device.control_interface);
         let (what, code, value, index, length) = match self {
@@ -149,13 +150,13 @@ fn descriptor(kind: u8, index: u8) -> u16 {
 /// Stage of a control transfer (USB 2.0 section 8.5.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// SETUP is to be sent.
+    /// The host sends the SETUP packet.
     Setup,
-    /// Data go towards the host.
+    /// The device sends data to the host.
     DataIn,
-    /// Data go towards the device.
+    /// The host sends data to the device.
     DataOut,
-    /// The device reports its success.
+    /// The device confirms that it has served the request.
     StatusIn,
     /// The host confirms that it has all data.
     StatusOut,
@@ -170,20 +171,21 @@ pub struct Control {
     pub setup: [u8; 8],
     /// Data towards the device, if the request has such data.
     data: Vec<u8>,
-    /// Stage that comes next.
+    /// Stage of the transfer to which the next transaction belongs.
     pub stage: Stage,
     /// Whether the next data packet is DATA1.
     pub data1: bool,
-    /// Bytes received so far.
+    /// Data received from the device so far.
     pub received: Vec<u8>,
-    /// Number of bytes sent so far.
+    /// Number of bytes of `data` that the device has accepted so far.
     pub sent: usize,
-    /// Latest cycle at which the device must be done.
+    /// Cycle until which the device must have served the request, 5 s after its beginning.
     pub deadline: Cycle,
 }
 
 impl Control {
-    /// Creates the transfer for `request`, which begins at `at`.
+    /// Creates the transfer for `request`, which begins at `at` on a clock of `hz` hertz. `total`
+    /// is wTotalLength.
     pub fn new(request: Request, device: &Device, total: u16, at: Cycle, hz: u64) -> Self {
         Self {
             request,
@@ -204,12 +206,12 @@ impl Control {
         self
     }
 
-    /// Returns the length of the data stage, wLength.
+    /// Returns the length of the data stage in bytes, wLength of the SETUP packet.
     pub fn length(&self) -> usize {
         usize::from(u16::from_le_bytes([self.setup[6], self.setup[7]]))
     }
 
-    /// Returns the next data packet towards the device.
+    /// Returns the bytes of the next data packet to the device, at most `max_packet`.
     pub fn chunk(&self, max_packet: usize) -> &[u8] {
         let rest = self.data.get(self.sent..).unwrap_or_default();
         rest.get(..max_packet).unwrap_or(rest)
@@ -225,7 +227,8 @@ impl Control {
         line::budget(bytes, hz)
     }
 
-    /// Moves to the next stage after the device accepted SETUP.
+    /// Moves to the data stage or, without data, to the status stage, after the device accepted
+    /// SETUP.
     pub fn setup_done(&mut self) {
         self.data1 = true;
         self.stage = match (self.length(), self.setup[0] & 0x80 != 0) {
@@ -235,7 +238,8 @@ impl Control {
         };
     }
 
-    /// Notes that the device accepted a data packet; returns whether the transfer is done.
+    /// Notes that the device accepted a data packet of `bytes` bytes; returns whether the transfer
+    /// is done.
     pub fn out_done(&mut self, bytes: usize) -> bool {
         if self.stage == Stage::StatusOut {
             return true;

@@ -14,24 +14,24 @@ use crate::chip::soc::otg::{Handshake, Otg, Packet, Reply};
 /// Tries without an answer after which the host gives up (USB 2.0 8.6).
 const TRIES: u8 = 3;
 
-/// Host's state of one direction of an endpoint.
+/// State that the host keeps for one endpoint and direction.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Pipe {
     pub number: usize,
     pub max_packet: usize,
-    /// Frames between two tries of an interrupt pipe.
+    /// Number of frames from one poll of an interrupt endpoint to the next.
     pub interval: u64,
     /// Whether the next data packet is DATA1.
     pub data1: bool,
-    /// If this cycle is not past, the pipe is tried then, independently of the retry grid.
+    /// Cycle at which the pipe may try next, off the grid of retries; ignored once it is past.
     pub immediate: Cycle,
-    /// Earliest cycle of a try.
+    /// Cycle from which on the pipe may try a transaction.
     pub eligible: Cycle,
-    /// Tries in a row without an answer.
+    /// Number of tries in a row that the device did not answer.
     pub silent: u8,
 }
 
-/// Pipe of a transaction.
+/// Pipe to which a transaction belongs: interrupt IN, endpoint 0, bulk OUT or bulk IN.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Notify,
@@ -40,7 +40,7 @@ pub enum Kind {
     In,
 }
 
-/// A transaction on the wire, and the cycle at which its current phase ends.
+/// A transaction in progress, and the cycle at which its present phase ends.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Flight {
     at: Cycle,
@@ -82,7 +82,7 @@ impl Host {
         line::cycles(half_bits, self.hz)
     }
 
-    /// Returns the pipe of the next transaction, and the cycle of its start.
+    /// Returns the cycle at which the next transaction begins, and its pipe.
     fn plan(&self, otg: &Otg) -> Option<(Cycle, Kind)> {
         if self.failure.is_some() {
             return None;
@@ -145,7 +145,8 @@ impl Host {
         ready.then(|| self.slot(pipe, write.eligible, line::budget(length, self.hz)))
     }
 
-    /// Returns the cycle of the next try of a pipe that the device can serve.
+    /// Returns the cycle at which a pipe that the device can serve next tries a transaction of at
+    /// most `budget` cycles, from `eligible` on.
     fn slot(&self, pipe: &Pipe, eligible: Cycle, budget: Cycle) -> Cycle {
         let eligible = eligible.max(pipe.eligible);
         if pipe.immediate >= self.now && pipe.immediate >= eligible {
@@ -155,7 +156,8 @@ impl Host {
         self.frames.retry(from, budget)
     }
 
-    /// Performs the phase that [`Self::next_transfer`] announced for `at`.
+    /// Ends the phase of a transaction, or begins the transaction, whose cycle
+    /// [`Self::next_transfer`] returned as `at`.
     pub(super) fn step(&mut self, at: Cycle, otg: &mut Otg) {
         if let Some(flight) = self.flight.take() {
             match flight.phase {
@@ -320,7 +322,8 @@ impl Host {
         }
     }
 
-    /// Ends a transaction of `kind` at `end`; the bus is free a little later.
+    /// Ends a transaction of `kind` with the device's `answer` at `end`; the bus is free a little
+    /// later.
     fn complete(&mut self, kind: Kind, end: Cycle, answer: Handshake) {
         self.free = end + self.cycles(BETWEEN);
         let free = self.free;

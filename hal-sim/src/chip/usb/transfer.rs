@@ -24,7 +24,8 @@ impl Host {
         self.open = false;
     }
 
-    /// Handles a STALL of the device in answer to a request.
+    /// Handles a STALL in answer to a request: goes on to the next request if the device may refuse
+    /// this one, otherwise fails.
     pub(super) fn handle_stall(&mut self, at: Cycle) {
         let Some(control) = self.control.take() else {
             return;
@@ -86,7 +87,7 @@ impl Host {
         self.control = self.control.take().map(|control| control.with_data(data));
     }
 
-    /// Sets up the pipes; endpoints begin with DATA0 (USB 2.0 9.1.1.5).
+    /// Prepares the pipes of a configured device; all endpoints begin with DATA0 (USB 2.0 9.1.1.5).
     fn configure(&mut self) {
         let pipe = |endpoint: super::Endpoint| Pipe {
             number: endpoint.number,
@@ -101,7 +102,7 @@ impl Host {
         self.configured = true;
     }
 
-    /// Sets DTR and RTS as soon as endpoint 0 is free.
+    /// Sends `request`, which sets or clears DTR and RTS, at `at` or as soon as endpoint 0 is free.
     pub(super) fn request_line_state(&mut self, request: Request, at: Cycle) {
         if !self.configured {
             return;

@@ -3,8 +3,8 @@
 use super::{ThreeRegisters, get, set};
 use crate::chip::cpu::Registers;
 
-/// Executes SDIV, and returns its cycles: rounds towards zero; division by zero gives 0; -2^31 / -1
-/// gives -2^31.
+/// Executes SDIV, and returns its number of cycles. SDIV rounds towards zero; division by zero
+/// gives 0, and -2^31 / -1 gives -2^31.
 pub(super) fn signed(x: ThreeRegisters, registers: &mut Registers) -> u32 {
     let (n, m) = (get(registers, x.n) as i32, get(registers, x.m) as i32);
     let quotient = if m == 0 { 0 } else { n.wrapping_div(m) };
@@ -12,14 +12,14 @@ pub(super) fn signed(x: ThreeRegisters, registers: &mut Registers) -> u32 {
     cycles(n.unsigned_abs(), m.unsigned_abs())
 }
 
-/// Executes UDIV, and returns its cycles; division by zero gives 0.
+/// Executes UDIV, and returns its number of cycles. Division by zero gives 0.
 pub(super) fn unsigned(x: ThreeRegisters, registers: &mut Registers) -> u32 {
     let (n, m) = (get(registers, x.n), get(registers, x.m));
     set(registers, x.d, n.checked_div(m).unwrap_or(0));
     cycles(n, m)
 }
 
-/// Returns the cycles of a division with these magnitudes.
+/// Returns the number of cycles of a division of operands with these magnitudes.
 ///
 /// Exact: the range, 2 to 12 (TRM table 3-1). Approximate: the dependence on the operands, because
 /// Arm says only that it depends on their leading ones and zeroes. The assumption is 2 if an

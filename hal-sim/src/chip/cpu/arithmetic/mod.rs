@@ -24,9 +24,9 @@ pub use parallel::{Lanes, Prefix};
 pub struct ThreeRegisters {
     /// Destination register.
     pub d: u8,
-    /// First operand.
+    /// Register with the first operand.
     pub n: u8,
-    /// Second operand.
+    /// Register with the second operand.
     pub m: u8,
 }
 
@@ -68,7 +68,7 @@ pub enum Saturating {
     DoubleSubtract, // QDSUB: the subtrahend is doubled, with saturation
 }
 
-/// A decoded instruction of this family.
+/// A decoded 32-bit instruction of register arithmetic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[rustfmt::skip]
 pub enum Op {
@@ -224,7 +224,7 @@ const fn extend(kind: Extend, x: u32) -> u32 {
     }
 }
 
-/// Adds `b` to `a`; SXTAB16 and UXTAB16 add the half-words separately.
+/// Adds the extended value `b` to `a`. SXTAB16 and UXTAB16 add the half-words separately.
 const fn accumulate(kind: Extend, a: u32, b: u32) -> u32 {
     match kind {
         Extend::SignedBytes | Extend::UnsignedBytes => {

@@ -39,7 +39,8 @@ const fn half(x: u32, top: bool) -> i64 {
     (if top { x >> 16 } else { x }) as u16 as i16 as i64
 }
 
-/// Returns the products of the bottom halves and of the top halves.
+/// Returns the product of the lower half-words and that of the upper half-words of `n` and `m`,
+/// whose halves are first swapped if `exchange`.
 const fn dual_products(n: u32, m: u32, exchange: bool) -> (i64, i64) {
     let m = if exchange { m.rotate_left(16) } else { m };
     (

@@ -1,7 +1,8 @@
 //! Executes parallel addition and subtraction of two half-words or four bytes (Arm ARM A7.7, SADD16
 //! … UHSUB8).
 
-/// Interpretation of the lanes and treatment of their results.
+/// Interpretation of the lanes (bytes or half-words) of a parallel operation, and treatment of
+/// their results. Named after the prefix of the instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Prefix {
     Signed,             // S: wraps, sets GE
@@ -12,7 +13,7 @@ pub enum Prefix {
     UnsignedHalving,    // UH: halves
 }
 
-/// Operation on each lane.
+/// Operation of a parallel instruction on each lane, a byte or half-word of the operands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lanes {
     AddHalves, // ADD16
@@ -25,7 +26,8 @@ pub enum Lanes {
     SubtractBytes,  // SUB8
 }
 
-/// Returns the result, and the four GE bits if the operation sets them.
+/// Returns the result of a parallel operation on `a` and `b`, and the four GE bits if the operation
+/// sets them.
 pub(super) fn compute(prefix: Prefix, lanes: Lanes, a: u32, b: u32) -> (u32, Option<u32>) {
     let (result, ge) = match lanes {
         Lanes::AddBytes => lane_by_lane::<8>(prefix, a, b, 0),

@@ -5,9 +5,9 @@ use crate::chip::cpu::instruction::Reg;
 /// Two half-words of an instruction, and its address.
 #[derive(Clone, Copy, PartialEq)]
 pub struct WideCode {
-    /// First half-word.
+    /// First half-word of the instruction, the one at the lower address.
     pub first: u16,
-    /// Second half-word.
+    /// Second half-word of the instruction, at the address `pc` + 2.
     pub second: u16,
     /// Address of the instruction.
     pub pc: u32,
@@ -44,12 +44,13 @@ impl WideCode {
         ((self.second >> low) & ((1 << width) - 1)) as u8
     }
 
-    /// Returns the address of the instruction plus 4.
+    /// Returns the value that the instruction reads from R15: its address plus 4.
     pub const fn pc4(self) -> u32 {
         self.pc.wrapping_add(4)
     }
 
-    /// Returns the address of the instruction plus 4, rounded down to a word.
+    /// Returns the base of addresses relative to R15: the address of the instruction plus 4,
+    /// rounded down to a word.
     pub const fn base(self) -> u32 {
         self.pc4() & !3
     }

@@ -32,12 +32,13 @@ impl Entry {
     };
 }
 
-/// Start of flash as linked; its boot alias is at 0 (RM0090 2.4).
+/// Start of flash as images are linked; the same flash also appears at 0 as the boot alias (RM0090
+/// 2.4).
 const FLASH: u32 = 0x0800_0000;
 /// Largest number of bytes of code in the cache: the STM32F405's flash.
 const KEPT_BYTES: u32 = 1 << 20;
 
-/// Decoded code by address, up to the highest address executed so far.
+/// Decoded instructions in a table by address, up to the highest address executed so far.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Cache {
     flash: Vec<Entry>,
@@ -53,7 +54,8 @@ impl Cache {
         self.flash.get(at).unwrap_or(&Entry::MISSING)
     }
 
-    /// Clears the cache if the code has changed since.
+    /// Clears the cache if `version`, the bus's version of the code, has changed since the last
+    /// call.
     pub fn check(&mut self, version: u32) {
         if version != self.version {
             self.version = version;
@@ -86,8 +88,8 @@ impl Cache {
     }
 }
 
-/// Decodes the instruction at `pc`. For a branch with a known target, also reads the code there to
-/// compute the refill.
+/// Decodes the instruction at `pc`. For a branch with a known target, also reads the code at the
+/// target, to compute how many cycles the pipeline takes to refill there.
 pub(super) fn decode(bus: &mut impl Bus, pc: u32) -> Result<Entry, Fault> {
     let first = bus.read_code(pc).map_err(|_| Fault::InstructionBus)?;
     if !timing::is_wide(first) {
@@ -106,7 +108,7 @@ pub(super) fn decode(bus: &mut impl Bus, pc: u32) -> Result<Entry, Fault> {
     Ok(Entry { op, trail })
 }
 
-/// Computes the refill of a branch whose target is known.
+/// Computes the cycles in which the pipeline refills after a branch whose target is known.
 fn add_refill(op: &mut Op, bus: &mut impl Bus) {
     if let Op::Branch { refill, target }
     | Op::BranchIf { refill, target, .. }
@@ -145,7 +147,7 @@ impl Cpu {
         Ok(entry)
     }
 
-    /// Returns the stop that names the instruction at R15.
+    /// Returns the stop that reports the instruction at R15, with `what` as the problem.
     #[cold]
     pub(super) fn refuse(&self, bus: &mut impl Bus, what: &'static str) -> Trap {
         let pc = self.registers.r[15];

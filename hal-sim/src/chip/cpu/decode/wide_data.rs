@@ -36,8 +36,8 @@ pub const fn add_reg(d: Reg, n: Reg, m: Reg) -> Op {
     Op::DataReg { alu: Alu::Add, flags: false, d, n, m, shift: Shift::NONE }
 }
 
-/// Decodes the operation that both forms share. The second part is `Some` if only the flags are
-/// set.
+/// Decodes the operation of data processing, which has the same place in the forms with register
+/// and immediate. The second part is `Some` if the instruction only sets flags.
 fn operation(code: WideCode) -> Option<(Alu, Option<Test>)> {
     let number = code.first(5, 4);
     let flags = code.first & 0x10 != 0;
@@ -104,7 +104,7 @@ pub fn shifted_register(code: WideCode) -> Op {
     }
 }
 
-/// Decodes MOV (register) T3: at most one of both registers may be the stack pointer.
+/// Decodes MOV (register) T3: at most one of the two registers may be the stack pointer.
 const fn move_register(d: Reg, m: Reg) -> Op {
     match (d, m) {
         (15, _) | (_, 15) | (13, 13) => Op::Unpredictable,
@@ -132,7 +132,7 @@ fn pack(code: WideCode) -> Op {
     }
 }
 
-/// Returns the immediate i:imm3:imm8.
+/// Returns the 12 bits of an immediate, which are spread over the fields i, imm3 and imm8.
 const fn imm12(code: WideCode) -> u32 {
     (code.first(10, 1) as u32) << 11
         | (code.second(12, 3) as u32) << 8

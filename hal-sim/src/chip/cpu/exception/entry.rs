@@ -8,14 +8,14 @@ use crate::chip::cpu::registers::control;
 use crate::chip::cpu::system::{PreemptedContext, ccr, hfsr, number, nvic};
 use crate::chip::cpu::{Access, Bus, Cpu, Fault, Size, Stop, Trap};
 
-/// Cycles of reading a vector without wait states. The rest of [`TAIL_CHAIN`] is the fetch and the
-/// pipeline; the manual gives only the sum.
+/// Cycles of reading a vector without wait states. The other cycles of [`TAIL_CHAIN`] are the fetch
+/// and the pipeline; the manual gives only the sum.
 const VECTOR: Cycle = 2;
 
 /// Faults for an MPU violation and a bus error while stacking.
 const STACKING: (Fault, Fault) = (Fault::StackingAccess, Fault::StackingBus);
 
-/// State of the entry to a handler.
+/// Progress of the entry to an exception handler.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct ExceptionEntry {
     number: u16,
@@ -23,7 +23,7 @@ pub(super) struct ExceptionEntry {
     vector: u32,
     /// Cycle from which on the handler's code can be fetched.
     fetch_at: Cycle,
-    /// Cycle at which the first instruction can execute, once it is fetched.
+    /// Cycle at which the first instruction can execute; `None` until it is fetched.
     ready: Option<Cycle>,
 }
 
@@ -31,8 +31,8 @@ pub(super) struct ExceptionEntry {
 const EXC_RETURN: u32 = 0xFFFF_FFE0;
 
 impl Cpu {
-    /// Enters the pending exception of highest priority, which pre-empts. A late arrival may
-    /// replace it on the way.
+    /// Enters the pending exception of highest priority, if it pre-empts. A late arrival, an
+    /// exception of higher priority that becomes pending during the entry, may replace it.
     pub(super) fn enter_exception(&mut self, bus: &mut impl Bus) -> Result<(), Stop> {
         let Some(number) = self.preempting_exception() else {
             return Ok(());
@@ -55,8 +55,8 @@ impl Cpu {
         EXC_RETURN | (no_fp as u32) << 4 | mode
     }
 
-    /// Reads the vector of `number` at `at`; from code memory this uses its own bus and overlaps
-    /// stacking. A vector that cannot be read causes a hard fault.
+    /// Reads the vector of exception `number` at cycle `at`. A vector in code memory is read over a
+    /// bus of its own, which overlaps stacking. A vector that cannot be read causes a hard fault.
     pub(super) fn approach(
         &mut self,
         bus: &mut impl Bus,
@@ -99,7 +99,8 @@ impl Cpu {
         }
     }
 
-    /// Fetches the handler's first line, and returns the cycle at which it can execute.
+    /// Fetches the line of code with the handler's first instruction, and returns the cycle at
+    /// which that instruction can execute.
     fn fetch_handler(&mut self, bus: &mut impl Bus, approach: &mut ExceptionEntry) -> Cycle {
         if let Some(ready) = approach.ready {
             return ready;
@@ -214,7 +215,7 @@ impl Cpu {
         }
     }
 
-    /// Returns the privilege and the possible faults of the pre-empted context.
+    /// Returns the privilege of the pre-empted context, and which faults it could have taken.
     fn preempted_context(&self) -> PreemptedContext {
         let priority = self.execution_priority();
         PreemptedContext {
@@ -226,7 +227,8 @@ impl Cpu {
         }
     }
 
-    /// Switches to an exception that became pending meanwhile and has priority.
+    /// Switches the entry to an exception of higher priority, if one has become pending since it
+    /// began.
     fn look_for_late_arrival(
         &mut self,
         bus: &mut impl Bus,
@@ -243,7 +245,8 @@ impl Cpu {
         }
     }
 
-    /// Waits for the stack and the code, and begins the handler, or that of a late arrival.
+    /// Waits until stacking ends at `stacked` and the handler's code is fetched, then begins the
+    /// handler, or that of a late arrival.
     pub(super) fn arrive(
         &mut self,
         bus: &mut impl Bus,

@@ -9,7 +9,8 @@ use crate::chip::cpu::{Bus, Cpu, Fault, Registers, Stop, Trap, TrapResult};
 /// Faults for an MPU violation and a bus error while unstacking.
 const UNSTACKING: (Fault, Fault) = (Fault::UnstackingAccess, Fault::UnstackingBus);
 
-/// Cycles from the arrival of the first code to its execution: decoding, as after a vector's fetch.
+/// Cycles from the arrival of the first line of code to its execution: decoding, as after the fetch
+/// of a vector.
 const REFILL: Cycle = 2;
 
 impl Cpu {
@@ -49,8 +50,9 @@ impl Cpu {
         }
     }
 
-    /// Returns whether the EXC_RETURN value is allowed (Arm ARM B1.5.8): a known value, to thread
-    /// mode only from the last active exception, to handler mode only from one of several.
+    /// Returns whether the EXC_RETURN value is allowed (Arm ARM B1.5.8) while `nested` exceptions
+    /// are active: it must be a known value, return to thread mode only from the last active
+    /// exception, and to handler mode only from one of several.
     fn is_legal_return(&self, exc_return: u32, nested: u32) -> bool {
         let reserved = exc_return & 0x0FFF_FFE0 == 0x0FFF_FFE0;
         reserved
@@ -61,7 +63,8 @@ impl Cpu {
             }
     }
 
-    /// Continues with the pending exception; the stack stays as it is.
+    /// Continues with the handler of the pending exception, without unstacking and stacking in
+    /// between.
     fn tail_chain(&mut self, bus: &mut impl Bus, exc_return: u32) -> Result<(), Stop> {
         let Some(first) = self.preempting_exception() else {
             return Err(self.lock_up());
@@ -72,8 +75,8 @@ impl Cpu {
         self.arrive(bus, approach, ready, exc_return, behind)
     }
 
-    /// Pops the frame, and returns its registers. Returns `None`, with nothing changed, if an
-    /// exception pre-empts meanwhile.
+    /// Pops the frame of a returning exception, and returns the registers in it. Returns `None`,
+    /// with nothing changed, if an exception pre-empts meanwhile.
     fn unstack(&mut self, bus: &mut impl Bus, exc_return: u32) -> TrapResult<Option<Registers>> {
         let began = self.cycle;
         let to_thread = exc_return & 1 << 3 != 0;
@@ -111,8 +114,9 @@ impl Cpu {
         Ok(Some(new))
     }
 
-    /// Pops the eight words in the order in which they were pushed, and fetches the code at PC
-    /// meanwhile. Returns xPSR and the cycle at which the code has arrived.
+    /// Pops the eight words of the frame in the order in which they were pushed, and meanwhile
+    /// fetches the code at the popped PC. Returns xPSR and the cycle at which the code has arrived;
+    /// `None` if an exception pre-empts.
     fn unstack_core(
         &mut self,
         bus: &mut impl Bus,
@@ -175,7 +179,8 @@ impl Cpu {
         Ok(true)
     }
 
-    /// Continues at the point of the interruption.
+    /// Continues with the registers `new` at the instruction where the exception interrupted the
+    /// code.
     fn resume(&mut self, bus: &mut impl Bus, new: Registers) -> Result<(), Stop> {
         let to_thread = new.exception == 0;
         let thumb = new.r[15] & 1 == 0;

@@ -9,7 +9,8 @@ use crate::chip::cpu::{Bus, Cpu, Fault, Stop, TrapResult};
 const LAZY: (Fault, Fault) = (Fault::LazyStackingAccess, Fault::LazyStackingBus);
 
 impl Cpu {
-    /// Prepares for a floating-point instruction: checks CPACR, completes a lazy save, sets FPCA.
+    /// Prepares the core for a floating-point instruction: checks that CPACR allows it, completes a
+    /// pending lazy save, sets FPCA.
     #[inline]
     pub(in crate::chip::cpu) fn prepare_fp(&mut self, bus: &mut impl Bus) -> TrapResult {
         if self.system.fp_is_ready {
@@ -37,8 +38,8 @@ impl Cpu {
         Ok(())
     }
 
-    /// Saves S0–S15 and FPSCR in the space that the exception's frame left, with the rights of the
-    /// pre-empted context.
+    /// Saves S0–S15 and FPSCR in the space that was reserved in the exception's frame, with the
+    /// rights of the pre-empted context.
     fn save_fp(&mut self, bus: &mut impl Bus) -> TrapResult {
         let address = self.system.floating.fpcar;
         let privileged = self.system.floating.preempted().privileged;
@@ -52,8 +53,8 @@ impl Cpu {
         Ok(())
     }
 
-    /// Makes the fault of a lazy save pending, as the pre-empted context could have taken it
-    /// (FPCCR.HFRDY, MMRDY, BFRDY).
+    /// Makes the fault of a lazy save pending. Which exception it is depends on those that the
+    /// pre-empted context could have taken (FPCCR.HFRDY, MMRDY, BFRDY).
     pub(super) fn pend_lazy_fault(&mut self, fault: Fault) -> Result<(), Stop> {
         let could = self.system.floating.preempted();
         let (own, ready) = match fault {

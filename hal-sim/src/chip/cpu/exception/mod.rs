@@ -21,14 +21,16 @@ use super::{Access, Bus, Cpu, Fault, Registers, Size, Stop, Trap, TrapResult};
 use crate::chip::Cycle;
 
 /// Cycles from taking an exception to the first instruction of its handler, without wait states
-/// (TRM section 3.9.1: at most 12 from the line's rise, which includes no unfinished instruction).
+/// (TRM section 3.9.1: at most 12 from the rise of the interrupt line, if no instruction has to be
+/// finished first).
 pub const ENTRY: Cycle = 12;
 
 /// Cycles from one handler to a tail-chained one, without wait states (TRM section 3.9.1).
 pub const TAIL_CHAIN: Cycle = 6;
 
-/// Cycles from the end of the returning branch (its own cycle, without refill) to the instruction
-/// returned to, without wait states (TRM section 3.9.1: 12).
+/// Cycles from the end of a branch that returns from an exception to the next instruction, without
+/// wait states (TRM section 3.9.1: 12). The branch ends with its own cycle; its refill is part of
+/// these cycles.
 pub const RETURN: Cycle = 12;
 
 /// Cycles that S0–S15 and FPSCR add to stacking, unstacking and lazy saving: one per word (TRM
@@ -36,8 +38,8 @@ pub const RETURN: Cycle = 12;
 pub const FP_WORDS: Cycle = 17;
 
 impl Cpu {
-    /// Resets the core: registers and private peripherals get their reset values, SP and PC come
-    /// from the vector table at 0.
+    /// Resets the core: registers and private peripherals get their reset values; SP and PC come
+    /// from the vector table at address 0.
     ///
     /// # Errors
     /// Returns [`Stop`] if there is no vector table.
@@ -63,9 +65,9 @@ impl Cpu {
     }
 
     /// Samples the interrupt lines, and takes the pending exception of highest priority if it
-    /// pre-empts; returns whether it did. Called between instructions whenever something may have
-    /// changed. Processes the bus's events up to now, each at its cycle, so that latency counts
-    /// from the rise of the line.
+    /// pre-empts; returns whether one was taken. Called between instructions whenever an exception
+    /// may have become pending. Processes the bus's events up to the present cycle, each at its own
+    /// cycle, so that latency counts from the rise of the line.
     pub(super) fn take_pending(&mut self, bus: &mut impl Bus) -> Result<bool, Stop> {
         self.sample(bus)?;
         if self.preempting_exception().is_none() {
@@ -93,7 +95,7 @@ impl Cpu {
         self.system.should_wake(&self.registers)
     }
 
-    /// Processes all events up to now, and samples the lines.
+    /// Processes all events up to the present cycle, and samples the interrupt lines.
     pub(super) fn sample(&mut self, bus: &mut impl Bus) -> Result<(), Stop> {
         if let Some(at) = self.system.scb.reset_request.take() {
             bus.request_reset(at);
@@ -105,8 +107,8 @@ impl Cpu {
     }
 
     /// Processes the events before `end`, each at its cycle, until an exception pre-empts; returns
-    /// the cycle of the event that caused it. Also serves instructions that can be interrupted:
-    /// `end` may lie ahead, and time then has advanced to the returned cycle.
+    /// the cycle of the event that caused this exception. `end` may lie ahead of the present cycle,
+    /// for instructions that can be interrupted: time has then advanced to the returned cycle.
     pub(super) fn advance_until_preempted(
         &mut self,
         bus: &mut impl Bus,
@@ -129,7 +131,8 @@ impl Cpu {
         }
     }
 
-    /// Processes events up to now until an exception pre-empts; returns whether one did.
+    /// Processes events up to the present cycle until an exception pre-empts; returns whether one
+    /// did.
     fn advance_to_now(&mut self, bus: &mut impl Bus) -> Result<bool, Stop> {
         let end = self.cycle.saturating_add(1);
         Ok(self.advance_until_preempted(bus, end)?.is_some())
@@ -146,8 +149,8 @@ impl Cpu {
         Ok(to)
     }
 
-    /// Takes `fault` of the instruction at R15; escalates it if its exception is disabled or its
-    /// priority does not suffice.
+    /// Takes `fault`, caused by the instruction at R15. Escalates it to a hard fault if its own
+    /// exception is disabled or does not pre-empt.
     pub(super) fn take_fault(&mut self, bus: &mut impl Bus, fault: Fault) -> Result<(), Stop> {
         let pended = match fault {
             Fault::LazyStackingAccess | Fault::LazyStackingBus => self.pend_lazy_fault(fault),
@@ -185,8 +188,9 @@ impl Cpu {
         }
     }
 
-    /// Performs a load or store of the core itself, at the given cycle, which advances by one and
-    /// the wait states. Fails with the fault `access` or `bus_error`.
+    /// Performs a load or store that the core itself makes for stacking, at the present cycle. The
+    /// cycle advances by one and by the wait states. Fails with the fault `access` (the MPU denies
+    /// it) or `bus_error`.
     fn stack_access(
         &mut self,
         bus: &mut impl Bus,
@@ -230,8 +234,8 @@ impl Cpu {
         }
     }
 
-    /// Executes SVC. The caller takes pending exceptions after advancing to the next instruction;
-    /// an SVC that cannot pre-empt becomes a hard fault there.
+    /// Executes SVC, which makes its exception pending. The caller takes the exception after
+    /// advancing to the next instruction. If SVC cannot pre-empt, a hard fault takes its place.
     pub(super) fn supervisor_call(&mut self) -> Result<(), Stop> {
         use super::system::{number, nvic};
         let priority = self.execution_priority();

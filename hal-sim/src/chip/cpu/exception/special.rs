@@ -24,7 +24,8 @@ impl Cpu {
             | self.registers.exception as u32
     }
 
-    /// Executes MRS: returns special register `sysm`.
+    /// Executes MRS: returns the special register with number `sysm`, as encoded in the
+    /// instruction.
     ///
     /// In unprivileged code, all registers except APSR and CONTROL read 0.
     pub(in crate::chip::cpu) fn read_special(&self, sysm: u8) -> u32 {
@@ -51,7 +52,8 @@ impl Cpu {
         }
     }
 
-    /// Executes MSR: writes special register `sysm`.
+    /// Executes MSR: writes `value` to the special register with number `sysm`, as encoded in the
+    /// instruction.
     ///
     /// `mask` holds bits 11:10 of the encoding, which select the flags of APSR to write.
     /// Unprivileged code can write only these flags. The caller must afterwards take any
@@ -111,8 +113,8 @@ impl Cpu {
         }
     }
 
-    /// Sets the masks and CONTROL from outside the program, to values that no instruction need
-    /// have written.
+    /// Sets PRIMASK, FAULTMASK, BASEPRI and CONTROL as an injected fault does. The values may be
+    /// those that no instruction could write.
     ///
     /// In thread mode, a change of SPSEL switches the stack pointer. The caller must afterwards
     /// take any exception that the change unmasked.

@@ -6,8 +6,8 @@ use crate::chip::cpu::timing::{PipelineState, REFILL_LOAD, REFILL_REGISTER, depe
 use crate::chip::cpu::{Bus, Cpu, Fault, Size, TrapResult};
 
 impl Cpu {
-    /// Branches to `value`, whose bit 0 must be the Thumb bit, or returns from the exception
-    /// (BXWritePC), after `before` cycles and a refill.
+    /// Branches to `value`, whose bit 0 must be the Thumb bit, after `before` cycles and a refill.
+    /// In a handler, a value of 0xF… returns from the exception instead (BXWritePC).
     pub(super) fn interwork(
         &mut self,
         bus: &mut impl Bus,
@@ -57,7 +57,7 @@ impl Cpu {
         Ok(target)
     }
 
-    /// Branches without interworking (BranchWritePC).
+    /// Branches to `value`, whose bit 0 is ignored (BranchWritePC).
     pub(super) fn branch_register(&mut self, bus: &mut impl Bus, value: u32) -> u32 {
         self.branch_far(bus, value & !1, 1, REFILL_REGISTER)
     }

@@ -5,13 +5,14 @@ use crate::chip::cpu::Cpu;
 use crate::chip::cpu::instruction::{Alu, CarryOut, Reg, Shift, ShiftKind, Test};
 use crate::chip::cpu::registers::flag;
 
-/// Returns the flags N and Z of `result`.
+/// Returns the flags N and Z of `result`, at their places in APSR.
 #[inline(always)]
 const fn negative_zero(result: u32) -> u32 {
     result & flag::N | ((result == 0) as u32) << 30
 }
 
-/// Adds with carry (AddWithCarry); returns the sum and N, Z, C, V.
+/// Adds with carry (AddWithCarry). Returns the sum, and the flags N, Z, C, V at their places in
+/// APSR.
 #[inline(always)]
 const fn add(a: u32, b: u32, carry: bool) -> (u32, u32) {
     let wide = a as u64 + b as u64 + carry as u64;
@@ -79,7 +80,8 @@ impl Cpu {
         self.set_nzcv(flags);
     }
 
-    /// Executes the operation that all forms share; `b` is the second operand with its carry.
+    /// Executes an operation of data processing. `a` is the first operand, `b` the second; `carry`
+    /// is the carry out of computing `b`.
     #[inline(always)]
     fn data(&mut self, alu: Alu, flags: bool, d: Reg, a: u32, (b, carry): (u32, bool)) {
         let (result, nzcv) = match alu {
@@ -166,7 +168,7 @@ impl Cpu {
         }
     }
 
-    /// Executes a shift by the lower byte of Rm.
+    /// Executes a shift of Rn by the number of bits in the lowest byte of Rm.
     #[inline(always)]
     pub(super) fn shift_reg(&mut self, kind: ShiftKind, flags: bool, d: Reg, n: Reg, m: Reg) {
         let amount = self.reg(m) & 0xFF;

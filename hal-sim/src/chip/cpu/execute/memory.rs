@@ -5,7 +5,7 @@ use crate::chip::cpu::instruction::{Index, Load, Reg};
 use crate::chip::cpu::timing::{PipelineState, REFILL_LOAD, depends_on_last};
 use crate::chip::cpu::{Bus, Cpu, Size, TrapResult};
 
-/// Base register, use of the offset, offset.
+/// Address of an access: base register, use of the offset, offset.
 type Indexed = (Reg, Index, u32);
 
 impl Load {
@@ -17,7 +17,7 @@ impl Load {
         }
     }
 
-    /// Extends `value` from memory, which is zero-extended, as the load requires.
+    /// Extends `value`, read from memory and zero-extended, by its sign if the load requires that.
     const fn extend(self, value: u32) -> u32 {
         match self {
             Self::SignedHalf => ((value << 16).cast_signed() >> 16).cast_unsigned(),
@@ -40,9 +40,10 @@ impl Index {
 }
 
 impl Cpu {
-    /// Sets the first data phase of a load, and returns the load's cycles: two; one less directly
-    /// after another load; one more for an address that the instruction before produced. (After a
-    /// load both cancel out: the load is just not pipelined.)
+    /// Sets the cycle of the first data phase of a load, and returns the number of cycles of the
+    /// load. It takes two cycles; one less directly after another load; one more if the instruction
+    /// before produced the address. After a load that produced the address both cancel out: the
+    /// second load is just not pipelined.
     #[inline(always)]
     pub(super) fn begin_load(&mut self, last: PipelineState, hazard: u16) -> Cycle {
         let cycles = (2 + Cycle::from(hazard)).wrapping_sub(last.load().into());
@@ -51,7 +52,8 @@ impl Cpu {
     }
 
     /// Sets the data phase of a store with a constant offset, which begins when the instruction is
-    /// over. Returns its cycles: one, plus the stall for an address that data processing produced.
+    /// over. Returns the number of cycles of the store: one, plus a stall if data processing has
+    /// just produced the address.
     #[inline(always)]
     fn begin_store(&mut self, last: PipelineState, hazard: u16) -> Cycle {
         let cycles = 1 + Cycle::from(hazard & !u16::from(last.load()));
@@ -212,7 +214,7 @@ impl Cpu {
         Ok(())
     }
 
-    /// Executes LDREX; the monitor covers all addresses (TRM 3.6).
+    /// Executes LDREX. The exclusive monitor, which it sets, covers all addresses (TRM 3.6).
     pub(super) fn load_exclusive(
         &mut self,
         bus: &mut impl Bus,
@@ -232,7 +234,8 @@ impl Cpu {
         Ok(())
     }
 
-    /// Executes STREX, with the timing of a load (TRM 3.3.2).
+    /// Executes STREX, which stores only if the exclusive monitor is set. Takes as long as a load
+    /// (TRM 3.3.2).
     pub(super) fn store_exclusive(
         &mut self,
         bus: &mut impl Bus,

@@ -19,8 +19,8 @@ use super::{Bus, Cpu, Size, TrapResult};
 use crate::chip::Cycle;
 use crate::chip::cpu::timing::{PipelineState, depends_on_last};
 
-/// For each condition 0–14, the set of flag states in which it holds; the bit number has the flags
-/// N, Z, C, V in bits 3:0 (Arm ARM A7.3).
+/// For each condition 0–14 of an instruction, the set of flag states in which it is met. Bit i of
+/// an entry stands for the state in which N, Z, C, V are bits 3:0 of i (Arm ARM A7.3).
 const CONDITIONS: [u16; 16] = {
     let mut table = [0; 16];
     let mut flags = 0;
@@ -76,13 +76,13 @@ impl Cpu {
         self.registers.r[usize::from(d & 15)] = value;
     }
 
-    /// Adds the cycles of an operation that does not count its own.
+    /// Passes the `cycles` of an operation whose implementation does not do that itself.
     #[inline(always)]
     fn spend(&mut self, cycles: u32) {
         self.advance_by(Cycle::from(cycles));
     }
 
-    /// Executes the instruction at R15, whose condition has passed; returns the address of the next
+    /// Executes the instruction at R15, whose condition is met; returns the address of the next
     /// instruction.
     #[inline(always)]
     #[rustfmt::skip]

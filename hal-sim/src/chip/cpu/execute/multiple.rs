@@ -5,7 +5,8 @@ use crate::chip::cpu::instruction::{Index, Reg};
 use crate::chip::cpu::timing::{PipelineState, depends_on_last};
 use crate::chip::cpu::{Bus, Cpu, Size, TrapResult};
 
-/// Returns the lowest address of the words of `list`, and the new value of the base.
+/// Returns the lowest address of the words that LDM or STM transfers for the registers in `list`
+/// (bit n is Rn), and the new value of the base register.
 #[inline(always)]
 const fn span(base: u32, down: bool, list: u16) -> (u32, u32) {
     let bytes = 4 * list.count_ones();
@@ -17,9 +18,9 @@ const fn span(base: u32, down: bool, list: u16) -> (u32, u32) {
 }
 
 impl Cpu {
-    /// Sets the first data phase of a transfer of several words; returns the cycles before it: one,
-    /// plus the stall for an address that data processing produced. Such transfers are not
-    /// pipelined.
+    /// Sets the first data phase of a transfer of several words; returns the number of cycles
+    /// before it: one, plus a stall if data processing has just produced the address. Such
+    /// transfers are not pipelined.
     #[inline(always)]
     fn begin_several(&mut self, last: PipelineState, hazard: u16) -> Cycle {
         let before = 1 + Cycle::from(hazard & !u16::from(last.load()));
@@ -27,8 +28,8 @@ impl Cpu {
         before
     }
 
-    /// Loads the words of `list`. The registers are written when all words have arrived, so that a
-    /// fault leaves them unchanged.
+    /// Loads a word for each register in `list` (bit n is Rn). The registers are written when all
+    /// words have arrived, so that a fault leaves them unchanged.
     #[allow(clippy::too_many_arguments)] // the fields of one encoding
     pub(super) fn load_multiple(
         &mut self,

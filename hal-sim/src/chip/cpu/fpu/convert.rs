@@ -6,14 +6,14 @@ use super::number::{
     DEFAULT_NAN, Finite, HALF, Number, Rounding, SINGLE, drop_bits, round, unpack,
 };
 
-/// A fixed-point format.
+/// A fixed-point format of the VCVT instructions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fixed {
-    /// Whether the number has a sign.
+    /// Whether numbers are signed (two's complement).
     pub signed: bool,
-    /// Whether the number has 16 bits, in the lower half-word, instead of 32.
+    /// Whether numbers have 16 bits, in the lower half-word of the register, instead of 32.
     pub half_word: bool,
-    /// Number of bits after the point, at most the width.
+    /// Number of bits after the binary point, at most the width of the number.
     pub fraction: u8,
 }
 
@@ -43,7 +43,8 @@ fn from(value: i64, fraction: u8, rounding: Rounding, fpscr: &mut u32) -> u32 {
     round(exact, SINGLE, rounding, fpscr)
 }
 
-/// Converts single precision to a 32-bit integer; saturates.
+/// Converts single precision to a 32-bit integer. A value outside the range of the integer
+/// saturates.
 pub(super) fn to_integer(x: u32, signed: bool, truncate: bool, fpscr: &mut u32) -> u32 {
     let rounding = if truncate {
         Rounding::Zero
@@ -53,8 +54,8 @@ pub(super) fn to_integer(x: u32, signed: bool, truncate: bool, fpscr: &mut u32) 
     to(x, 32, signed, 0, rounding, fpscr)
 }
 
-/// Converts single precision to fixed point, rounded towards zero; saturates. A half-word is
-/// extended to 32 bits.
+/// Converts single precision to fixed point, rounded towards zero. A value outside the range
+/// saturates. A 16-bit result is extended to 32 bits.
 pub(super) fn to_fixed(x: u32, fixed: Fixed, fpscr: &mut u32) -> u32 {
     let width = if fixed.half_word { 16 } else { 32 };
     to(

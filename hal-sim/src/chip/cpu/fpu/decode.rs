@@ -25,13 +25,15 @@ const fn is_double(second: u16) -> bool {
     second & 0x100 != 0
 }
 
-/// Returns the number of an S register: four bits from `at` on and, as the lowest bit, bit `low`.
+/// Returns the number of an S register: four bits of `bits` from bit `at` on and, as the lowest bit
+/// of the number, bit `low` of `low_bits`.
 const fn single(bits: u16, at: u32, low_bits: u16, low: u32) -> u8 {
     ((bits >> at & 15) << 1 | low_bits >> low & 1) as u8
 }
 
-/// Returns the first of the two S registers of a D register: four bits from `at` on. The fifth bit
-/// must be zero, because there are 16 D registers.
+/// Returns the number of the first of the two S registers of a D register: four bits of `bits` from
+/// bit `at` on give D. The fifth bit, `high` of `high_bits`, must be zero, because there are 16 D
+/// registers; otherwise returns `None`.
 const fn double(bits: u16, at: u32, high_bits: u16, high: u32) -> Option<u8> {
     if high_bits >> high & 1 == 0 {
         Some((bits >> at & 15) as u8 * 2)
@@ -114,7 +116,7 @@ fn fixed(first: u16, second: u16) -> Option<Fixed> {
     })
 }
 
-/// Decodes VMOV between a core register and S or half of D, VMRS and VMSR.
+/// Decodes VMOV between a core register and an S register or half a D register, VMRS and VMSR.
 fn one_core_register(first: u16, second: u16) -> Option<Op> {
     let t = (second >> 12) as u8;
     let (to_core, what) = (first & 0x10 != 0, first >> 5 & 7);

@@ -99,7 +99,8 @@ pub enum Op {
 }
 
 impl Cpu {
-    /// Executes an instruction whose condition has passed, after a call of `prepare_fp`.
+    /// Executes a floating-point instruction whose condition has passed; calls [`Self::prepare_fp`]
+    /// first.
     ///
     /// Returns the number of cycles without pipeline effects (TRM table 7-1).
     #[inline]
@@ -113,19 +114,19 @@ impl Cpu {
     }
 }
 
-/// Returns the S register `number` (0–31).
+/// Returns the bits in S register `number`, of which the lowest five bits count.
 #[inline]
 fn get(registers: &Registers, number: u8) -> u32 {
     registers.s[usize::from(number & 31)]
 }
 
-/// Sets the S register `number` (0–31).
+/// Sets S register `number`, of which the lowest five bits count, to the bits `value`.
 #[inline]
 fn set(registers: &mut Registers, number: u8, value: u32) {
     registers.s[usize::from(number & 31)] = value;
 }
 
-/// Returns the core register `number` (0–15).
+/// Returns the place of core register `number`, of which the lowest four bits count.
 #[inline]
 fn core(registers: &mut Registers, number: u8) -> &mut u32 {
     &mut registers.r[usize::from(number & 15)]

@@ -3,14 +3,14 @@
 
 use super::fpscr::{AHP, DN, FZ, IDC, IOC, IXC, OFC, RMODE, UFC};
 
-/// A binary interchange format.
+/// A binary floating-point format of IEEE 754.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Format {
-    /// Number of bits of the fraction.
+    /// Number of bits of the fraction, without the leading one.
     fraction: u32,
     /// Exponent of the smallest normal number.
     least: i32,
-    /// Exponent field of infinity.
+    /// Value of the exponent field in infinities and NaNs.
     infinity: u32,
 }
 
@@ -55,8 +55,9 @@ impl Rounding {
         }
     }
 
-    /// Returns whether the magnitude is rounded away from zero when `kept` is kept and `dropped` is
-    /// dropped, out of a unit whose half is `half`.
+    /// Returns whether a magnitude is rounded up, away from zero, when its low bits `dropped` are
+    /// dropped and `kept` is kept. `half` is the value of `dropped` that lies halfway between two
+    /// results.
     const fn is_away(self, negative: bool, kept: u64, dropped: u64, half: u64) -> bool {
         match self {
             Self::Nearest => dropped > half || dropped == half && kept & 1 != 0,
@@ -76,7 +77,7 @@ pub(super) struct Finite {
     pub(super) significand: u64,
 }
 
-/// Exponent of zero.
+/// Exponent by which [`Finite`] represents zero, below all others.
 const NOTHING: i32 = -10_000;
 
 impl Finite {
@@ -88,7 +89,8 @@ impl Finite {
         }
     }
 
-    /// Normalises a number with any significand; lost bits set the lowest bit.
+    /// Normalises `significand` × 2^(`exponent` − 62) so that bit 62 is the highest. If a bit is
+    /// lost, the lowest bit is set.
     pub(super) const fn new(negative: bool, exponent: i32, significand: u64) -> Self {
         if significand == 0 {
             return Self::zero(negative);
@@ -111,7 +113,7 @@ impl Finite {
     }
 }
 
-/// A number of any kind.
+/// A single-precision number, taken apart.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Number {
     /// Zero, denormal or normal.
@@ -142,7 +144,8 @@ pub(super) const fn flush(x: u32, fpscr: &mut u32) -> u32 {
     x
 }
 
-/// Unpacks single precision; flushes a denormal to zero if FPSCR.FZ is set.
+/// Takes the bits `x` of a single-precision number apart; flushes a denormal to zero if FPSCR.FZ is
+/// set.
 pub(super) const fn unpack(x: u32, fpscr: &mut u32) -> Number {
     let x = flush(x, fpscr);
     let negative = x >> 31 != 0;
@@ -159,7 +162,8 @@ pub(super) const fn unpack(x: u32, fpscr: &mut u32) -> Number {
     }
 }
 
-/// Returns the NaN that results from the operand `x`, a NaN.
+/// Returns the NaN that an operation with the NaN operand `x` gives: `x` made quiet, or the default
+/// NaN if FPSCR.DN is set.
 pub(super) const fn quiet(x: u32, fpscr: &mut u32) -> u32 {
     if is_signalling(x) {
         *fpscr |= IOC;
@@ -171,8 +175,8 @@ pub(super) const fn quiet(x: u32, fpscr: &mut u32) -> u32 {
     }
 }
 
-/// Returns the NaN that results from `operands`: from the first signalling NaN, else from the first
-/// NaN.
+/// Returns the NaN that an operation with `operands` gives: from the first signalling NaN, else
+/// from the first NaN. Returns `None` if no operand is a NaN.
 pub(super) fn propagate<const N: usize>(operands: [u32; N], fpscr: &mut u32) -> Option<u32> {
     let signalling = operands.into_iter().find(|x| is_signalling(*x));
     let first = || operands.into_iter().find(|x| is_nan(*x));
@@ -195,7 +199,8 @@ pub(super) const fn infinity(negative: bool) -> u32 {
     (negative as u32) << 31 | 0x7F80_0000
 }
 
-/// Shifts right; a lost bit sets the lowest bit.
+/// Shifts `x` right by `by` bits. If a one is lost, the lowest bit of the result is set, so that
+/// rounding notices it.
 pub(super) const fn shift_sticky(x: u64, by: u32) -> u64 {
     match by {
         0 => x,
@@ -260,7 +265,8 @@ pub(super) const fn round(x: Finite, format: Format, rounding: Rounding, fpscr: 
     sign | bits as u32
 }
 
-/// Returns infinity or the largest finite number, without sign.
+/// Returns the result of an overflow without its sign: infinity or the largest finite number, as
+/// the rounding mode requires.
 const fn overflowed(negative: bool, format: Format, rounding: Rounding) -> u32 {
     let infinity = format.infinity << format.fraction;
     match (rounding, negative) {

@@ -14,7 +14,9 @@ use std::cmp::Ordering;
 
 const SIGN: u32 = 1 << 31;
 
-/// Returns the bits of the host's result, if they are provably correct.
+/// Returns the bits of `result`, computed by the processor that runs the simulator, if they are
+/// provably correct here: default rounding, the inexact flag already set, and no result near an
+/// overflow or underflow.
 #[inline]
 fn by_host(result: f32, fpscr: u32) -> Option<u32> {
     let bits = result.to_bits();
@@ -23,14 +25,14 @@ fn by_host(result: f32, fpscr: u32) -> Option<u32> {
     (may && ordinary).then_some(bits)
 }
 
-/// Computes a + b.
+/// Computes a + b in single precision; operands and result are bit patterns.
 #[inline]
 pub(super) fn add(a: u32, b: u32, fpscr: &mut u32) -> u32 {
     by_host(f32::from_bits(a) + f32::from_bits(b), *fpscr)
         .unwrap_or_else(|| exact_add([a, b], b, fpscr))
 }
 
-/// Computes a - b.
+/// Computes a - b in single precision; operands and result are bit patterns.
 #[inline]
 pub(super) fn subtract(a: u32, b: u32, fpscr: &mut u32) -> u32 {
     // A NaN operand keeps its sign.
@@ -38,7 +40,8 @@ pub(super) fn subtract(a: u32, b: u32, fpscr: &mut u32) -> u32 {
         .unwrap_or_else(|| exact_add([a, b], b ^ SIGN, fpscr))
 }
 
-/// Adds `b` to the first of `operands`; a NaN result comes from `operands`.
+/// Adds `b` to the first of `operands` without the host's floating point. `b` is the second
+/// operand, negated for a subtraction; a NaN result comes from `operands`.
 fn exact_add(operands: [u32; 2], b: u32, fpscr: &mut u32) -> u32 {
     let (x, y) = (unpack(operands[0], fpscr), unpack(b, fpscr));
     match (x, y) {
@@ -53,7 +56,7 @@ fn exact_add(operands: [u32; 2], b: u32, fpscr: &mut u32) -> u32 {
     }
 }
 
-/// Computes x + y, rounded.
+/// Computes x + y, rounded to single precision in the mode of FPSCR.
 fn sum(x: Finite, y: Finite, fpscr: &mut u32) -> u32 {
     let rounding = Rounding::from_fpscr(*fpscr);
     let is_above = (x.exponent, x.significand) >= (y.exponent, y.significand);
@@ -74,7 +77,7 @@ fn sum(x: Finite, y: Finite, fpscr: &mut u32) -> u32 {
     round(exact, SINGLE, rounding, fpscr)
 }
 
-/// Computes a × b.
+/// Computes a × b in single precision; operands and result are bit patterns.
 #[inline]
 pub(super) fn multiply(a: u32, b: u32, fpscr: &mut u32) -> u32 {
     by_host(f32::from_bits(a) * f32::from_bits(b), *fpscr)
@@ -109,7 +112,7 @@ fn product(x: Finite, y: Finite) -> Finite {
     )
 }
 
-/// Computes a / b.
+/// Computes a / b in single precision; operands and result are bit patterns.
 #[inline]
 pub(super) fn divide(a: u32, b: u32, fpscr: &mut u32) -> u32 {
     by_host(f32::from_bits(a) / f32::from_bits(b), *fpscr)
@@ -144,7 +147,7 @@ fn exact_divide(a: u32, b: u32, fpscr: &mut u32) -> u32 {
     }
 }
 
-/// Computes √a.
+/// Computes √a in single precision; operand and result are bit patterns.
 #[inline]
 pub(super) fn square_root(a: u32, fpscr: &mut u32) -> u32 {
     by_host(f32::from_bits(a).sqrt(), *fpscr).unwrap_or_else(|| exact_square_root(a, fpscr))

@@ -3,7 +3,7 @@
 
 use crate::chip::cpu::{Bus, Cpu, Fault, Size, TrapResult};
 
-/// Change of the base register.
+/// Change of the base register after a transfer of S registers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Writeback {
     /// The base register stays.
@@ -14,7 +14,7 @@ pub enum Writeback {
     Down,
 }
 
-/// Transfer of registers `s`, `s` + 1, … from or to the words at `n` + `offset` on.
+/// Transfer between S registers `s`, `s` + 1, … and the words in memory from `n` + `offset` on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Transfer {
     /// Number of the first S register.
@@ -23,7 +23,7 @@ pub struct Transfer {
     pub count: u8,
     /// Base register; 15 is the instruction's address + 4, word-aligned.
     pub n: u8,
-    /// Change of the base register.
+    /// Change of the base register after the transfer.
     pub writeback: Writeback,
     /// Offset from the base to the first word, bytes.
     pub offset: i16,

@@ -7,13 +7,13 @@
 use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::{Modelled, Unmodelled};
 
-/// Number of comparators of the DWT.
+/// Number of comparators of the DWT (data watchpoint and trace unit).
 pub const COMPARATORS: usize = 4;
 
 /// Bit MATCHED of FUNCTION.
 const MATCHED: u32 = 1 << 24;
 
-/// Kind of accesses that are watched; the value is that of FUNCTION.
+/// Kind of accesses that a comparator watches; the value is that of FUNCTION.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WatchedAccess {
     /// Loads only.
@@ -49,7 +49,7 @@ struct Comparator {
     address: u32,
     /// Register MASK: log2 of the number of bytes watched.
     log2_bytes: u32,
-    /// Register FUNCTION; `None` if the comparator is off.
+    /// Kind of watched accesses in register FUNCTION; `None` if the comparator is off.
     what: Option<WatchedAccess>,
     is_matched: bool,
 }
@@ -72,7 +72,7 @@ impl Comparator {
     }
 }
 
-/// All comparators. A system reset does not change them.
+/// All comparators of the DWT, and the first match. A system reset does not change them.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Comparators {
     comparators: [Comparator; COMPARATORS],
@@ -80,7 +80,7 @@ pub struct Comparators {
 }
 
 impl Comparators {
-    /// Returns whether any comparator is on.
+    /// Returns whether any comparator watches accesses.
     pub fn has_watchpoints(&self) -> bool {
         self.comparators
             .iter()
@@ -108,8 +108,9 @@ impl Comparators {
         self.hit.take()
     }
 
-    /// Uses one free comparator for each of `parts`, an address and log2 of bytes, unless the part
-    /// is already watched. Returns `false` and changes nothing if too few are free.
+    /// Uses one free comparator for each of `parts`, an address and the log2 of a number of bytes,
+    /// unless that part is already watched. Returns `false` and changes nothing if too few are
+    /// free.
     pub fn add(&mut self, parts: &[(u32, u32)], what: WatchedAccess) -> bool {
         let mut comparators = self.comparators;
         for &part in parts {
@@ -136,7 +137,7 @@ impl Comparators {
         true
     }
 
-    /// Frees the comparators that watch `parts`.
+    /// Frees the comparators that watch accesses of kind `what` to `parts`.
     pub fn remove(&mut self, parts: &[(u32, u32)], what: WatchedAccess) {
         for comparator in &mut self.comparators {
             if parts.iter().any(|&part| comparator.is_of(part, what)) {
@@ -145,12 +146,13 @@ impl Comparators {
         }
     }
 
-    /// Frees all comparators.
+    /// Frees all comparators, and drops a match that was not taken.
     pub fn clear(&mut self) {
         *self = Self::default();
     }
 
-    /// Reads the register at `offset` from COMP0; returns `None` if it is not one of these.
+    /// Reads the comparator register at `offset` from COMP0; returns `None` if there is none.
+    /// Reading FUNCTION clears its bit MATCHED.
     pub fn read(&mut self, offset: u32) -> Option<u32> {
         let comparator = self.comparators.get_mut(offset as usize / 16)?;
         match offset & 0xF {
@@ -164,7 +166,7 @@ impl Comparators {
         }
     }
 
-    /// Writes the register at `offset` from COMP0; returns `None` if it is not one of these.
+    /// Writes the comparator register at `offset` from COMP0; returns `None` if there is none.
     pub fn write(&mut self, offset: u32, value: u32) -> Option<Modelled> {
         let comparator = self.comparators.get_mut(offset as usize / 16)?;
         match offset & 0xF {

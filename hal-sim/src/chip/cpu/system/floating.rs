@@ -1,20 +1,28 @@
 //! Controls the floating-point extension (Arm ARM B3.2.20 on): access rights, and the place where
 //! its registers are saved on an exception.
 
-/// Bit LSPACT of FPCCR: a lazy save is pending; the other constants are its further bits.
+/// FPCCR: a lazy save is pending.
 const LSPACT: u32 = 1;
+/// FPCCR: the pre-empted context was unprivileged.
 const USER: u32 = 1 << 1;
+/// FPCCR: the pre-empted context was thread mode.
 const THREAD: u32 = 1 << 3;
+/// FPCCR: a hard fault could have pre-empted that context.
 const HFRDY: u32 = 1 << 4;
+/// FPCCR: a memory management fault could have pre-empted that context.
 const MMRDY: u32 = 1 << 5;
+/// FPCCR: a bus fault could have pre-empted that context.
 const BFRDY: u32 = 1 << 6;
+/// FPCCR: saves are lazy.
 const LSPEN: u32 = 1 << 30;
+/// FPCCR: a floating-point instruction sets CONTROL.FPCA, so that exceptions save the registers.
 const ASPEN: u32 = 1 << 31;
 
 /// Bits of FPSCR that FPDSCR sets: AHP, DN, FZ, RMode.
 pub const DEFAULT_BITS: u32 = 0x07C0_0000;
 
-/// Privilege and possible faults of the pre-empted context, for the fault of a lazy save.
+/// Privilege of the context that an exception pre-empted, and the faults that it could have taken.
+/// They decide about a fault of the lazy save.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PreemptedContext {
     /// Whether the context was privileged.
@@ -34,7 +42,7 @@ pub struct PreemptedContext {
 pub struct Floating {
     cpacr: u32,
     fpccr: u32,
-    /// Register FPCAR: address of the pending save.
+    /// Register FPCAR: address to which the pending lazy save writes.
     pub(crate) fpcar: u32,
     fpdscr: u32,
 }
@@ -51,7 +59,7 @@ impl Default for Floating {
 }
 
 impl Floating {
-    /// Reads the register at `address`; returns `None` if it is not one of these.
+    /// Reads the register at `address`; returns `None` if it is not a floating-point register.
     pub const fn read(&self, address: u32) -> Option<u32> {
         Some(match address {
             0xE000_ED88 => self.cpacr,
@@ -65,7 +73,7 @@ impl Floating {
         })
     }
 
-    /// Writes the register at `address`; returns `None` if it is not one of these.
+    /// Writes the register at `address`; returns `None` if it is not a floating-point register.
     pub fn write(&mut self, address: u32, value: u32) -> Option<()> {
         match address {
             // Only coprocessors 10 and 11 exist; their fields are the same (Arm ARM B3.2.20).
@@ -82,7 +90,8 @@ impl Floating {
         Some(())
     }
 
-    /// Returns whether CPACR allows floating-point instructions.
+    /// Returns whether CPACR allows floating-point instructions in `privileged` or unprivileged
+    /// code.
     pub const fn is_allowed(&self, privileged: bool) -> bool {
         match self.cpacr >> 20 & 0b11 {
             0b11 => true,
@@ -106,7 +115,7 @@ impl Floating {
         self.fpccr & LSPACT != 0
     }
 
-    /// Makes a lazy save to `address` pending.
+    /// Makes a lazy save to `address` pending, on behalf of the pre-empted context.
     pub fn defer_save(&mut self, address: u32, preempted: PreemptedContext) {
         self.fpcar = address & !7;
         self.fpccr &= ASPEN | LSPEN;
@@ -123,7 +132,7 @@ impl Floating {
         }
     }
 
-    /// Marks the lazy save as done.
+    /// Marks the pending lazy save as done (clears LSPACT).
     pub fn complete_save(&mut self) {
         self.fpccr &= !LSPACT;
     }
@@ -139,7 +148,8 @@ impl Floating {
         }
     }
 
-    /// Returns FPSCR for a new floating-point context; `fpscr` is the old value.
+    /// Returns FPSCR for a new floating-point context: the defaults of FPDSCR, and the other bits
+    /// of the old value `fpscr`.
     pub const fn fresh_status(&self, fpscr: u32) -> u32 {
         fpscr & !DEFAULT_BITS | self.fpdscr
     }

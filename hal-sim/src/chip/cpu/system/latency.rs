@@ -4,12 +4,13 @@
 use super::nvic::EXCEPTIONS;
 use crate::chip::Cycle;
 
-/// Latencies of one exception.
+/// Latency statistics of one exception: from becoming pending to its handler's first instruction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Latency {
     /// Number of entries to the handler.
     pub count: u64,
-    /// Longest latency, cycles; counted from the enabling if that came later.
+    /// Longest latency, cycles. It counts from the cycle at which the exception was enabled if that
+    /// came later.
     pub worst: Cycle,
     /// Cycle at which the handler with the longest latency began.
     pub worst_at: Cycle,
@@ -18,7 +19,7 @@ pub struct Latency {
     pub behind: u16,
 }
 
-/// Latencies of all exceptions.
+/// Latency statistics of all exceptions since power-on.
 #[derive(Clone, Debug)]
 pub struct Latencies {
     table: [Latency; EXCEPTIONS],
@@ -33,8 +34,8 @@ impl Default for Latencies {
 }
 
 impl Latencies {
-    /// Records that the handler of `number`, raised at `raised`, begins at `at`; `behind` ran
-    /// before.
+    /// Records that the handler of exception `number`, which became pending at cycle `raised`,
+    /// begins at `at`. Exception `behind`, 0 for thread mode, ran before.
     pub fn record(&mut self, number: u16, raised: Cycle, at: Cycle, behind: u16) {
         let Some(latency) = self.table.get_mut(usize::from(number)) else {
             return;
@@ -48,8 +49,8 @@ impl Latencies {
         }
     }
 
-    /// Returns exception number and latency of each exception that was entered, in ascending order;
-    /// interrupt line n is number 16 + n.
+    /// Returns exception number and latency statistics of each exception that was entered, in
+    /// ascending order of numbers; interrupt line n is number 16 + n.
     pub fn entered(&self) -> impl Iterator<Item = (u16, Latency)> + '_ {
         (0..)
             .zip(self.table)

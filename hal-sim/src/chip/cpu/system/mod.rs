@@ -32,7 +32,7 @@ use crate::chip::Cycle;
 use nvic::{Nvic, bit};
 use std::ops::Range;
 
-/// State of the private peripherals and of exceptions.
+/// State of the core's private peripherals (NVIC, SCB, SysTick, MPU, debug) and of exceptions.
 #[derive(Clone, Debug, Default)]
 pub struct System {
     pub(super) nvic: Nvic,
@@ -44,13 +44,14 @@ pub struct System {
     /// Whether floating-point instructions need no preparation: CPACR allows them, CONTROL.FPCA is
     /// set, no save is pending. Cleared by anything that may change that.
     pub(super) fp_is_ready: bool,
-    /// The event register (Arm ARM B1.5.18).
+    /// Event register: set by an event, which the next WFE consumes instead of sleeping (Arm ARM
+    /// B1.5.18).
     pub event: bool,
     sleeps_for_event: bool,
     sleeps_on_exit: bool,
-    /// Cycle at which the lines were last sampled.
+    /// Cycle at which the interrupt lines were last sampled.
     pub(crate) sampled: Cycle,
-    /// Exception number in IPSR, for ICSR.
+    /// Number of the running exception as in IPSR, which ICSR shows.
     running: u16,
     /// Semihosting, if it is on; a reset does not change it.
     pub semihosting: Option<Semihosting>,
@@ -97,7 +98,8 @@ impl System {
         self.mpu.may_execute(address, privileged)
     }
 
-    /// Returns the same as [`mpu::Mpu::denied_range`].
+    /// Returns the range of addresses of the MPU region with the highest number, among the regions
+    /// that deny all access; `None` if no region does.
     pub fn denied_range(&self) -> Option<Range<u64>> {
         self.mpu.denied_range()
     }
@@ -108,7 +110,7 @@ impl System {
         address == 0xE000_EF00 && self.is_configured(ccr::USER_SET_PENDING)
     }
 
-    /// Returns the earliest cycle at which SysTick pends its exception.
+    /// Returns the earliest cycle at which SysTick makes its exception pending.
     #[inline]
     pub fn next_event(&self) -> Cycle {
         self.systick.next_event()
@@ -125,24 +127,24 @@ impl System {
         self.trace.debugger
     }
 
-    /// Number of data comparators available to a debugger.
+    /// Number of comparators that a debugger can use to watch data.
     pub const COMPARATORS: usize = compare::COMPARATORS;
 
-    /// Uses one comparator for each of `parts`, an address and log2 of its bytes (0–15). Returns
-    /// `false` and changes nothing if too few are free.
+    /// Uses one comparator for each of `parts`, an address and the log2 of a number of bytes
+    /// (0–15). Returns `false` and changes nothing if too few are free.
     pub fn add_watchpoint(&mut self, parts: &[(u32, u32)], what: WatchedAccess) -> bool {
         let done = self.trace.comparators.add(parts, what);
         self.follow_comparators();
         done
     }
 
-    /// Frees the comparators of `parts`.
+    /// Frees the comparators that watch accesses of kind `what` to `parts`.
     pub fn remove_watchpoint(&mut self, parts: &[(u32, u32)], what: WatchedAccess) {
         self.trace.comparators.remove(parts, what);
         self.follow_comparators();
     }
 
-    /// Frees all comparators.
+    /// Frees all comparators, so that no data are watched.
     pub fn clear_watchpoints(&mut self) {
         self.trace.comparators.clear();
         self.follow_comparators();
@@ -180,7 +182,8 @@ impl System {
         self.scb.actlr & bits != 0
     }
 
-    /// Advances SysTick to `at`, and samples the lines as they are then.
+    /// Advances SysTick to `at`, and samples the interrupt lines and the NMI line, whose levels at
+    /// that cycle are given.
     pub(super) fn sample(&mut self, lines: [u32; LINE_WORDS], nmi: bool, at: Cycle) {
         self.sampled = at;
         self.advance_systick(at);
@@ -200,7 +203,7 @@ impl System {
         self.systick.held = held;
     }
 
-    /// Makes exceptions pending at `at`.
+    /// Makes `exceptions`, a mask with bit n for exception n, pending at `at`.
     pub(super) fn pend(&mut self, exceptions: u128, at: Cycle) {
         let new = self.nvic.pend(exceptions, at);
         self.note_pending(new);
@@ -257,7 +260,7 @@ impl System {
         Some(())
     }
 
-    /// Updates all state that depends on IPSR, masks and active exceptions.
+    /// Updates all state that depends on IPSR, the exception masks and the active exceptions.
     pub(super) fn update(&mut self, registers: &Registers) {
         self.running = registers.exception;
         self.fp_is_ready = false;

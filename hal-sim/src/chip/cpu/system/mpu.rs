@@ -13,11 +13,11 @@ const TYPE: u32 = (REGIONS as u32) << 8;
 /// Kind of an access to memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AccessKind {
-    /// A load.
+    /// A load of data.
     Read,
-    /// A store.
+    /// A store of data.
     Write,
-    /// A fetch.
+    /// A fetch of an instruction.
     Execute,
 }
 
@@ -32,7 +32,7 @@ impl Region {
         self.attributes & 1 != 0
     }
 
-    /// Returns log2 of the region's size, bytes.
+    /// Returns the log2 of the region's size in bytes.
     const fn log2_bytes(self) -> u32 {
         (self.attributes >> 1 & 0x1F) + 1
     }
@@ -81,7 +81,7 @@ impl Region {
     }
 }
 
-/// State of the MPU, with a cache of accessible memory.
+/// State of the memory protection unit, with a cache of accessible memory.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Mpu {
     control: u32,
@@ -89,20 +89,21 @@ pub struct Mpu {
     regions: [Region; REGIONS],
     /// Whether the execution priority is negative; HFNMIENA then decides whether the MPU is on.
     negative_priority: bool,
-    /// Ranges that privileged data accesses may use without a look-up of regions, in the order of
-    /// checking.
+    /// Memory that privileged code may access without a look-up of regions. An access is compared
+    /// with these ranges one after the other.
     open: [Open; OPEN],
     is_on: bool,
-    /// Previous setting with its ranges, so that a switch back needs no look-up.
+    /// Setting of the MPU before the present one, with its ranges, so that a switch back needs no
+    /// look-up.
     before: Option<([Region; REGIONS], u32, [Open; OPEN])>,
-    /// Setting that `open` was computed from.
+    /// Setting of the MPU (regions and control register) from which `open` was computed.
     prepared: ([Region; REGIONS], u32),
 }
 
 /// Number of ranges that an access is compared with before regions are looked up.
 const OPEN: usize = 6;
 
-/// Memory range in which privileged data may be read.
+/// Range of memory in which privileged code may read data, or read and write them.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 struct Open {
     first: u32,
@@ -111,7 +112,7 @@ struct Open {
 }
 
 impl Mpu {
-    /// Returns whether a data access is allowed.
+    /// Returns whether the MPU allows a data access at `address`; `write` selects a store.
     #[inline]
     pub fn may_access(&self, address: u32, write: bool, privileged: bool) -> bool {
         if !self.is_on {
@@ -133,7 +134,7 @@ impl Mpu {
         self.look_up(address, what, privileged)
     }
 
-    /// Returns whether code may be fetched.
+    /// Returns whether the MPU and the memory map allow fetching code at `address`.
     pub fn may_execute(&self, address: u32, privileged: bool) -> bool {
         let by_map = !matches!(address >> 29, 2 | 5..);
         by_map && (!self.is_on || self.look_up(address, AccessKind::Execute, privileged))
@@ -179,7 +180,8 @@ impl Mpu {
         self.prepared = (self.regions, self.control);
     }
 
-    /// Returns the range of the region with the highest number, if it denies all access.
+    /// Returns the range of addresses of the region with the highest number, among the regions that
+    /// deny all access; `None` if no region does.
     pub fn denied_range(&self) -> Option<Range<u64>> {
         let is_denied = |region: &&Region| {
             let denies =
@@ -190,7 +192,7 @@ impl Mpu {
         Some(region.first()..region.end())
     }
 
-    /// Computes `open`: between two neighbouring bounds of regions, all addresses have the same
+    /// Computes `open`. Between two neighbouring bounds of regions, all addresses have the same
     /// permission. The largest ranges are kept; addresses outside them are looked up.
     fn find_uniform_ranges(&mut self) {
         let mut bounds = vec![0, 0xE000_0000, 0xE010_0000, 1 << 32];

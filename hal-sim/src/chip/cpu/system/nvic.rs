@@ -25,10 +25,10 @@ pub(crate) mod number {
     pub const LINE_0: u16 = 16; // Interrupt line 0
 }
 
-/// Priority of thread mode with no active exception: below every exception.
+/// Execution priority of thread mode with no active exception: every exception pre-empts it.
 pub const NO_PRIORITY: i16 = 256;
 
-/// Implemented bits of a priority, the upper four (RM0090 section 12.1.1).
+/// Bits of a priority that the hardware implements, the upper four (RM0090 section 12.1.1).
 pub const PRIORITY_BITS: u8 = 0xF0;
 
 /// Exceptions that cannot be disabled.
@@ -49,21 +49,22 @@ const SETTABLE: u128 = bit(number::MEM_MANAGE)
 
 const ALL_LINES: u128 = ((1 << LINES) - 1) << number::LINE_0;
 
-/// Returns the bit of exception `number`.
+/// Returns a mask with only the bit of exception `number`.
 pub const fn bit(number: u16) -> u128 {
     1 << (number & 127)
 }
 
-/// State of all exceptions.
+/// Nested vectored interrupt controller: state and priorities of all exceptions. In its masks, bit
+/// n stands for exception n.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Nvic {
-    /// Bits of the enabled exceptions.
+    /// Mask of the enabled exceptions.
     pub(crate) enabled: u128,
-    /// Bits of the pending exceptions, enabled or not.
+    /// Mask of the pending exceptions, enabled or not.
     pub(crate) pending: u128,
-    /// Bits of the active exceptions.
+    /// Mask of the active exceptions, whose handlers have begun and not returned.
     pub(crate) active: u128,
-    /// Levels of the lines (bit 16 + n) when last sampled.
+    /// Levels of the interrupt lines when last sampled; line n is bit 16 + n.
     level: u128,
     nmi_level: bool,
     priority: [u8; EXCEPTIONS],
@@ -111,8 +112,9 @@ impl Nvic {
         nvic == *other
     }
 
-    /// Samples the interrupt lines and NMI at `at`: a line pends when it rises, and while it is
-    /// high and not active (Arm ARM B3.4.1). Returns the exceptions that became pending.
+    /// Samples the interrupt lines and NMI at `at`. A line makes its interrupt pending when it
+    /// rises, and while it is high and the interrupt is not active (Arm ARM B3.4.1). Returns a mask
+    /// of the exceptions that became pending.
     pub fn sample(&mut self, lines: [u32; LINE_WORDS], nmi: bool, at: Cycle) -> u128 {
         let mut level = 0;
         for (word, lines) in lines.into_iter().enumerate() {
@@ -128,7 +130,8 @@ impl Nvic {
         self.pend(new, at)
     }
 
-    /// Makes exceptions pending at `at`; returns those that were not pending yet.
+    /// Makes the exceptions of a mask pending at `at`; returns a mask of those that were not
+    /// pending yet.
     pub fn pend(&mut self, exceptions: u128, at: Cycle) -> u128 {
         let new = exceptions & !self.pending;
         if new != 0 {
@@ -146,13 +149,13 @@ impl Nvic {
         }
     }
 
-    /// Clears the pending state of exceptions.
+    /// Clears the pending state of the exceptions of a mask.
     pub fn unpend(&mut self, exceptions: u128) {
         self.pending &= !exceptions;
     }
 
-    /// Enables or disables fault exceptions (SHCSR) and lines. If an enabled exception is already
-    /// pending, its latency counts from here.
+    /// Enables or disables the fault exceptions (SHCSR) and interrupt lines of a mask. If an
+    /// enabled exception is already pending, its latency counts from here.
     pub fn enable(&mut self, exceptions: u128, on: bool, at: Cycle) {
         if on {
             self.set_raised(exceptions & self.pending & !self.enabled, at);
@@ -173,17 +176,19 @@ impl Nvic {
         self.active &= !bit(number);
     }
 
-    /// Returns the cycle at which `number` last became pending and enabled.
+    /// Returns the cycle from which `number` has last been both pending and enabled.
     pub fn raised_at(&self, number: u16) -> Cycle {
         self.raised.get(usize::from(number)).copied().unwrap_or(0)
     }
 
-    /// Sets AIRCR.PRIGROUP (0–7).
+    /// Sets AIRCR.PRIGROUP (0–7): the number of the highest bit of a priority that does not count
+    /// for pre-emption.
     pub fn set_prigroup(&mut self, prigroup: u32) {
         self.group = group_bits(prigroup);
     }
 
-    /// Returns the priority field of `number`; 0 if it has none.
+    /// Returns the priority field of exception `number`, where lower values pre-empt higher ones; 0
+    /// if it has none.
     pub fn priority(&self, number: u16) -> u8 {
         self.priority.get(usize::from(number)).copied().unwrap_or(0)
     }
@@ -253,7 +258,8 @@ impl Nvic {
             .filter(|&number| self.group_priority(number) < priority)
     }
 
-    /// Returns word `word` (lines 32·word on) of `bits`, as in the registers.
+    /// Returns the 32 bits of the mask `bits` that stand for interrupt lines from 32 × `word` on,
+    /// as in the registers of the NVIC.
     pub const fn word(bits: u128, word: u32) -> u32 {
         if word < LINE_WORDS as u32 {
             (bits >> (16 + 32 * word)) as u32
@@ -262,7 +268,8 @@ impl Nvic {
         }
     }
 
-    /// Returns the exceptions that correspond to the bits of a register's word `word`.
+    /// Returns the mask of the exceptions that the bits of `value` stand for in word `word` of a
+    /// register of the NVIC.
     pub const fn exceptions(value: u32, word: u32) -> u128 {
         if word < LINE_WORDS as u32 {
             ((value as u128) << (16 + 32 * word)) & ALL_LINES

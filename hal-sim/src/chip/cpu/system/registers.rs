@@ -46,14 +46,15 @@ const fn mask(size: Size) -> u32 {
 }
 
 impl System {
-    /// Reads a private register at `at`; `address` is aligned to `size`.
+    /// Reads a register of the private peripherals at cycle `at`; `address` is aligned to `size`.
     pub fn read(&mut self, address: u32, size: Size, at: Cycle) -> Modelled<u32> {
         check_size(address, size)?;
         let word = self.read_word(address & !3, at)?;
         Ok(word >> (8 * (address & 3)) & mask(size))
     }
 
-    /// Writes a private register. The caller takes pending exceptions afterwards.
+    /// Writes a register of the private peripherals at cycle `at`. The caller takes pending
+    /// exceptions afterwards.
     pub fn write(&mut self, address: u32, size: Size, value: u32, at: Cycle) -> Modelled {
         check_size(address, size)?;
         self.fp_is_ready = false;
@@ -264,7 +265,7 @@ fn check_size(address: u32, size: Size) -> Modelled {
     }
 }
 
-/// Returns the error that names the feature at `address`.
+/// Returns the error that names the feature to which the register at `address` belongs.
 const fn unmodelled(address: u32) -> Unmodelled {
     Unmodelled(match address {
         0xE000_0000..=0xE000_0FFF => "ITM",

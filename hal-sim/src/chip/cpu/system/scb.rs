@@ -8,14 +8,14 @@ use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
 /// CPUID of the STM32F405: Cortex-M4 r0p1 (TRM table 4-1).
 pub const CPUID: u32 = 0x410F_C241;
 
-/// Bits of SCR.
+/// Bits of SCR, the system control register.
 pub mod scr {
     pub const SLEEP_ON_EXIT: u32 = 1 << 1; // The core sleeps when it returns to thread mode
     pub const SLEEP_DEEP: u32 = 1 << 2; // Sleep would stop the clocks
     pub const SEV_ON_PEND: u32 = 1 << 4; // An exception that becomes pending is an event
 }
 
-/// Bits of CCR.
+/// Bits of CCR, the configuration and control register.
 pub mod ccr {
     pub const NON_BASE_THREAD: u32 = 1; // Thread mode may be entered with exceptions active
     pub const USER_SET_PENDING: u32 = 1 << 1; // Unprivileged code may write STIR
@@ -40,7 +40,7 @@ pub mod actlr {
     pub const ALL: u32 = MULTI_CYCLE_INTERRUPTION | WRITE_BUFFER | FOLDING | FPCA | OUT_OF_ORDER_FP;
 }
 
-/// Bits of HFSR.
+/// Bits of HFSR, the hard fault status register.
 pub mod hfsr {
     pub const VECTTBL: u32 = 1 << 1; // Bus error of a vector read
     pub const FORCED: u32 = 1 << 30; // Escalated from another fault
@@ -83,18 +83,18 @@ pub struct Scb {
     pub vtor: u32,
     /// AIRCR.PRIGROUP, at its bit position.
     pub prigroup: u32,
-    /// System control register.
+    /// Register SCR: sleep on exit, deep sleep, events.
     pub scr: u32,
-    /// Configuration and control register.
+    /// Register CCR: traps and the alignment of exception frames.
     pub ccr: u32,
     cfsr: u32,
     hfsr: u32,
     dfsr: u32,
     mmfar: u32,
     bfar: u32,
-    /// Auxiliary control register.
+    /// Register ACTLR: features of the core that are switched off.
     pub actlr: u32,
-    /// Cycle at which AIRCR.SYSRESETREQ was written.
+    /// Cycle at which AIRCR.SYSRESETREQ was written; `None` once the request has been passed on.
     pub reset_request: Option<Cycle>,
 }
 
@@ -147,7 +147,7 @@ impl Scb {
         self.hfsr |= bits;
     }
 
-    /// Reads the register at `address`; returns `None` if it is not one of these.
+    /// Reads the register at `address`; returns `None` if it is not a register of the SCB.
     pub const fn read(&self, address: u32) -> Option<u32> {
         Some(match address {
             0xE000_E008 => self.actlr,
@@ -166,7 +166,7 @@ impl Scb {
         })
     }
 
-    /// Writes the register at `address`; returns `None` if it is not one of these.
+    /// Writes the register at `address`; returns `None` if it is not a register of the SCB.
     pub fn write(&mut self, address: u32, value: u32, at: Cycle) -> Option<Modelled> {
         match address {
             0xE000_E008 => self.actlr = value & actlr::ALL,

@@ -46,9 +46,9 @@ impl System {
         self.sleeps_for_event &= !self.sleeps_on_exit;
     }
 
-    /// Returns whether a sleeping core wakes, by the lines when last sampled. WFI wakes by an
-    /// exception that would pre-empt if PRIMASK were clear; WFE by an exception that does pre-empt,
-    /// or by an event, which it clears.
+    /// Returns whether a sleeping core wakes, with the interrupt lines as last sampled. WFI ends
+    /// with an exception that would pre-empt if PRIMASK were clear. WFE ends with an exception that
+    /// does pre-empt, or with an event, which is then cleared.
     pub fn should_wake(&mut self, registers: &Registers) -> bool {
         if !self.sleeps_for_event {
             let priority = self.nvic.priority_without_primask(registers);

@@ -12,13 +12,13 @@ const COUNTER_BITS: u32 = 0x00FF_FFFF;
 /// SYST_CALIB of the STM32F405: 18750, 1 ms at 150 MHz/8 (RM0090 section 12.1.2).
 const CALIBRATION: u32 = 0x0000_493E;
 
-/// State of the system timer.
+/// State of SysTick, the system timer of the core.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct SysTick {
     control: u32,
     reload: u32,
     counter: u32,
-    /// Cycle at which `counter` was last computed.
+    /// Cycle up to which `counter` has been computed.
     brought_to: Cycle,
     /// Whether the timer is stopped because the core is halted.
     pub held: bool,
@@ -68,8 +68,8 @@ impl SysTick {
         (self.control & TICKINT != 0).then_some(reached)
     }
 
-    /// Returns the counter after `edges` edges that do not take it to zero; an edge at zero loads
-    /// the reload value.
+    /// Returns the value of the counter after `edges` clock edges that do not take it to zero. An
+    /// edge at zero loads the reload value.
     const fn counter_after(&self, edges: u64) -> u32 {
         match (edges, self.counter) {
             (0, counter) => counter,
@@ -78,7 +78,8 @@ impl SysTick {
         }
     }
 
-    /// Returns the edges until the counter reaches zero from above; `None` if it never does.
+    /// Returns the number of clock edges until the counter reaches zero by counting down; `None` if
+    /// it never does.
     fn edges_to_zero(&self) -> Option<u64> {
         match (self.counter, self.reload) {
             (0, 0) => None,
@@ -87,7 +88,7 @@ impl SysTick {
         }
     }
 
-    /// Returns the cycle at which the exception pends next.
+    /// Returns the cycle at which the timer next makes its exception pending; MAX if it never does.
     pub fn next_event(&self) -> Cycle {
         if self.control & (ENABLE | TICKINT) != ENABLE | TICKINT || self.held {
             return Cycle::MAX;

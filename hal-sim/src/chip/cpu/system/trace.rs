@@ -14,8 +14,9 @@ const DWT_CTRL: u32 = 0x4000_0000;
 /// Bit C_DEBUGEN of DHCSR.
 const C_DEBUGEN: u32 = 1;
 
-/// Address of DWT_COMP0, and end of the comparators' registers.
+/// Address of DWT_COMP0, the first register of the comparators.
 const COMP0: u32 = 0xE000_1020;
+/// End of the comparators' registers.
 const COMP_END: u32 = 0xE000_1060;
 
 /// State of the debug and trace registers.
@@ -58,14 +59,15 @@ impl Trace {
         self.count = value.wrapping_sub(offset);
     }
 
-    /// Excludes the last `cycles` cycles from the cycle counter.
+    /// Takes `cycles` off the cycle counter, if it counts: the core's clock was stopped for so
+    /// long.
     pub const fn skip_cycles(&mut self, cycles: Cycle) {
         if self.counts() {
             self.count = self.count.wrapping_sub(cycles as u32);
         }
     }
 
-    /// Reads the register at `address`; returns `None` if it is not one of these.
+    /// Reads the register at `address`; returns `None` if it is not a debug or trace register.
     pub fn read(&mut self, address: u32, at: Cycle) -> Option<u32> {
         Some(match address {
             0xE000_1000 => DWT_CTRL | self.cyccntena as u32,
@@ -83,7 +85,7 @@ impl Trace {
         })
     }
 
-    /// Writes the register at `address`; returns `None` if it is not one of these.
+    /// Writes the register at `address`; returns `None` if it is not a debug or trace register.
     pub fn write(&mut self, address: u32, value: u32, at: Cycle) -> Option<Modelled> {
         let counter = self.counter(at);
         match address {

@@ -14,16 +14,16 @@ use crate::chip::cpu::{Bus, Cpu, TrapResult};
 /// Timing state of the floating-point unit.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Floating {
-    /// Cycle from which on the unit takes the next instruction.
+    /// Cycle from which on the unit accepts the next instruction.
     free: Cycle,
-    /// S register of the last arithmetic result.
+    /// Number of the S register that the last arithmetic instruction computed.
     result: u8,
-    /// Cycle from which on that result can be used.
+    /// Cycle from which on the register `result` can be used as an operand.
     ready: Cycle,
 }
 
-/// Returns the S register that `op` computes by arithmetic, which includes conversions but not
-/// moves and changes of sign.
+/// Returns the number of the S register that `op` computes by arithmetic. Conversions count, but
+/// moves and changes of sign do not.
 const fn result(op: &Op) -> Option<u8> {
     match *op {
         Op::Arithmetic(_, d, _, _) => Some(d),
@@ -33,7 +33,8 @@ const fn result(op: &Op) -> Option<u8> {
     }
 }
 
-/// Returns whether `op` needs S register `s` when it begins; an addend is needed a cycle later.
+/// Returns whether `op` needs S register `s` when it begins. An addend does not count, because it
+/// is needed only a cycle later.
 fn needs(op: &Op, s: u8) -> bool {
     match *op {
         Op::Arithmetic(_, _, n, m) => s == n || s == m,

@@ -19,19 +19,19 @@ use super::instruction::{Op, Reg};
 use super::{Bus, Cpu};
 use crate::chip::Cycle;
 
-/// Refill after a branch whose target is in the instruction: the decode stage computes the target
-/// and fetches early, so P is at its minimum.
+/// Cycles to refill the pipeline (P of TRM 3.3.1) after a branch whose target is in the
+/// instruction. The decode stage computes the target and fetches early, so P is at its minimum.
 pub const REFILL_DIRECT: u8 = 1;
-/// Refill after a branch to a register's value, which is known only in the execute stage: one cycle
-/// more.
+/// Cycles to refill the pipeline after a branch to a register's value, which is known only in the
+/// execute stage: one more than [`REFILL_DIRECT`].
 pub const REFILL_REGISTER: u8 = 2;
-/// Refill after a load into R15, TBB and TBH: three cycles (TRM 3.3.2).
+/// Cycles to refill the pipeline after a load into R15, TBB and TBH: three (TRM 3.3.2).
 pub const REFILL_LOAD: u8 = 3;
-/// Largest value of P (TRM 3.3.1).
+/// Largest number of cycles to refill the pipeline (P of TRM 3.3.1).
 const REFILL_MOST: u8 = 3;
 
-/// Number of bytes that the core fetches ahead of the instruction that begins to execute: the stage
-/// before decodes four bytes, the stage before that fetches, and words are fetched whole.
+/// Number of bytes that the core fetches ahead of the instruction that begins to execute. The
+/// decode stage has four bytes, the fetch stage the next ones, and words are fetched whole.
 const AHEAD: u32 = 10;
 /// Cycles from a word's fetch to its execution: fetch, decode.
 const STAGES: Cycle = 2;
@@ -48,7 +48,7 @@ pub(super) fn straddles(bus: &mut impl Bus, target: u32) -> u8 {
     u8::from(wide)
 }
 
-/// Effect of an instruction on the timing of the next.
+/// Effect of an instruction on the timing of the next instruction.
 ///
 /// One word, so that it is copied at once: bits 15:0 are registers that a following address must
 /// wait for (results of data processing and loads), followed by the values of [`Self::load`] and
@@ -57,10 +57,10 @@ pub(super) fn straddles(bus: &mut impl Bus, target: u32) -> u8 {
 pub(super) struct PipelineState(u32);
 
 impl PipelineState {
-    /// State after a refill.
+    /// State after a refill of the pipeline: no instruction before affects the timing.
     pub const NONE: Self = Self(0);
 
-    /// Returns the state after an instruction of `length` bytes that did nothing.
+    /// Returns the state after an instruction of `length` bytes whose condition failed.
     pub const fn idle(length: u8) -> Self {
         Self((length as u32) << 24)
     }
@@ -96,13 +96,14 @@ impl PipelineState {
     }
 }
 
-/// Returns 1 if the instruction before produced register `n`.
+/// Returns 1 if the instruction before, whose effect is `last`, produced register `n`; otherwise 0.
 #[inline(always)]
 pub(super) const fn depends_on_last(last: PipelineState, n: Reg) -> u16 {
     (last.0 >> (n & 15) & 1) as u16
 }
 
-/// Returns the registers that data processing writes, one bit each.
+/// Returns the registers that an instruction of data processing writes, one bit each; 0 for other
+/// instructions.
 fn results(op: &Op, code: u32) -> u16 {
     match *op {
         Op::MovImm { d, .. }
@@ -145,10 +146,10 @@ fn results(op: &Op, code: u32) -> u16 {
     }
 }
 
-/// State that earlier instructions left in the pipeline.
+/// State of the pipeline, as earlier instructions left it.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Pipeline {
-    /// Effect of the instruction before.
+    /// Effect of the previous instruction on the timing of the present one.
     pub(super) last: PipelineState,
     /// First or next data phase of the executing instruction, in cycles after its start.
     pub(super) phase: Cycle,
@@ -163,11 +164,11 @@ pub struct Pipeline {
     /// waits for it only when execution gets there. A full buffer would request up to two words
     /// earlier.
     line: u32,
-    /// Line that was requested last.
+    /// 16-byte line of code that was requested last.
     asked: u32,
     /// Cycle at which the first instruction of `asked` can execute.
     ready: Cycle,
-    /// First of `quiet_bytes` addresses whose instructions neither request the next line nor wait
+    /// First of `quiet_bytes` addresses of instructions that neither request the next line nor wait
     /// for one.
     quiet_from: u32,
     quiet_bytes: u32,
@@ -194,8 +195,8 @@ impl Pipeline {
         self.quiet_bytes = 16;
     }
 
-    /// Notes that `asked` is under way; execution waits for it when it gets there, 4 bytes before
-    /// it at the earliest.
+    /// Notes that the fetch of line `asked` is under way. Execution waits for the line when it gets
+    /// there, 4 bytes before it at the earliest.
     #[inline(always)]
     fn wait_for_asked(&mut self) {
         self.line = Self::NO_LINE;
@@ -221,13 +222,13 @@ impl Default for Pipeline {
 }
 
 impl Cpu {
-    /// Passes `cycles`. 64 bits outlast any run, so overflow is not checked.
+    /// Adds `cycles` to the present cycle. 64 bits outlast any run, so overflow is not checked.
     #[inline(always)]
     pub(super) const fn advance_by(&mut self, cycles: Cycle) {
         self.cycle = self.cycle.wrapping_add(cycles);
     }
 
-    /// Fetches ahead before the instruction of `length` bytes at `pc`.
+    /// Fetches code ahead, before the instruction of `length` bytes at `pc` executes.
     #[inline(always)]
     pub(super) fn fetch_ahead(&mut self, bus: &mut impl Bus, pc: u32, length: u8) {
         let pipeline = &self.pipeline;
@@ -260,7 +261,8 @@ impl Cpu {
         }
     }
 
-    /// Continues at `target` after `cycles`, refill included; returns `target`.
+    /// Branches to `target` in `cycles` cycles, which include the refill of the pipeline; returns
+    /// `target`.
     #[inline(always)]
     pub(super) fn branch_to(&mut self, bus: &mut impl Bus, target: u32, cycles: u8) -> u32 {
         self.advance_by(cycles.into());
@@ -272,8 +274,8 @@ impl Cpu {
         target
     }
 
-    /// Continues at `target`, which is not encoded in the instruction but a register's value, after
-    /// `before` cycles and the refill; returns `target`.
+    /// Branches to `target`, which is not encoded in the instruction but read from a register,
+    /// after `before` cycles and the refill of the pipeline; returns `target`.
     pub(super) fn branch_far(
         &mut self,
         bus: &mut impl Bus,
@@ -286,7 +288,7 @@ impl Cpu {
         self.branch_to(bus, target, before + refill)
     }
 
-    /// Fetches the line of `target` at `at`, and waits for it.
+    /// Fetches the line of code at `target` at cycle `at`, and waits for it.
     #[inline(never)]
     pub(super) fn refill(&mut self, bus: &mut impl Bus, target: u32, at: Cycle) {
         let line = target >> 4;

@@ -43,10 +43,10 @@ mod cr2 {
     pub const KNOWN: u32 = ADON | ALIGN | JEXTSEL | JEXTEN;
 }
 
-/// An input at the end of its sampling time.
+/// Input channel to be sampled, and when.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sample {
-    /// Cycle at which the input is held.
+    /// Cycle at which the sampling time ends and the level of the input is captured for conversion.
     pub at: Cycle,
     /// Number of the input channel, 0–18.
     pub channel: u8,
@@ -55,7 +55,7 @@ pub struct Sample {
 /// Conversion in progress.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Conversion {
-    /// Place in the group, 0–3.
+    /// Place of the channel in the injected group, 0–3.
     rank: u8,
     sample: Sample,
     end: Cycle,
@@ -77,7 +77,7 @@ pub struct Adc {
     jsqr: u32,
     ccr: u32,
     results: [u32; 4],
-    /// Earliest cycle of a trigger, after power-up.
+    /// Cycle from which a trigger is allowed: the end of the power-up time.
     ready: Cycle,
     conversion: Option<Conversion>,
     /// Injected fault: no trigger begins a conversion.
@@ -129,7 +129,8 @@ impl Adc {
     /// Processes a rising edge of TIM2's trigger output at `at`.
     ///
     /// # Errors
-    /// Fails if the group is still converting, or the ADC was only just switched on.
+    /// Fails if the group is still converting, the power-up time has not passed, or the ADC's clock
+    /// is above 36 MHz.
     pub fn trigger(&mut self, at: Cycle) -> Modelled {
         let enabled = cr2::ADON | 1 << 20; // JEXTEN: rising edge
         if self.cr2 & (cr2::ADON | cr2::JEXTEN) != enabled
@@ -156,14 +157,16 @@ impl Adc {
         Ok(())
     }
 
-    /// Returns the next sample if a conversion is sampling. The caller must pass its code to
-    /// `deliver_sample` before it advances beyond that time.
+    /// Returns the channel and cycle of the next sample; `None` if no conversion is sampling. The
+    /// caller must pass the code of that channel to `deliver_sample` before it advances beyond that
+    /// cycle.
     pub fn next_sample(&self) -> Option<Sample> {
         let conversion = self.conversion?;
         conversion.code.is_none().then_some(conversion.sample)
     }
 
-    /// Delivers the code, 0–4095, that the input of `next_sample` has at its cycle.
+    /// Passes in the code, 0–4095, that the input has at the cycle of the sample that `next_sample`
+    /// returned.
     pub fn deliver_sample(&mut self, code: u16) {
         if let Some(conversion) = &mut self.conversion {
             conversion.code.get_or_insert(code.min(0xFFF));

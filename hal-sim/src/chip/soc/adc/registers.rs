@@ -87,7 +87,8 @@ impl Peripheral for Adc {
         Ok(())
     }
 
-    /// Returns the time of the next sample or of the end of the conversion.
+    /// Returns the cycle of the next sample or, once the input was sampled, of the end of the
+    /// conversion.
     fn next_event(&self) -> Cycle {
         self.conversion.map_or(Cycle::MAX, |c| {
             if c.code.is_none() { c.sample.at } else { c.end }

@@ -19,10 +19,11 @@ pub use stream::{Stream, Target};
 /// Number of streams of a controller.
 pub const STREAMS: usize = 8;
 
-/// Number of TIM1 events that request DMA2. As bits: update, then channels 1–4.
+/// Number of TIM1 events that request DMA2. In a mask of events, bit 0 is the update and bits 1–4
+/// are channels 1–4.
 pub const EVENTS: usize = 5;
 
-/// One DMA controller.
+/// One DMA controller: its streams and their interrupt flags.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Dma {
     /// Number of the controller: 1 or 2.
@@ -45,13 +46,13 @@ impl Dma {
         }
     }
 
-    /// Returns stream `index`, 0–7.
+    /// Returns stream `index`, 0–7, with its registers and position.
     #[inline]
     pub fn stream(&self, index: usize) -> &Stream {
         &self.streams[index]
     }
 
-    /// Returns stream `index`, 0–7, for changes.
+    /// Returns stream `index`, 0–7, for changes of its registers and position.
     #[inline]
     pub fn stream_mut(&mut self, index: usize) -> &mut Stream {
         &mut self.streams[index]
@@ -64,14 +65,15 @@ impl Dma {
         })
     }
 
-    /// Sets flags `bit::*IF` of stream `index`.
+    /// Sets the flags `flag` of stream `index`: a combination of `bit::FEIF`, `bit::HTIF` and
+    /// `bit::TCIF`.
     #[inline]
     pub fn raise(&mut self, index: usize, flag: u32) {
         self.flags[index / 4] |= flag << SHIFTS[index % 4];
     }
 
-    /// Returns the streams that request an interrupt: those with a set flag whose interrupt is
-    /// enabled (RM0090 10.4).
+    /// Returns the streams that request an interrupt, bit n is stream n: those with a set flag
+    /// whose interrupt is enabled (RM0090 10.4).
     #[inline]
     pub fn interrupts(&self) -> u8 {
         if self.asking == 0 {
@@ -83,8 +85,9 @@ impl Dma {
         })
     }
 
-    /// Returns the stream among `candidates` (bits) that a port's arbiter chooses: the highest
-    /// priority level, then the lowest number (RM0090 10.3.4).
+    /// Returns the stream among `candidates` (bit n is stream n) that a port's arbiter chooses: the
+    /// highest priority level, then the lowest number (RM0090 10.3.4). Returns `None` without
+    /// candidates.
     #[inline]
     pub fn arbitrate(&self, candidates: u8) -> Option<usize> {
         if candidates & candidates.wrapping_sub(1) == 0 {
@@ -116,11 +119,11 @@ impl Dma {
     }
 }
 
-/// Positions of a stream's flags in LISR or HISR.
+/// Lowest bit of the flags of each of four streams in LISR (streams 0–3) or HISR (streams 4–7).
 const SHIFTS: [u32; 4] = [0, 6, 16, 22];
 
-/// Returns the TIM1 events that request `channel` of `stream` on DMA2, or `None` if the channel
-/// belongs to another peripheral (RM0090 table 43). TIM1_TRIG and COM never request here.
+/// Returns a mask of the TIM1 events that request `channel` of `stream` on DMA2, or `None` if the
+/// channel belongs to another peripheral (RM0090 table 43). TIM1_TRIG and COM never request here.
 pub fn tim1_events(stream: usize, channel: u32) -> Option<u8> {
     Some(match (channel, stream) {
         (0, 6) => 0b01110,

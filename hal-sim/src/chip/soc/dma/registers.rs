@@ -4,7 +4,8 @@ use super::{Dma, STREAMS, Stream, bit, tim1_events};
 use crate::chip::Cycle;
 use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
 
-/// Register offsets.
+/// Offsets of the registers from the base of a controller, or, from CR on, from the first register
+/// of a stream.
 pub(crate) mod offset {
     pub const LISR: u32 = 0x00; // Flags of streams 0–3
     pub const HISR: u32 = 0x04; // Flags of streams 4–7
@@ -33,7 +34,7 @@ pub const fn stream_offset(stream: usize, register: u32) -> u32 {
 }
 
 impl Dma {
-    /// Reads the register at `offset`.
+    /// Returns the register at `offset` from the controller's base. Reading has no side effects.
     pub fn read(&self, offset: u32) -> Modelled<u32> {
         if offset < offset::STREAM {
             return match offset {
@@ -101,12 +102,12 @@ impl Dma {
         self.asking = self.asking & !(1 << index) | u8::from(asks) << index;
     }
 
-    /// Inverts `bits` of CR, PAR or M0AR of an enabled stream, which no write could. Returns
-    /// `false` if `offset` is another register, or if a write could make the change: the stream is
-    /// off, or the bits are EN or interrupt enables.
+    /// Inverts `bits` of CR, PAR, M0AR or FCR of an enabled stream, where no write could change
+    /// them. Returns `false` if `offset` is another register, or if a write could make the change:
+    /// the stream is off, or the bits are EN or interrupt enables of CR.
     ///
-    /// Items outside ports and SRAM are lost: other effects there, and bus errors, are not
-    /// modelled.
+    /// Items that the stream then moves to or from addresses outside ports and SRAM are lost. Other
+    /// effects there, and bus errors, are not modelled.
     ///
     /// # Errors
     /// Fails like [`Stream::upset_cr`].

@@ -6,7 +6,8 @@ use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
 use crate::chip::soc::matrix::Slave;
 
-/// Bits of SxCR (RM0090 10.5.5) and flags of a stream, at the positions of stream 0.
+/// Bits of SxCR (RM0090 10.5.5) and SxFCR, and the flags of a stream at the positions that they
+/// have for stream 0.
 pub(crate) mod bit {
     pub const EN: u32 = 1; // CR: enable
     pub const INTERRUPTS: u32 = 0b1_1110; // CR: interrupt enables
@@ -24,12 +25,15 @@ pub(crate) mod bit {
     pub const TCIF: u32 = 1 << 5; // Transfer complete
 }
 
-/// Required CR outside of `FREE`: words on both sides, memory increment, and no other bit.
+/// Value that CR must have outside the bits of `FREE`: words on both sides, memory increment, and
+/// no other bit.
 const WORDS: u32 = 0b10 << 13 | 0b10 << 11 | 1 << 10;
+/// Bits of CR that a program may choose: channel, priority, circular mode, direction, interrupt
+/// enables and EN.
 const FREE: u32 =
     0x7 << 25 | 0b11 << 16 | bit::CIRC | bit::MEMORY_TO_PERIPHERAL | bit::INTERRUPTS | bit::EN;
 
-/// Double buffer mode with the second buffer in use.
+/// Bits of CR that are both set in double buffer mode while the second buffer is in use.
 const BOTH: u32 = bit::DBM | bit::CT;
 /// Addresses of the registers of ports A to I.
 const PORTS: std::ops::Range<u32> = 0x4002_0000..0x4002_2400;
@@ -37,11 +41,11 @@ const PORTS: std::ops::Range<u32> = 0x4002_0000..0x4002_2400;
 /// Register or memory that the peripheral port reads or writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
-    /// No stream is enabled.
+    /// No target: the stream has not been enabled yet.
     None,
     /// BSRR of a port; 0 is A.
     Bsrr(usize),
-    /// Another register of a port, by its offset.
+    /// Another register of a port: number of the port (0 is A) and offset of the register.
     Port(usize, u32),
     /// A word, half-word or byte of SRAM, by its address.
     Word(u32),
@@ -61,22 +65,23 @@ pub struct Stream {
     pub(crate) length: u16,
     /// Number of items moved over the memory port, modulo `length`.
     index: u16,
-    /// Address of the memory port's next item; the next field is that of the peripheral port.
+    /// Address of the memory port's next item.
     pointer: u32,
+    /// Address of the peripheral port's next item.
     far: u32,
     /// Register or memory that the peripheral port reads or writes.
     pub(crate) target: Target,
-    /// Slave that the memory port uses.
+    /// Bus slave, SRAM1 or SRAM2, that the memory port accesses.
     pub(crate) memory: Slave,
     /// Whether EN was written 0; a transfer in progress continues.
     pub stopping: bool,
-    /// The word between the ports.
+    /// Word that one port has read and the other port has not written yet.
     pub word: Option<u32>,
-    /// Cycle at which the word arrived or left.
+    /// Cycle at which `word` was last filled or emptied.
     pub turned: Cycle,
-    /// Cycle since which the peripheral port should serve the stream.
+    /// Cycle of the latest request, from which the peripheral port may serve the stream.
     pub asked: Cycle,
-    /// Cycle since which the memory port should serve the stream.
+    /// Cycle from which the memory port may serve the stream; `NEVER` if it has nothing to move.
     pub due: Cycle,
 }
 
@@ -130,7 +135,8 @@ impl Stream {
         self.cr >> 25 & 0b111
     }
 
-    /// Returns the slave that the peripheral port uses.
+    /// Returns the bus slave that the peripheral port accesses: SRAM1 or SRAM2 for a word in
+    /// memory, otherwise AHB1.
     #[inline]
     pub const fn far_slave(&self) -> Slave {
         match self.target {
@@ -191,15 +197,15 @@ impl Stream {
         }
     }
 
-    /// Returns whether the peripheral port can move the next item at `at`: a playing stream has its
-    /// word, or the last word of the other direction has left.
+    /// Returns whether the peripheral port can move an item at `at`. From memory to the peripheral,
+    /// that needs a word between the ports; in the other direction there must be none.
     #[inline]
     pub const fn is_ready_at(&self, at: Cycle) -> bool {
         self.is_memory_to_peripheral() == self.word.is_some() && self.turned <= at
     }
 
-    /// Counts one item over the memory port. After the last item it restarts, in double buffer mode
-    /// with the other buffer (RM0090 10.3.9).
+    /// Advances the memory port by one item. After the last item the port restarts at the
+    /// beginning, in double buffer mode that of the other buffer (RM0090 10.3.9).
     #[inline]
     pub fn step(&mut self) {
         self.index += 1;
@@ -216,7 +222,7 @@ impl Stream {
         }
     }
 
-    /// Advances the peripheral address by one item.
+    /// Advances the address of the peripheral port by one item, if PINC selects that.
     #[inline]
     fn step_far(&mut self) {
         if self.cr & bit::PINC != 0 {
@@ -229,7 +235,8 @@ impl Stream {
         }
     }
 
-    /// Returns whether a playing stream that is not circular has fetched all its items.
+    /// Returns whether the memory port has moved the last item of a stream that is not circular.
+    /// The answer is valid only after an item has been moved.
     pub const fn has_fetched_all(&self) -> bool {
         !self.is_circular() && self.index == 0
     }
@@ -242,7 +249,8 @@ impl Stream {
         items.min(self.length.saturating_sub(self.index))
     }
 
-    /// Moves `items` over both ports, at most [`Self::uneventful_items`].
+    /// Counts `items` items as moved over both ports, at most [`Self::uneventful_items`], without
+    /// accessing the memory.
     pub fn skip(&mut self, items: u16) {
         self.ndtr -= items;
         self.index += items;
@@ -253,8 +261,8 @@ impl Stream {
         }
     }
 
-    /// Counts one item over the peripheral port and returns the rest of NDTR, which a circular
-    /// stream then reloads (RM0090 10.3.9).
+    /// Counts one item moved over the peripheral port, and returns the number of items left. If
+    /// none is left, a circular stream reloads NDTR (RM0090 10.3.9).
     #[inline]
     pub(super) fn count(&mut self) -> u16 {
         self.ndtr = self.ndtr.saturating_sub(1);
@@ -270,8 +278,8 @@ impl Stream {
         left
     }
 
-    /// Enables the stream after EN was written 1, complete from `done` on, and latches its
-    /// settings.
+    /// Enables the stream and latches its settings, after EN was written 1 in an access that is
+    /// complete from `done` on.
     pub(super) fn switch_on(&mut self, done: Cycle) -> Modelled {
         refuse_if(
             self.cr & !FREE != WORDS,
@@ -321,8 +329,8 @@ impl Stream {
         self.redirect();
     }
 
-    /// Inverts `bits` of M0AR. They take effect at once if M0AR is in use, otherwise when its
-    /// buffer is.
+    /// Inverts `bits` of M0AR. This takes effect at once if the stream uses the buffer of M0AR,
+    /// otherwise when it next changes to that buffer.
     pub(super) fn upset_m0ar(&mut self, bits: u32) {
         let base = self.base();
         self.m0ar ^= bits;
@@ -331,11 +339,11 @@ impl Stream {
         self.memory = sram(self.pointer);
     }
 
-    /// Inverts `bits` of CR except EN and the interrupt enables while the stream is enabled, which
-    /// no write could. Assumed to take effect from the next item on. In direct mode the hardware
-    /// determines MSIZE, MBURST and PBURST (RM0090 10.3.11, 10.5.5). With the peripheral as flow
-    /// controller, CIRC is cleared; in double buffer mode it is set. TIM1 never marks an item as
-    /// the last.
+    /// Inverts `bits` of CR except EN and the interrupt enables while the stream is enabled and
+    /// these bits are write-protected. Assumed to take effect from the next item on. In direct mode
+    /// the hardware determines MSIZE, MBURST and PBURST (RM0090 10.3.11, 10.5.5). With the
+    /// peripheral as flow controller, CIRC is cleared; in double buffer mode it is set. TIM1 never
+    /// marks an item as the last.
     ///
     /// # Errors
     /// Fails for codes that the manual reserves.
@@ -402,7 +410,7 @@ const fn is_sram(address: u32) -> bool {
     address >= 0x2000_0000 && address < 0x2002_0000
 }
 
-/// Returns the SRAM at `address`. SRAM2 is the last 16 KiB (RM0090 2.3.1).
+/// Returns the SRAM that contains `address`. SRAM2 is the last 16 KiB (RM0090 2.3.1).
 const fn sram(address: u32) -> Slave {
     if address < 0x2001_C000 {
         Slave::Sram1

@@ -104,7 +104,8 @@ impl Accelerator {
         }
     }
 
-    /// Resets everything except [`Self::set_prefetched`] and [`Self::never_wait`].
+    /// Resets everything except the choices made with [`Self::set_prefetched`] and
+    /// [`Self::never_wait`].
     pub(super) fn reset(&mut self) {
         *self = Self {
             prefetched: self.prefetched,
@@ -113,7 +114,7 @@ impl Accelerator {
         };
     }
 
-    /// Returns the value of FLASH_ACR.
+    /// Returns FLASH_ACR as last written, without reserved bits.
     pub(super) const fn acr(&self) -> u32 {
         self.acr
     }

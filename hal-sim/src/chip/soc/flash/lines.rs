@@ -13,12 +13,13 @@ const END: u8 = NO_SLOT;
 /// access, and so does finding the line to replace.
 #[derive(Clone, Debug)]
 pub(super) struct Lines<const N: usize> {
-    /// Slot of every line of the flash, and of the line behind its end.
+    /// Slot of each line of the flash, by line number, and of the line behind the end of the flash.
     slot_of: Vec<u8>,
     line_in: [u32; N],
-    /// Slots in the order of their use, empty ones first, as a ring through [`END`]: the slot used
-    /// after each slot. The next field has the slot used before.
+    /// For each slot, the slot that was used next after it. The slots form a ring through [`END`],
+    /// in which empty slots come first and the others follow in the order of their use.
     later: [u8; 256],
+    /// For each slot, the slot that precedes it in the ring of `later`.
     earlier: [u8; 256],
     /// Lines retained from before a change of the flash: a hit would deliver their old content.
     stale: Vec<u32>,
@@ -101,7 +102,7 @@ impl<const N: usize> Lines<N> {
         self.earlier[usize::from(after)] = slot;
     }
 
-    /// Returns whether `line` would be delivered with its content from before a change.
+    /// Returns whether the cache would deliver `line` as it was before the flash changed.
     #[inline]
     pub(super) fn is_stale(&self, line: u32) -> bool {
         !self.stale.is_empty() && self.stale.contains(&line)

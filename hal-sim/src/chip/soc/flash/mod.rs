@@ -60,13 +60,13 @@ impl Prefetched {
 /// Flash memory and its interface.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Flash {
-    /// Contents, which forks share until one of them writes.
+    /// Contents. Clones of the chip share them until one of the clones writes.
     bytes: Arc<[u8]>,
     accelerator: Accelerator,
     programming: Programming,
     /// Contents before the operation in progress: offset and bytes.
     before: (usize, Vec<u8>),
-    /// Seed of the contents that a reset during an operation leaves.
+    /// Seed of the random contents that a reset during programming or erasing leaves.
     pub seed: u64,
     hz: u32,
     code_version: u32,
@@ -112,14 +112,14 @@ impl Flash {
         Ok(())
     }
 
-    /// Returns all bytes for writing: a fork gets its own copy.
+    /// Returns all bytes for writing; copies them first if clones of the chip share them.
     fn bytes_mut(&mut self) -> &mut [u8] {
         Arc::make_mut(&mut self.bytes)
     }
 
-    /// Resets the interface; the memory stays. An operation in progress is aborted, and its
-    /// contents are then undefined (RM0090 section 3.6.1). Assumed: each bit that was to change has
-    /// changed or not, depending on `seed` and the time.
+    /// Resets the interface; the memory stays. An operation in progress is aborted, and the bytes
+    /// that it was changing are then undefined (RM0090 section 3.6.1). Assumed: each bit that was
+    /// to change has changed or not, depending on `seed` and the time.
     pub fn reset(&mut self, at: Cycle) {
         let (offset, before) = std::mem::take(&mut self.before);
         if self.programming.is_busy(at) {
@@ -140,7 +140,8 @@ impl Flash {
         self.programming.option_control()
     }
 
-    /// Selects the reading of the manual; kept over resets.
+    /// Selects whether prefetched lines enter the instruction cache, about which the manual is
+    /// ambiguous. The choice is kept over resets.
     pub const fn set_prefetched(&mut self, prefetched: Prefetched) {
         self.accelerator.set_prefetched(prefetched);
     }
@@ -175,9 +176,9 @@ impl Flash {
         Ok(true)
     }
 
-    /// Checks whether LATENCY suffices in practice, outside the data sheet's limits. Betaflight
-    /// runs this chip at 240 MHz with 5 wait states: assumed, a read takes at most those 25 ns from
-    /// 2.7 V on.
+    /// Checks whether LATENCY suffices in practice, outside the data sheet's limits. Assumed: with
+    /// a supply of 2.7 V or more a read takes at most 25 ns, because Betaflight runs this chip at
+    /// 240 MHz with 5 wait states.
     ///
     /// # Errors
     /// Fails if LATENCY is too small: the flash would deliver wrong code.
@@ -209,14 +210,15 @@ impl Flash {
         Ok(())
     }
 
-    /// Fetches code from the 16-byte line `line` (its address / 16, by either alias) at `at`, and
-    /// returns the wait states.
+    /// Fetches code from the 16-byte line `line` at `at`, and returns the wait states. `line` is
+    /// the address / 16, where the flash begins at 0 or at [`BASE`].
     #[inline(always)]
     pub fn fetch(&mut self, line: u32, at: Cycle) -> u32 {
         self.accelerator.fetch(line & (lines::COUNT as u32 - 1), at)
     }
 
-    /// Reads data of `size` at `address` (by either alias, naturally aligned).
+    /// Reads data of `size` at `address`, which must be naturally aligned. The flash begins at 0
+    /// and at [`BASE`].
     ///
     /// # Errors
     /// Fails if the data cache still holds the contents from before an erasure.
@@ -255,7 +257,8 @@ impl Flash {
         Some(ReadResult { value, wait })
     }
 
-    /// Returns a counter of the changes of the memory, after which decoded code is outdated.
+    /// Returns a counter that grows with each change of the contents. Code that was decoded at
+    /// another count is outdated.
     pub const fn code_version(&self) -> u32 {
         self.code_version
     }

@@ -46,12 +46,13 @@ pub const SECTORS: [u32; 13] = [
     0xA_0000, 0xC_0000, 0xE_0000, 0x10_0000,
 ];
 
-/// Returns the offsets of `sector`, 0–11.
+/// Returns the offsets of the bytes of `sector`, 0–11; `None` if there is no such sector.
 fn sector(sector: usize) -> Option<Range<u32>> {
     Some(*SECTORS.get(sector)?..*SECTORS.get(sector + 1)?)
 }
 
-/// Returns the erase time of a sector of `bytes` at a parallelism of x8, x16, x32 (0–2).
+/// Returns the time to erase a sector of `bytes` bytes, ns. `psize` is the parallelism: 0 for x8, 1
+/// for x16, 2 for x32.
 fn erase_ns(bytes: u32, psize: u32) -> u64 {
     let ms = match bytes {
         0x4000 => [800, 600, 500],
@@ -65,11 +66,11 @@ fn erase_ns(bytes: u32, psize: u32) -> u64 {
 pub(super) struct Programming {
     pub(super) cr: u32,
     flags: u32,
-    /// End of the operation in progress.
+    /// Cycle at which the operation in progress ends; `None` if there is none.
     end: Option<Cycle>,
     /// Number of keys written so far; `None` after a wrong key, until reset.
     keys: Option<usize>,
-    /// Value of OPTCR: the option bytes as programmed before.
+    /// Value of OPTCR: the option bytes as they were programmed before the simulation.
     options: u32,
 }
 

@@ -6,7 +6,7 @@
 /// LCKK, the lock key bit of LCKR.
 const KEY: u32 = 1 << 16;
 
-/// Lock of one port.
+/// Lock of the configuration of one port, and the progress of its key sequence.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub(super) struct Lock {
     pins: u16,

@@ -62,15 +62,16 @@ struct Port {
     odr: u16,
     afr: [u32; 2],
     lock: Lock,
-    /// Pins that are driven from outside; the next field has their level.
+    /// Pins that are driven from outside, bit n is pin n.
     driven: u16,
+    /// Levels of the pins in `driven`; 0 for all other pins.
     external: u16,
     /// Push-pull outputs, from MODER and OTYPER.
     push_pull: u16,
     levels: u16,
 }
 
-/// Ports A to I.
+/// GPIO ports A to I with the levels of their pins.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Gpio {
     ports: [Port; PORTS],
@@ -112,9 +113,9 @@ impl Gpio {
         }
     }
 
-    /// Writes the register at `offset` of `port`, or bytes of it (RM0090 8.4); the new value holds
-    /// from `done` on. The key of LCKR must be written as a whole word: a narrower write aborts the
-    /// key sequence and changes nothing.
+    /// Writes the register at `offset` of `port`, or bytes of it (RM0090 8.4), with effect from
+    /// cycle `done` on. The key of LCKR must be written as a whole word: a narrower write aborts
+    /// the key sequence and changes nothing.
     pub fn write(&mut self, port: usize, offset: u32, written: Lanes, done: Cycle) -> Modelled {
         let p = self.port(port)?;
         let value = match (written.is_whole(), offset) {
@@ -178,7 +179,7 @@ impl Gpio {
         self.record(port, before, done);
     }
 
-    /// Returns the output data of `port`, which must be in `0..PORTS`.
+    /// Returns ODR, the output data register, of `port`, which must be in `0..PORTS`.
     #[inline]
     pub fn output(&self, port: usize) -> u16 {
         self.ports[port].odr
@@ -211,7 +212,7 @@ impl Gpio {
         self.ports.get(port).map_or(0, |p| p.levels)
     }
 
-    /// Returns whether a pin is in alternate-function mode with `function`.
+    /// Returns whether a pin is in alternate-function mode with function number `function`, 0–15.
     pub fn has_function(&self, port: usize, pin: usize, function: u32) -> bool {
         let mode = 0b10 << (2 * pin);
         self.ports.get(port).is_some_and(|p| {
@@ -297,7 +298,7 @@ impl Port {
     }
 }
 
-/// Returns the output data after `value` was written to BSRR while they were `odr`.
+/// Returns ODR after a write of `value` to BSRR, if ODR was `odr` before.
 #[inline]
 pub const fn after_bsrr(odr: u16, value: u32) -> u16 {
     let (set, reset) = (value as u16, (value >> 16) as u16);

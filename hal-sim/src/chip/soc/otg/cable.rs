@@ -5,7 +5,7 @@ use super::registers::{ctl, dctl, dsts, epint, int};
 use super::{ENDPOINTS, Otg};
 use crate::chip::Cycle;
 
-/// Answer of the device to data from the host.
+/// Answer of the device to a SETUP or OUT transaction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Handshake {
     /// Accepted.
@@ -54,7 +54,7 @@ impl Packet {
         packet
     }
 
-    /// Returns the data bytes of the packet.
+    /// Returns the 0 to 64 data bytes, without packet identifier and checksum.
     pub fn bytes(&self) -> &[u8] {
         self.bytes.get(..usize::from(self.length)).unwrap_or(&[])
     }
@@ -68,7 +68,8 @@ impl Otg {
         self.mark_changed();
     }
 
-    /// Returns the cycle since which D+ has been pulled up, if it is.
+    /// Returns the cycle since which D+ has been pulled up, which shows a full-speed device to the
+    /// host; `None` while D+ is not pulled up.
     pub fn attached_since(&self) -> Option<Cycle> {
         self.attached
     }
@@ -111,7 +112,7 @@ impl Otg {
         self.raise(int::EOPF);
     }
 
-    /// Sets an event bit; cheap if it is already set, which is the common case.
+    /// Sets a sticky bit of GINTSTS. Cheap if the bit is already set, which is the common case.
     fn raise(&mut self, bit: u32) {
         if self.events & bit == 0 {
             self.events |= bit;

@@ -19,7 +19,7 @@ pub struct Endpoint {
     direction: Direction,
     /// Control register without its self-clearing command bits.
     control: u32,
-    /// Sticky bits of the interrupt register.
+    /// Bits of the interrupt register that stay set until software clears them.
     pub interrupt: u32,
     /// XFRSIZ as programmed, minus the bytes transferred since.
     pub size: u32,
@@ -43,7 +43,7 @@ impl Endpoint {
         }
     }
 
-    /// Returns DIEPCTLn/DOEPCTLn.
+    /// Returns the control register, DIEPCTLn or DOEPCTLn.
     pub fn control(&self) -> u32 {
         self.control
     }
@@ -53,12 +53,12 @@ impl Endpoint {
         self.control & bits == bits
     }
 
-    /// Sets bits of the control register as the core itself does.
+    /// Sets bits of the control register on behalf of the USB core, without executing commands.
     pub fn set(&mut self, bits: u32) {
         self.control |= bits;
     }
 
-    /// Clears bits of the control register as the core itself does.
+    /// Clears bits of the control register on behalf of the USB core.
     pub fn clear(&mut self, bits: u32) {
         self.control &= !bits;
     }
@@ -68,7 +68,7 @@ impl Endpoint {
         self.has(ctl::DPID)
     }
 
-    /// Swaps DATA0 and DATA1.
+    /// Changes the identifier of the next data packet from DATA0 to DATA1 or back.
     pub fn toggle(&mut self) {
         self.control ^= ctl::DPID;
     }
@@ -81,7 +81,8 @@ impl Endpoint {
         }
     }
 
-    /// Writes the control register.
+    /// Writes the control register, DIEPCTLn or DOEPCTLn: stores the settings and executes the
+    /// command bits.
     ///
     /// # Errors
     /// Fails for isochronous endpoints, snooping, and the TX FIFO of another endpoint.
@@ -102,7 +103,7 @@ impl Endpoint {
         Ok(())
     }
 
-    /// Returns the bits that read back as software wrote them.
+    /// Returns a mask of the control register's bits that read back as software wrote them.
     fn plain_bits(&self) -> u32 {
         let fifo = match self.direction {
             Direction::In => ctl::TXFNUM,
@@ -144,14 +145,14 @@ impl Endpoint {
         }
     }
 
-    /// Deactivates all endpoints except 0, as a bus reset does (section 34.16.4).
+    /// Deactivates the endpoint unless it is endpoint 0, as a bus reset does (section 34.16.4).
     pub fn usb_reset(&mut self) {
         if self.number != 0 {
             self.clear(ctl::USBAEP);
         }
     }
 
-    /// Returns DIEPTSIZn/DOEPTSIZn.
+    /// Returns the transfer size register, DIEPTSIZn or DOEPTSIZn: the bytes and packets left.
     pub fn transfer_size(&self) -> u32 {
         self.upper << 29 | self.packets << 19 | self.size
     }

@@ -9,24 +9,24 @@ pub const MEMORY_WORDS: u32 = 320;
 /// Packet status of an entry of the receive FIFO (GRXSTSP.PKTSTS, device).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// Global OUT NAK.
+    /// The global OUT NAK is in effect.
     GlobalNak = 1,
-    /// OUT data packet.
+    /// An OUT data packet was received.
     Out = 2,
-    /// OUT transfer completed.
+    /// An OUT transfer is complete.
     OutDone = 3,
-    /// SETUP stage completed.
+    /// The SETUP stage of a control transfer is complete.
     SetupDone = 4,
-    /// SETUP packet.
+    /// A SETUP packet was received.
     Setup = 6,
 }
 
-/// Endpoint and status of a popped entry.
+/// Status word that was removed from the receive FIFO, and its fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PoppedEntry {
     /// GRXSTSP as read.
     pub word: u32,
-    /// Endpoint number.
+    /// Number of the endpoint that received the packet.
     pub endpoint: usize,
     /// PKTSTS, a value of `Status`.
     pub status: u32,
@@ -41,7 +41,7 @@ pub struct Receive {
 }
 
 impl Receive {
-    /// Returns the number of used words.
+    /// Returns the number of words in the FIFO: status words and data.
     pub fn len(&self) -> usize {
         self.words.len()
     }
@@ -57,7 +57,7 @@ impl Receive {
         self.unread = 0;
     }
 
-    /// Appends an entry for `endpoint` received in `frame`.
+    /// Appends a status word for a packet of `endpoint` in `frame`, and the packet's `data`.
     pub fn push(&mut self, status: Status, endpoint: usize, data1: bool, frame: u16, data: &[u8]) {
         let pid = if data1 { 0b10 } else { 0b00 };
         self.words.push_back(
@@ -102,7 +102,8 @@ impl Receive {
         })
     }
 
-    /// Removes and returns the next data word (a read of any FIFO).
+    /// Removes and returns the next data word (a read of any FIFO). Fails if the entry popped last
+    /// has no data left.
     pub fn data(&mut self) -> Modelled<u32> {
         let empty = Unmodelled("OTG_FS FIFO read without data: pop GRXSTSP first");
         self.unread = self.unread.checked_sub(1).ok_or(empty)?;
@@ -119,7 +120,7 @@ pub struct Transmit {
 }
 
 impl Transmit {
-    /// Creates an empty FIFO with the reset value of its register.
+    /// Creates an empty FIFO; `register` is the reset value of DIEPTXFn.
     pub fn new(register: u32) -> Self {
         Self {
             words: VecDeque::new(),
@@ -146,7 +147,7 @@ impl Transmit {
         self.depth().saturating_sub(self.words.len()) as u32
     }
 
-    /// Returns the number of waiting words.
+    /// Returns the number of words that wait to be sent to the host.
     pub fn len(&self) -> usize {
         self.words.len()
     }
@@ -164,7 +165,8 @@ impl Transmit {
         Ok(())
     }
 
-    /// Copies the first bytes out, and leaves them in the FIFO for a retry.
+    /// Copies the first bytes to `to`. They stay in the FIFO, because the host may ask for them
+    /// again.
     pub fn copy(&self, to: &mut [u8]) {
         for (chunk, word) in to.chunks_mut(4).zip(&self.words) {
             for (to, from) in chunk.iter_mut().zip(word.to_le_bytes()) {

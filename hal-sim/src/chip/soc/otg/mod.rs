@@ -29,7 +29,7 @@ pub const ENDPOINTS: usize = 4;
 /// never served.
 const VBUS_VALID_US: u64 = 100;
 
-/// USB device controller.
+/// USB controller OTG_FS as a device: its registers, its FIFOs, and the state of the cable.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Otg {
     hz: u64,
@@ -47,7 +47,8 @@ pub struct Otg {
     attached: Option<Cycle>,
     /// Self-clearing bits of GRSTCTL, and the cycle until which they stay set.
     resetting: (u32, Cycle),
-    /// TXFNUM as written.
+    /// Field TXFNUM of GRSTCTL as last written, at its place in the register: which transmit FIFO
+    /// is flushed.
     flushed: u32,
     ahbcfg: u32,
     usbcfg: u32,
@@ -61,9 +62,9 @@ pub struct Otg {
     /// Address that the device answers to: DCFG.DAD, but a new address counts only after the status
     /// stage of SET_ADDRESS, because software writes it earlier (section 34.17.5).
     address: u8,
-    /// SDIS, GINSTS, GONSTS and POPRGDNE of DCTL. The next field is whether the global OUT NAK is
-    /// in effect.
+    /// Bits SDIS, GINSTS, GONSTS and POPRGDNE of DCTL.
     dctl: u32,
+    /// Whether the global OUT NAK is in effect.
     out_nak_effective: bool,
     dsts: u32,
     frame: u16,
@@ -79,7 +80,7 @@ pub struct Otg {
     outs: [Endpoint; ENDPOINTS],
 }
 
-/// Validity of the B session.
+/// State of the B session, in which the host at the other end supplies VBUS.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Session {
     Invalid,
@@ -161,7 +162,7 @@ impl Otg {
         self.line = self.ahbcfg & ahbcfg::GINT != 0 && self.status() & self.mask != 0;
     }
 
-    /// Returns GINTSTS.
+    /// Returns GINTSTS: the stored events, and the bits that follow the present state.
     fn status(&self) -> u32 {
         let daint = self.daint() & self.endpoint_mask;
         let levels = [

@@ -1,6 +1,6 @@
 //! Offsets and bits of the OTG_FS registers (RM0090 section 34.16).
 
-/// Offsets from 0x5000_0000.
+/// Offsets of the registers from the base of OTG_FS, 0x5000_0000.
 pub mod offset {
     pub const GOTGCTL: u32 = 0x000;
     pub const GOTGINT: u32 = 0x004;
@@ -95,9 +95,9 @@ pub mod int {
     /// HCINT, PTXFE, DISCINT.
     pub const UNMODELLED: u32 =
         NPTXFE | 1 << 14 | 1 << 20 | 1 << 21 | 1 << 24 | 1 << 25 | PTXFE | 1 << 29;
-    /// Mode mismatch and change of the ID pin, whose causes do not occur.
+    /// Interrupts on a mode mismatch and on a change of the ID pin, which never occur here.
     pub const NEVER: u32 = 1 << 1 | 1 << 28;
-    /// Bits that GINTMSK holds.
+    /// Bits of GINTMSK that can be set.
     pub const MASKABLE: u32 =
         STICKY | NEVER | OTGINT | RXFLVL | GINAKEFF | GONAKEFF | IEPINT | OEPINT;
 }

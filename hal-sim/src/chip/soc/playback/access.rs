@@ -170,7 +170,7 @@ impl Playback {
         Ok(())
     }
 
-    /// Updates TIM1's requests, after TIM1 has been advanced.
+    /// Updates the times of TIM1's DMA requests. TIM1 must have been advanced before.
     fn link_requests(&mut self) -> Modelled {
         let tim1 = &self.timers[0];
         let is_steady = tim1.is_steady() || !tim1.is_running();

@@ -17,11 +17,13 @@ use crate::chip::soc::matrix::Slave;
 /// master and access, on either port.
 const SPAN: Cycle = 8;
 
-/// A transfer: its stream, and the cycles from which its two accesses are complete.
+/// A DMA transfer of one item that overlaps no other: `stream` is the index of its stream.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Transfer {
     pub stream: usize,
+    /// Cycle from which the access of the peripheral port is complete.
     pub item: Cycle,
+    /// Cycle from which the access of the memory port is complete.
     pub word: Cycle,
 }
 
@@ -56,8 +58,9 @@ impl Playback {
                 .all(|slave| self.matrix.ready_at(slave, at) == at)
     }
 
-    /// Executes the next transfer, if it ends before `end` and before the next request. Nothing is
-    /// in progress when its request comes, nor after it.
+    /// Executes the next transfer, if it ends before `end` and before the following request;
+    /// otherwise returns `None`. No transfer may be in progress at its request, and none is
+    /// afterwards.
     #[inline(always)]
     fn transfer_alone(&mut self, end: Cycle, ram: &mut Ram) -> Modelled<Option<Transfer>> {
         let (at, event) = self.requests.next();
@@ -86,10 +89,11 @@ impl Playback {
         }))
     }
 
-    /// Executes two laps, after the first of which every slave has the same master as after every
-    /// later one, then repeats the second, one lap later each time. Returns `false` if a transfer
-    /// overlapped. The times at which slaves and ports became free are not updated: all are free
-    /// before the next request and before `end`.
+    /// Executes transfers for the laps up to `end`, where a lap is the period of TIM1. Simulates
+    /// two laps, then repeats the second, `lap` cycles later each time: from the end of the first
+    /// lap on, every lap ends with the same master at every slave. Returns `false` if a transfer
+    /// overlapped another. The times at which slaves and ports became free are not updated: all are
+    /// free before the next request and before `end`.
     fn repeat_laps(
         &mut self,
         asking: usize,

@@ -9,8 +9,8 @@ use crate::chip::soc::dma::{Stream, Target};
 use crate::chip::soc::gpio::after_bsrr;
 
 impl Playback {
-    /// Executes the next laps of `transfers`, at most `laps`, up to one in which a pin changes, a
-    /// flag is set or a stream restarts; returns their number.
+    /// Executes up to `laps` laps (periods of TIM1) of `transfers` at once, and returns their
+    /// number. Stops before a lap in which a pin changes, a flag is set or a stream restarts.
     pub(super) fn pass_idle(
         &mut self,
         transfers: &mut [Transfer],
@@ -38,7 +38,8 @@ impl Playback {
         u64::from(items)
     }
 
-    /// Moves `items` of a stream over both ports, the last of them at the times of `last`.
+    /// Moves `items` items of a stream over both ports. `last` has the stream and the cycles at
+    /// which the last of these items is moved.
     fn skip_items(&mut self, last: &Transfer, items: u16, ram: &mut Ram) {
         let stream = self.dma[1].stream_mut(last.stream);
         let (address, count) = (stream.address(), usize::from(items));
@@ -57,8 +58,9 @@ impl Playback {
         self.transfers += u64::from(items);
     }
 
-    /// Returns the number of idle laps, at least 1, at most `laps`; `None` unless everything that
-    /// they fetch, read and erase lies in `ram`.
+    /// Returns the number of laps from now on, at most `laps`, in which no pin changes, no flag is
+    /// set and no stream restarts. Returns `None` if there are none, or if the laps must be
+    /// executed one by one, for example because they access anything outside `ram`.
     fn idle_laps(&self, transfers: &[Transfer], laps: u64, ram: &Ram) -> Option<u16> {
         let streams = || transfers.iter().map(|t| self.dma[1].stream(t.stream));
         let most = streams().map(Stream::uneventful_items).min()?;
@@ -92,9 +94,9 @@ impl Playback {
     }
 }
 
-/// Returns whether `erasing` writes in `items` laps nothing that `other` uses in them: neither
-/// source nor destination of another erasing stream, and of the played words only those fetched in
-/// an earlier lap.
+/// Returns whether the words that stream `erasing` writes in `items` laps leave stream `other`
+/// unaffected in these laps. Neither source nor destination of another erasing stream may be
+/// written, and of a played stream only words that it fetched in an earlier lap.
 fn keeps_clear(erasing: &Stream, other: &Stream, items: u16) -> bool {
     let length = 4 * u32::from(items);
     let begin = erasing.address();

@@ -28,7 +28,7 @@ use crate::chip::cpu::bus::{LINE_WORDS, Modelled};
 use crate::chip::soc::clock::Oscillator;
 use requests::Requests;
 
-/// Events at which the core must advance this module.
+/// Events at which the core must advance [`Playback`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Pace {
     /// Only events with a visible effect: interrupts, enabled triggers.
@@ -38,15 +38,17 @@ pub enum Pace {
     PerRequest,
 }
 
-/// Indices of the ports of DMA2.
+/// Index of DMA2's peripheral port.
 const PERIPHERAL: usize = 0;
+/// Index of DMA2's memory port.
 const MEMORY: usize = 1;
 
-/// A bus access for which the arbiter granted the port.
+/// Bus access of a stream for which the arbiter of DMA2 has granted a port.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Access {
     stream: usize,
     slave: Slave,
+    /// Cycle from which the port requests the slave.
     want: Cycle,
 }
 
@@ -60,7 +62,7 @@ struct Port {
     waiting: u8,
 }
 
-/// Timers, DMA, ports and matrix.
+/// TIM1–5, DMA1 and DMA2, GPIO ports and bus matrix, which together play the pulse tape.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Playback {
     timers: [Timer; 5],
@@ -72,12 +74,12 @@ pub struct Playback {
     matrix: Matrix,
     pace: Pace,
     ports: [Port; 2],
-    /// Times of TIM1's requests.
+    /// Times of TIM1's DMA requests.
     requests: Requests,
-    /// Cycle at which a preload of TIM1 takes effect, which changes everything that depends on its
-    /// lap.
+    /// Cycle at which a preload of TIM1 takes effect, which changes the period and the times of its
+    /// requests.
     update: Cycle,
-    /// Events whose requests have not been served yet, one bit each.
+    /// TIM1 events whose requests have not been served yet, one bit each.
     requested: u8,
     /// Streams that will miss their next request, bit n is stream n.
     unseen: u8,
@@ -85,7 +87,7 @@ pub struct Playback {
     quiet_until: Cycle,
     /// Streams that each event requests, bit n is stream n.
     listeners: [u8; EVENTS],
-    /// Whether an enabled stream uses SRAM1, SRAM2.
+    /// Whether an enabled stream uses SRAM1 (index 0) and SRAM2 (index 1).
     shared: [bool; 2],
     /// Level at TIM2's channel 1.
     capture_input: bool,
@@ -170,7 +172,7 @@ impl Playback {
         Ok(())
     }
 
-    /// Executes all events up to `to`. `ram` holds SRAM2, or SRAM1 and SRAM2 in one block.
+    /// Executes all events up to `to`. `ram` is SRAM2 alone, or SRAM1 and SRAM2 in one block.
     pub fn advance(&mut self, to: Cycle, ram: &mut Ram) -> Modelled {
         // Bus accesses in cycle `to` itself wait: the core may also request one at `to`.
         self.run(to, to.saturating_add(1), ram)?;
@@ -212,8 +214,8 @@ impl Playback {
         [word_0, word_1, dma2 >> 5 << 4]
     }
 
-    /// Returns the cycles at which TIM2's TRGO (OC3REF) rose since the last drain: the ADC's
-    /// injected trigger.
+    /// Returns the cycles at which TIM2's TRGO (OC3REF) rose, the injected trigger of the ADC. The
+    /// caller drains the list.
     pub fn triggers_mut(&mut self) -> &mut Vec<Cycle> {
         &mut self.timers[1].rises
     }

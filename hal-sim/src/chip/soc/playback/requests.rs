@@ -3,15 +3,16 @@
 use crate::chip::Cycle;
 use crate::chip::soc::dma::{EVENTS, NEVER};
 
-/// Events that request DMA2, in order of time.
+/// Schedule of the TIM1 events that request DMA2. It repeats with each lap, the period of TIM1.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Requests {
-    /// Next cycle of each event; the next field has its number. Only the first `asking` entries are
-    /// used.
+    /// Next cycle of each event, in the order of one lap. Only the first `asking` entries are used.
     due: [Cycle; EVENTS],
+    /// Number of the event (0 is the update, then channels 1–4) for each entry of `due`.
     events: [usize; EVENTS],
+    /// Number of events that request DMA.
     asking: usize,
-    /// Index of the next event.
+    /// Index in `due` and `events` of the next event.
     cursor: usize,
     lap: u64,
 }
@@ -69,7 +70,7 @@ impl Requests {
         }
     }
 
-    /// Advances past the next event.
+    /// Marks the next event as past: it recurs one lap later.
     #[inline]
     pub(super) fn pass(&mut self) {
         self.due[self.cursor] += self.lap;

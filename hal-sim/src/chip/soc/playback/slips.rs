@@ -17,7 +17,8 @@ pub enum Slip {
 }
 
 impl Playback {
-    /// Makes stream `index` of DMA2 slip at `at`. Has no effect on a stream that is off.
+    /// Makes stream `index` of DMA2 miss a request, or serve a request that was not made, as `slip`
+    /// selects, at cycle `at`. Has no effect on a stream that is off.
     ///
     /// # Errors
     /// Fails if an event before `at` is not modelled.

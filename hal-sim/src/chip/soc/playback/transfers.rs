@@ -18,11 +18,14 @@ pub(super) const GRANT: Cycle = 2;
 
 pub(super) const MASTERS: [Master; 2] = [Master::Dma2Peripheral, Master::Dma2Memory];
 
-/// Next step; within one cycle, requests come first.
+/// Next step in the simulation of DMA2. Of several steps in one cycle, requests come first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Step {
+    /// A TIM1 event, by its number, requests its streams.
     Request(usize),
+    /// The arbiter grants a port, by its index, to a stream.
     Grant(usize),
+    /// A port, by its index, accesses the bus.
     Access(usize),
 }
 
@@ -39,7 +42,8 @@ impl Playback {
         self.run_linked(end, requests_end, ram)
     }
 
-    /// Does the same while TIM1 keeps its lap.
+    /// Executes everything before `end`, and latches requests before `requests_end`, like
+    /// [`Self::run`], while the period of TIM1 does not change.
     #[inline]
     fn run_linked(&mut self, end: Cycle, requests_end: Cycle, ram: &mut Ram) -> Modelled {
         if requests_end.max(end) <= self.quiet_until {
@@ -83,9 +87,9 @@ impl Playback {
         first
     }
 
-    /// Returns whether `step` comes before `other` in the same cycle. Of two accesses to one slave,
-    /// that of the port that did not have it last comes first. The order of all other steps does
-    /// not matter.
+    /// Returns whether `step` must come before `other` in the same cycle. If both ports access one
+    /// slave, the port that was not the slave's last master comes first. The order of all other
+    /// steps does not matter.
     fn goes_before(&self, step: Step, other: Step) -> bool {
         let (Step::Access(MEMORY), Step::Access(PERIPHERAL)) = (step, other) else {
             return false;
@@ -102,7 +106,8 @@ impl Playback {
         first.map_or(NEVER, |since| since.max(self.ports[port].free))
     }
 
-    /// Returns the cycle since which `stream` can use `port`.
+    /// Returns the cycle from which stream `index` can use `port`; `NEVER` if it has nothing to
+    /// move there.
     fn usable_since(&self, port: usize, index: usize) -> Cycle {
         let stream = self.dma[1].stream(index);
         if port == MEMORY {
@@ -114,9 +119,10 @@ impl Playback {
         }
     }
 
-    /// Processes a request of TIM1's `event` at `at`. A stream that is requested before its word
-    /// has arrived (playing) or left sets FEIF (RM0090 10.3.18). A stream that is requested again
-    /// before being served misses a request, without any sign.
+    /// Processes a request of TIM1's `event` at `at`. A stream sets FEIF if it is requested before
+    /// its word has arrived from memory or, in the other direction, has left to memory (RM0090
+    /// 10.3.18). A stream that is requested again before being served misses a request, without any
+    /// sign.
     fn request(&mut self, event: usize, at: Cycle) {
         self.requests.pass();
         let listening = self.listeners[event];
@@ -195,8 +201,8 @@ impl Playback {
         Ok(())
     }
 
-    /// Executes the peripheral port's access, complete from `done` on; returns whether more items
-    /// follow.
+    /// Executes the access of the peripheral port for stream `index`, complete from `done` on.
+    /// Returns whether more items follow.
     #[inline(always)]
     pub(super) fn move_item(&mut self, index: usize, done: Cycle, ram: &mut Ram) -> Modelled<bool> {
         self.transfers += 1;
@@ -241,7 +247,7 @@ impl Playback {
         Ok(())
     }
 
-    /// Executes the memory port's access, complete from `done` on.
+    /// Executes the access of the memory port for stream `index`, complete from `done` on.
     #[inline(always)]
     pub(super) fn move_word(&mut self, index: usize, done: Cycle, ram: &mut Ram) -> Modelled {
         let stream = self.dma[1].stream_mut(index);
@@ -307,7 +313,7 @@ impl Playback {
     }
 }
 
-/// Returns the bits of an item of `size` in a word.
+/// Returns a mask of the lowest `size` of a word.
 const fn mask(size: Size) -> u32 {
     u32::MAX >> (32 - 8 * size.bytes())
 }

@@ -64,7 +64,7 @@ pub enum Cause {
     BrownOut,
     /// The NRST pin.
     Pin,
-    /// SYSRESETREQ.
+    /// A software reset: SYSRESETREQ of the core.
     Software,
     /// The independent watchdog.
     Watchdog,
@@ -110,14 +110,15 @@ pub struct Rcc {
     pub(crate) cssf: bool,
     resets: [u32; BUSES],
     enables: [u32; BUSES],
-    /// Cycle from which the latest enables of each bus count; the next field is their bits.
+    /// For each bus, the cycle from which the blocks in `fresh` answer.
     settled: [Cycle; BUSES],
+    /// For each bus, the bits that the latest write to its enable register has set.
     fresh: [u32; BUSES],
     bdcr: u32,
     csr: u32,
     starting: Starting,
     source: Source,
-    /// Present frequencies.
+    /// Present frequencies of the core, the buses and their timers.
     pub(crate) clocks: Clocks,
     changed: bool,
     new_resets: [u32; BUSES],
@@ -231,17 +232,17 @@ impl Rcc {
         (self.hse_hz, if is_there { Some(rtcpre) } else { None })
     }
 
-    /// Returns RCC_CSR.LSIRDY.
+    /// Returns whether the LSI oscillates and is ready (RCC_CSR.LSIRDY).
     pub const fn is_lsi_ready(&self) -> bool {
         self.csr & 1 << 1 != 0
     }
 
-    /// Sets PWR_CR.DBP: whether BDCR can be written.
+    /// Sets whether BDCR can be written (PWR_CR.DBP).
     pub fn set_backup_writable(&mut self, writable: bool) {
         self.backup_writable = writable;
     }
 
-    /// Stops the crystal at `at`.
+    /// Stops the crystal permanently at `at`, as an injected fault.
     ///
     /// # Errors
     /// Fails if clock security is off and the core would have no clock.
@@ -286,7 +287,8 @@ impl Rcc {
         self.update_clocks(at)
     }
 
-    /// Returns whether the clocks agree with the registers.
+    /// Returns whether the clocks are those that the registers select: no fault was injected with
+    /// [`Self::set_pll_hz`].
     pub const fn matches_registers(&self) -> bool {
         self.pll_hz.is_none()
     }
@@ -341,9 +343,9 @@ impl Rcc {
         self.update_clocks(at)
     }
 
-    /// Inverts `bits` of CFGR, or of PLLCFGR while the PLL is on, when no write may. The PLL uses
-    /// the new factor from `at` on; loss of lock is not modelled. Returns `false` if `offset` is
-    /// another register, or the PLL is off.
+    /// Inverts `bits` of CFGR, or of PLLCFGR while the PLL is on and the register write-protected.
+    /// The PLL uses the new factor from `at` on; loss of lock is not modelled. Returns `false` if
+    /// `offset` is another register, or if it is PLLCFGR and the PLL is off.
     ///
     /// # Errors
     /// Fails for forbidden settings, or clocks beyond [`Limits::KNOWN`].
@@ -375,7 +377,8 @@ impl Rcc {
         )
     }
 
-    /// Returns the ON bits of CR that the core clock needs.
+    /// Returns the bits of CR that switch on the oscillator and PLL from which the core clock
+    /// comes.
     const fn clock_bits_in_use(&self) -> u32 {
         let pll_source = if self.pllcfgr & 1 << 22 != 0 {
             cr::HSEON
@@ -395,7 +398,7 @@ impl Rcc {
         self.follow_switch(at)
     }
 
-    /// Applies SW as soon as its source is ready.
+    /// Switches the system clock to the source that CFGR.SW selects, if that source is ready.
     fn follow_switch(&mut self, at: Cycle) -> Modelled {
         let Some(wanted) = Source::from_field(self.cfgr) else {
             return Err(Unmodelled("RCC_CFGR: SW = 3"));

@@ -10,7 +10,8 @@ const LSION: u32 = 1;
 const LSIRDY: u32 = 1 << 1;
 const BDRST: u32 = 1 << 16;
 
-/// Returns the bus index of a register in a bank that begins at `bank`: AHB1–3, a gap, APB1–2.
+/// Returns the bus index of the register at `offset` in a group of registers that begins at `bank`:
+/// one each for AHB1–3, a gap, and one each for APB1–2.
 const fn bus(offset: u32, bank: u32) -> Option<usize> {
     match offset.wrapping_sub(bank) {
         0x00 => Some(0),

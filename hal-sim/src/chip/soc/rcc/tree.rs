@@ -28,7 +28,7 @@ impl Source {
         }
     }
 
-    /// Returns the source as the field SWS.
+    /// Returns the value of CFGR.SWS that shows this source.
     pub const fn field(self) -> u32 {
         self as u32
     }

@@ -10,7 +10,7 @@ use crate::chip::soc::clock::Oscillator;
 /// may pass while an input settles and gives no exact figure: two flip-flops are assumed.
 const SYNCHRONISATION: u64 = 2;
 
-/// Path from the level of the pin to the edge detector.
+/// Input of channel 1: the path from the level of the pin through the filter to the edge detector.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Capture {
     /// Level after the filter.
@@ -22,8 +22,9 @@ pub(super) struct Capture {
 }
 
 impl Capture {
-    /// Processes a change of the pin to `high` at `at`. The level must hold for `filter` samples,
-    /// one per timer clock (0: no filter); a shorter pulse is lost.
+    /// Processes a change of the pin to `high` at `at`, where a timer clock lasts `clock` cycles.
+    /// The level must stay for `filter` samples, one per timer clock (0: no filter); a shorter
+    /// pulse is lost.
     pub(super) fn set(&mut self, high: bool, at: Cycle, clock: u64, filter: u64) {
         let clocks = SYNCHRONISATION + filter;
         self.change = (high != self.filtered).then(|| at.next_multiple_of(clock) + clocks * clock);
@@ -38,7 +39,7 @@ impl Capture {
         Some((at, self.filtered))
     }
 
-    /// Restarts the prescaler.
+    /// Restarts the prescaler, which counts edges towards the next capture.
     pub(super) fn begin(&mut self) {
         self.edges = 0;
     }
@@ -61,7 +62,8 @@ pub(super) struct Channel4 {
 }
 
 impl Channel4 {
-    /// Returns the state after a reset of the timer.
+    /// Returns the state after a reset of the timer: the LSI is no longer connected, but still
+    /// oscillates.
     pub(super) fn reset(&self) -> Self {
         Self {
             lsi: self.lsi.clone(),
@@ -79,14 +81,15 @@ impl Timer {
         self.channel_4.lsi = lsi.map(|lsi| (lsi, 0));
     }
 
-    /// Sets the frequency of that LSI to `hz` from cycle `at` on.
+    /// Sets the frequency of the LSI at TIM5's channel 4 to `hz` from cycle `at` on.
     pub fn set_lsi_hz(&mut self, hz: u32, at: Cycle) {
         if let Some((lsi, _)) = &mut self.channel_4.lsi {
             lsi.set_hz(hz, at);
         }
     }
 
-    /// Sets the core clock to `hz` from cycle `at` on.
+    /// Sets the core clock, in whose cycles the edges of the LSI are measured, to `hz` from cycle
+    /// `at` on.
     pub fn set_core_hz(&mut self, hz: u32, at: Cycle) {
         if let Some((lsi, _)) = &mut self.channel_4.lsi {
             lsi.set_core_hz(hz, at);

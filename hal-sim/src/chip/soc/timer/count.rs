@@ -4,16 +4,16 @@ use super::{IN_FORCE, Mode, Timer, WRITTEN, bit};
 use crate::chip::Cycle;
 use crate::chip::cpu::bus::{Modelled, refuse_if};
 
-/// Cycles of future counts: single ones, then an arithmetic sequence.
+/// Cycles at which the counter will count: first single cycles, then an arithmetic sequence.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Ticks {
-    /// Counts in the synchroniser, in ascending order.
+    /// Cycles of the counts whose edges are already in the synchroniser, in ascending order.
     single: Vec<Cycle>,
-    /// First edge of the sequence that makes counts; the next field is the distance, 0 if there is
-    /// no sequence.
+    /// Cycle of the next edge of the sequence that causes counts.
     next: Cycle,
+    /// Cycles from one edge of the sequence to the next; 0 if there is no sequence.
     pub(crate) period: u64,
-    /// Delays each edge to the next multiple of this, cycles; 0 for no delay.
+    /// Number of cycles to whose next multiple each edge is delayed; 0 for no delay.
     align: u64,
     /// Cycles from the aligned edge to its count.
     delay: u64,
@@ -111,7 +111,7 @@ impl Ticks {
 }
 
 impl Timer {
-    /// Counts at all cycles up to `to`.
+    /// Advances the counter to cycle `to`, with the flags and captures on the way.
     ///
     /// # Errors
     /// Fails at the turning point of a centre-aligned mode.

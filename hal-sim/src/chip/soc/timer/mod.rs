@@ -64,27 +64,29 @@ pub struct Timer {
     sr: u32,
     ccmr: [u32; 2],
     ccer: u32,
-    /// Prescaler and, below, auto-reload value: as written, and as in force.
+    /// Prescaler: the value written (index `WRITTEN`) and the value in force (index `IN_FORCE`).
     psc: [u32; 2],
+    /// Auto-reload value: the value written and the value in force, as in `psc`.
     arr: [u32; 2],
     ccr: [u32; 4],
     /// CCR values written while OCxPE delays them until an update.
     preload: [u32; 4],
-    /// OCxREF of the modes that hold a level.
+    /// Levels of OC1REF to OC4REF in the output modes that keep a level until a match or a command.
     reference: [bool; 4],
     /// Cycles at which OC3REF, selected as TRGO, rose (TIM2: the ADC's trigger).
     pub(crate) rises: Vec<Cycle>,
     input: Capture,
     /// Injected fault: number of clock or trigger edges of which one arrives; 0 if none does.
     arrives: u32,
-    /// Value that ARR shows, if an injected fault makes it differ from the one in force.
+    /// Value that a read of ARR returns, if an injected fault makes it differ from the value in
+    /// force.
     shown: Option<u32>,
     channel_4: Channel4,
 }
 
 /// Index of the value written, in `Timer::psc` and `Timer::arr`.
 const WRITTEN: usize = 0;
-/// Index of the value in force.
+/// Index of the value in force, in `Timer::psc` and `Timer::arr`.
 const IN_FORCE: usize = 1;
 
 /// Returns the maximum count of timer `number`: 2 and 5 have 32 bits.
@@ -149,7 +151,7 @@ impl Timer {
         Ok(())
     }
 
-    /// Returns the levels of TIM1's lines: update, capture/compare.
+    /// Returns the levels of TIM1's interrupt lines: update, then capture/compare.
     pub const fn interrupt_parts(&self) -> [bool; 2] {
         let active = self.sr & self.dier & bit::INTERRUPTS;
         [active & bit::UIE != 0, active & !bit::UIE != 0]
@@ -214,12 +216,13 @@ impl Timer {
         self.ticks.period * (u64::from(self.arr[IN_FORCE]) + 1)
     }
 
-    /// Returns whether the counter counts.
+    /// Returns whether the counter counts edges of its clock or, as a slave, of its trigger.
     pub const fn is_running(&self) -> bool {
         self.ticks.are_running()
     }
 
-    /// Returns whether the time base stays unchanged without a register access.
+    /// Returns whether prescaler and period stay as they are until a register is written: neither
+    /// waits for an update, and one-pulse mode is off.
     pub fn is_steady(&self) -> bool {
         self.psc[WRITTEN] == self.psc[IN_FORCE]
             && self.arr[WRITTEN] == self.arr[IN_FORCE]
@@ -269,8 +272,8 @@ impl Timer {
         }
     }
 
-    /// Sets the future edges of a slave's trigger to `edges` (first, distance). Edges before `now`
-    /// that are not counted yet are kept.
+    /// Sets the future edges of a slave's trigger to `edges`: cycle of the first edge, and cycles
+    /// from one edge to the next. Edges before `now` that are not counted yet are kept.
     ///
     /// # Errors
     /// Fails if the slave has a prescaler.
@@ -318,7 +321,8 @@ impl Timer {
         Ok(())
     }
 
-    /// Makes the timer overflow after `counts`, at least 2, regardless of ARR.
+    /// Makes the timer overflow every `counts` counts, at least 2, regardless of ARR, until ARR is
+    /// written.
     ///
     /// # Errors
     /// Fails if the timer has already counted further.

@@ -4,7 +4,7 @@ use super::{IN_FORCE, Mode, Timer, WRITTEN};
 use crate::chip::Cycle;
 use crate::chip::cpu::bus::{Modelled, Unmodelled};
 
-/// Register offsets.
+/// Offsets of the registers from the base of a timer.
 pub(crate) mod offset {
     pub const CR1: u32 = 0x00; // Control 1
     pub const CR2: u32 = 0x04; // Control 2
@@ -25,7 +25,7 @@ pub(crate) mod offset {
     pub const OR: u32 = 0x50; // Option (TIM5)
 }
 
-/// Register bits.
+/// Bits of the timer registers; the comment at each bit names its register.
 pub(crate) mod bit {
     pub const CEN: u32 = 1; // CR1: counter enable
     pub const UDIS: u32 = 1 << 1; // CR1: update disable
@@ -53,13 +53,14 @@ pub(crate) mod bit {
     pub const CCDS: u32 = 1 << 3; // CR2: channels request DMA at updates
 }
 
-/// Ignored bits of CR2, besides MMS: they affect pins in alternate-function mode, COM events, or
-/// inputs that are low in this model. CCDS moves TIM1's requests; requests of other timers are not
-/// served.
+/// Bits of CR2, besides MMS, that are accepted without effect, in TIM1 and in the other timers.
+/// They affect pins in alternate-function mode, COM events, or inputs that are low in this model.
+/// CCDS is among them: in TIM1 it does have an effect, on the DMA requests; requests of other
+/// timers are not served.
 const CR2_IDLE: [u32; 2] = [0x7F8D, 0x88];
-/// Ignored bits of DIER, besides interrupts and TIM1's requests: those of events that never happen
-/// in this model (COM, break, a trigger of TIM1), and requests to DMA1, which has no enabled
-/// stream.
+/// Bits of DIER, besides interrupts and TIM1's DMA requests, that are accepted without effect, in
+/// TIM1 and in the other timers. They enable events that never happen in this model (COM, break, a
+/// trigger of TIM1), and requests to DMA1, which has no enabled stream.
 const DIER_IDLE: [u32; 2] = [0x60E0, 0x5F40];
 /// Existing bits of SMCR.
 const SMCR: u32 = 0xFFF7;
@@ -88,7 +89,7 @@ impl Timer {
         })
     }
 
-    /// Writes the register at `offset`; the value holds from `done` on.
+    /// Writes the register at `offset`, with effect from cycle `done` on.
     pub fn write(&mut self, offset: u32, value: u32, done: Cycle) -> Modelled {
         self.check(offset)?;
         self.advance(done.saturating_sub(1))?;

@@ -55,7 +55,7 @@ impl Timer {
         }))
     }
 
-    /// Returns edges at `first` and once per lap after it.
+    /// Returns edges at `first` and once per lap after it; `None` if `first` never comes.
     fn each_lap(&self, first: Cycle) -> Option<(Cycle, u64)> {
         (first != Cycle::MAX).then(|| (first, self.lap()))
     }

@@ -27,7 +27,7 @@ const fn permitted(read: Size, write: Size, else_refused: &'static str) -> Narro
     }
 }
 
-/// FLASH_KEYR and FLASH_OPTKEYR.
+/// Offsets of FLASH_KEYR and FLASH_OPTKEYR.
 const KEYS: std::ops::RangeInclusive<u32> = 0x04..=0x0B;
 /// Offset of RCC_PLLCFGR.
 const PLLCFGR: u32 = 0x04;
@@ -42,7 +42,8 @@ const COUNTS: [u32; 6] = [0x24, 0x2C, 0x34, 0x38, 0x3C, 0x40];
 
 const HALVES: &str = "a byte written to a register of half-words";
 
-/// Returns the rule for the register at `offset` of `unit`, a multiple of 4.
+/// Returns the narrowest accesses that the register at `offset` of `unit` permits. `offset` is a
+/// multiple of 4.
 fn rule(unit: Unit, offset: u32) -> NarrowestAccess {
     use Size::{Byte, Half, Word};
     match unit {
