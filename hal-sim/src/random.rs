@@ -77,7 +77,7 @@ impl PartialEq for Noise {
     }
 }
 
-/// A random number stream that is read in order.
+/// Random number stream whose numbers are taken one after the other.
 #[derive(Clone, Copy, Debug)]
 pub struct Random {
     seed: u64,

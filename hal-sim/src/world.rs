@@ -147,14 +147,15 @@ pub struct World {
     pub broken_joint: Option<BrokenSensor>,
     /// Whether the sensor was read since the body last moved.
     is_sensed: bool,
-    /// Pending edges of the trigger input: time of the rising edge and time it is held, both µs.
+    /// Pending edges of the trigger input: time of the rising edge, and time for which the input is
+    /// then held, both µs.
     triggers: VecDeque<(u64, u64)>,
     /// Time at which the trigger input is released, µs, while it is held.
     release_us: Option<u64>,
     now_us: u64,
     /// Whether the device has served a trial before.
     is_used: bool,
-    /// Electrode loads that the device was last given.
+    /// Electrode loads that were last passed to the device.
     loads: [Load; CHANNELS],
 }
 
@@ -293,8 +294,9 @@ impl World {
         Ok(())
     }
 
-    /// Releases the trigger input when its release is due. Returns the end of the step that should
-    /// reach to `to_us`: at most the next release, including that of an edge within the step.
+    /// Releases the trigger input if its release is due. Returns the end of the next step: `to_us`,
+    /// or the time of the next release if that is earlier. The release after an edge within the
+    /// step counts too.
     fn release_trigger(&mut self, to_us: u64) -> u64 {
         if self.release_us.take_if(|at| *at <= self.now_us).is_some() {
             self.sensors.held = false;
@@ -353,7 +355,7 @@ impl World {
         })
     }
 
-    /// Updates the ADC conversion of the joint sensor.
+    /// Updates the ADC reading of the joint sensor, if the body has moved or the sensor is broken.
     fn update_joint_sensor(&mut self) {
         // The reading of a broken sensor changes even if nothing moves.
         let is_known = self.is_sensed && self.broken_joint.is_none();
@@ -410,8 +412,9 @@ impl World {
 /// Maximum length of a frame with a [`Request::SimulateTrigger`], bytes.
 const TRIGGER_FRAME: usize = 16;
 
-/// Returns whether `bytes` contain a simulated trigger, and replaces it with a keep-alive of the
-/// same number. The device answers that as usual, and the edge comes from the world.
+/// Returns whether `bytes` contain a simulated trigger, and replaces that request with a keep-alive
+/// of the same sequence number. The device answers the keep-alive as usual, and the edge comes from
+/// the world.
 fn replace_trigger(bytes: &mut [u8]) -> bool {
     let mut is_there = false;
     for frame in bytes.split_inclusive_mut(|&byte| byte == 0) {

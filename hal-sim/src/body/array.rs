@@ -24,19 +24,19 @@ pub const MOVEMENTS: [&str; 6] = [
 /// Time step of muscles and instrument, µs.
 const STEP_US: u64 = 1_000;
 
-/// Strength-duration relation. Strengths refer to the pulse width of Lee 2020; the chronaxie is
-/// assumed, as everywhere.
+/// Strength-duration relation of all fibres. Currents refer to 400 µs, the pulse width of Lee 2020.
+/// The chronaxie is assumed.
 const STRENGTH: StrengthDuration = StrengthDuration {
     chronaxie_us: 200.0,
     reference_us: 400.0,
 };
 
-/// Most frequent threshold of a fibre and standard deviation of the thresholds, relative to the
-/// smallest. Assumed.
+/// Most frequent threshold of a muscle's fibres, divided by the smallest one. Assumed.
 const MIDDLE: f64 = 1.5;
+/// Standard deviation of a muscle's fibre thresholds, divided by the smallest one. Assumed.
 const SPREAD: f64 = 0.25;
 
-/// Random stream of the points.
+/// Random stream from which the tissue under the electrodes is generated.
 const DRAWN: u64 = 0x0a44;
 
 /// Time for which a painful pulse is felt, µs.
@@ -45,14 +45,14 @@ const FELT_US: u64 = 100_000;
 /// Smallest force of a movement that an observer sees, N. Assumed.
 const VISIBLE_N: f64 = 0.5;
 
-/// A muscle that a point reaches.
+/// A muscle that an electrode can stimulate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
-    /// Index of its movement in [`MOVEMENTS`].
+    /// Index in [`MOVEMENTS`] of the movement that the muscle causes.
     pub movement: usize,
-    /// Thresholds of its fibres, mA at 400 µs.
+    /// Thresholds of the muscle's fibres, mA at 400 µs.
     pub pool: Pool,
-    /// Force of all fibres in a long train at 30 Hz, N.
+    /// Force when all fibres are stimulated by a long train at 30 Hz, N.
     pub full_n: f64,
 }
 
@@ -88,7 +88,7 @@ impl Array {
     /// the smallest threshold.
     ///
     /// # Errors
-    /// Returns the field that no sensor can have.
+    /// Returns the name of the first field of `sensor` whose value is invalid.
     pub fn new(seed: u64, sensor: SensorSpec) -> Result<Self, InvalidBench> {
         let mut random = Random::new(word(seed, DRAWN));
         let mut points = Vec::new();
@@ -165,7 +165,7 @@ impl Body for Array {
         }
     }
 
-    /// Advances in whole steps; pulses act at the next one.
+    /// Advances in whole steps of 1 ms. A pulse acts from the next step on.
     fn advance(&mut self, to_us: u64) -> bool {
         let before = self.tick;
         while (self.tick + 1) * STEP_US <= to_us {

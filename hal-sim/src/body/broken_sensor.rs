@@ -9,8 +9,8 @@ pub enum SensorFault {
     Stuck,
     /// Every reading is this constant, °.
     Says(f64),
-    /// The first reading is off by the first value, °, and so are those within the second value
-    /// after it, µs.
+    /// Outlier: readings are off by the first value, °, from the first faulty reading until the
+    /// second value, µs, has passed.
     Outlier(f64, u64),
     /// Every reading is off by this constant, °.
     Step(f64),
@@ -18,11 +18,11 @@ pub enum SensorFault {
     Drift(f64),
     /// Readings are delayed by this time, µs; at first the oldest stored reading repeats.
     Delayed(u64),
-    /// The direction of the readings is reversed about this angle, °.
+    /// Readings are mirrored about this angle, °, so that they move in the opposite direction.
     Reversed(f64),
 }
 
-/// A sensor with a fault. Its readings must come in order of time.
+/// Angle sensor with a fault. Calls of [`Self::read`] must come with increasing times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BrokenSensor {
     fault: SensorFault,
@@ -47,14 +47,16 @@ impl BrokenSensor {
         }
     }
 
-    /// Creates a sensor without a fault, which stores all of its readings.
+    /// Creates a sensor without a fault. It stores all of its readings, so that
+    /// [`Self::broken_from`] can derive faulty sensors from it.
     #[must_use]
     pub const fn never_broken() -> Self {
         Self::new(SensorFault::Delayed(u64::MAX), u64::MAX)
     }
 
-    /// Creates a faulty sensor from a sensor of [`Self::never_broken`], with the readings before
-    /// `at_us`. The fault begins at `from_us`, which must not be earlier.
+    /// Creates a faulty sensor whose past is the readings of this sensor before `at_us`. This
+    /// sensor must come from [`Self::never_broken`]. The fault begins at `from_us`, which must not
+    /// be earlier than `at_us`.
     #[must_use]
     pub fn broken_from(&self, at_us: u64, fault: SensorFault, from_us: u64) -> Self {
         let mut broken = Self::new(fault, from_us);
@@ -65,7 +67,7 @@ impl BrokenSensor {
         broken
     }
 
-    /// Returns the reading at `t_us` if `deg` is the correct one.
+    /// Returns the reading at `t_us`, given the correct angle `deg`.
     pub fn read(&mut self, t_us: u64, deg: f64) -> f64 {
         if let SensorFault::Delayed(by_us) = self.fault {
             self.earlier.push_back((t_us, deg));

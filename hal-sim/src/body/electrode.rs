@@ -58,7 +58,8 @@ impl Load {
     /// A resistance of [`NOMINAL_LOAD_OHM`].
     pub const NOMINAL: Self = Self::Ohms(NOMINAL_LOAD_OHM);
 
-    /// Returns the current that flows, mA, within the current limit or the compliance of the stage.
+    /// Returns the current that flows, mA, within the current limit or the compliance of the stage;
+    /// 0 with an open load.
     pub fn current_ma(self, drive: Drive) -> f64 {
         let Self::Ohms(ohm) = self else { return 0.0 };
         match drive {

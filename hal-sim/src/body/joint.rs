@@ -1,6 +1,6 @@
 //! A hinge with inertia, spring, viscous friction and stops.
 
-/// Parameters of a joint.
+/// Parameters of a hinge with a spring, viscous friction and stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct JointSpec {
     /// Moment of inertia about the axis, kg·m².

@@ -63,8 +63,8 @@ pub trait Body: Send {
     /// Applies a pulse. A channel out of range has no effect.
     fn pulse(&mut self, pulse: &Pulse);
     /// Sets the lead of `channel` from `t_us` on. The simulator reports every change, in order of
-    /// time. These calls contain all that [`Self::pulse`] contains and more; a body uses one of the
-    /// two, most of them `pulse`.
+    /// time. These calls carry more information than [`Self::pulse`]. A body acts on one of the two
+    /// and ignores the other; most bodies act on `pulse`.
     fn set_lead(&mut self, _t_us: u64, _channel: usize, _lead: Lead) {}
     /// Advances simulated time to `to_us`; an earlier time has no effect. The result depends on the
     /// pulses only, not on the number of calls. Returns whether the state changed: if not, all
@@ -92,8 +92,9 @@ pub trait Body: Send {
     fn posture_deg(&self) -> Option<[f64; 9]> {
         None
     }
-    /// Returns the true force of an arm's hand on its support, without weight, N: backward, to the
-    /// right, upward. Returns `None` for a body without an arm or without a support.
+    /// Returns the true force of an arm's hand on its support without the arm's weight, N, in the
+    /// directions backward, right and up. Returns `None` for a body without an arm or without a
+    /// support.
     fn hand_force_n(&self) -> Option<[f64; 3]> {
         None
     }
@@ -102,7 +103,7 @@ pub trait Body: Send {
     fn instrument_n(&self) -> Option<f64> {
         None
     }
-    /// Returns the names of the movements that an observer would see now.
+    /// Returns the names of the movements that an observer would see now; empty without any.
     fn visible_movements(&self) -> Vec<&'static str> {
         Vec::new()
     }

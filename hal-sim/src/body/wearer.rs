@@ -57,8 +57,8 @@ pub const RECRUITMENT_CURVATURE: f64 = 1.2;
 /// Pulse width at which the voltages of table 7 were determined, µs (Hamana §II-D).
 const REFERENCE_WIDTH_US: f64 = 200.0;
 
-/// Chronaxie that relates other widths to it, µs. Assumed: the order of magnitude of motor nerve
-/// under surface electrodes, not from the papers.
+/// Chronaxie that relates other pulse widths to [`REFERENCE_WIDTH_US`], µs. Assumed: the order of
+/// magnitude of motor nerve under surface electrodes, not from the papers.
 const CHRONAXIE_US: f64 = 200.0;
 
 /// Returns the recruited share of full torque: 0 up to `threshold_v`, 1 from `max_v` on,

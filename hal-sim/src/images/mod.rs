@@ -95,7 +95,8 @@ impl Places {
     }
 }
 
-/// An image of the package `firmware`, or of the package `methods` with alternatives to it.
+/// A device image: of the package `firmware`, or of the package `methods`, which contains
+/// alternatives to the methods of the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Image {
     /// The image that is flashed on the board.
@@ -104,9 +105,9 @@ pub enum Image {
     Qemu,
     /// Benchmark: reports each algorithm's results and cycles over semihosting.
     Bench,
-    /// The same benchmark for every alternative method of the device.
+    /// Benchmark like [`Self::Bench`], for every alternative method of the device.
     Methods,
-    /// The same benchmark for every alternative control law of the device.
+    /// Benchmark like [`Self::Bench`], for every alternative control law of the device.
     Laws,
 }
 
@@ -203,8 +204,8 @@ pub fn coremark(workspace: &Path) -> Result<PathBuf, BuildError> {
     build_coremark(workspace, &mut |_| ())
 }
 
-/// Returns the path of [`coremark`] from the first of `places` that has it; passes the build's
-/// lines to `tell`.
+/// Returns the path of the CoreMark image from the first of `places` that has it, and builds it if
+/// needed; passes the build's lines to `tell`.
 ///
 /// # Errors
 /// Returns a [`BuildError`] if the image is neither found nor built.

@@ -16,8 +16,9 @@ use thiserror::Error;
 /// CRC as the chip's CRC unit computes it from words (RM0090 section 4): most significant bit
 /// first, neither reflected nor inverted.
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_MPEG_2);
-/// Start and length of the chip's flash (RM0090 table 5).
+/// Start address of the chip's flash (RM0090 table 5).
 const FLASH: u32 = 0x0800_0000;
+/// Size of the chip's flash, bytes (RM0090 table 5).
 const FLASH_BYTES: u32 = 1 << 20;
 const SECTION: &str = ".image_sum";
 

@@ -15,7 +15,7 @@ pub struct Remote<R, W> {
     reader: BufReader<R>,
     writer: W,
     decoder: Decoder,
-    /// Sensor values that the device was last given, except the joint.
+    /// Sensor values, except the joint, that the device last received.
     sensors: Option<Sensors>,
     /// Number of commands executed since the start.
     commands: u64,
@@ -26,7 +26,7 @@ impl<R: Read, W: Write> Remote<R, W> {
     /// Opens a new connection and waits until the device reports that it is ready.
     ///
     /// # Errors
-    /// Fails if the device does not report that.
+    /// Fails if the device does not report that it is ready.
     pub fn open(reader: R, writer: W) -> io::Result<Self> {
         let mut remote = Self {
             reader: BufReader::new(reader),

@@ -112,7 +112,8 @@ impl Levels {
     }
 }
 
-/// Channels that changed, in ascending order: those of whose two bits at least one is set.
+/// Iterator over the channels that changed, in ascending order. A channel changed if at least one
+/// of its two bits is set.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ChangedChannels(u32);
 

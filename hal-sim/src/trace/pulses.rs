@@ -92,7 +92,7 @@ impl Trace {
     }
 }
 
-/// Follows one channel through its states.
+/// Collects the pulses of one channel from its states.
 #[derive(Default)]
 struct Tracker {
     record: ChannelRecord,

@@ -38,7 +38,8 @@ pub struct Trace {
     pub dac: Vec<DacWrite>,
     /// All writes of a bank's trip level; empty if the recording does not contain them.
     pub trips: Vec<TripWrite>,
-    /// Lines and codes before the first entry, where the part that was taken ended.
+    /// Lines and DAC codes before the first entry: those at the end of the part that
+    /// [`Trace::take`] removed.
     #[serde(skip)]
     pub start: (Levels, [u16; CHANNELS]),
 }

@@ -22,8 +22,9 @@ pub struct Vcd<W: Write> {
     out: Writer<io::BufWriter<W>>,
     channels: Vec<Channel>,
     sync: IdCode,
-    /// Lines after the last change, and its time stamp.
+    /// Lines after the last change.
     now: Levels,
+    /// Time stamp of the last change, µs.
     t_us: u64,
 }
 

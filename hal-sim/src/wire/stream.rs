@@ -10,7 +10,7 @@ use super::faults::DELIMITER;
 pub struct Write {
     /// Time of the write, µs.
     pub t_us: u64,
-    /// The bytes written.
+    /// Bytes of the write, which need not be whole frames.
     pub bytes: Vec<u8>,
 }
 
@@ -53,7 +53,7 @@ impl Stream {
         }
     }
 
-    /// Exchanges the bytes of two writes.
+    /// Exchanges the bytes of two writes, whose times stay. Indices that do not exist are ignored.
     pub fn swap_writes(&mut self, one: usize, other: usize) {
         if one.max(other) < self.writes.len() && one != other {
             let bytes = std::mem::take(&mut self.writes[one].bytes);

@@ -13,8 +13,9 @@ const FAREWELL: Duration = Duration::from_secs(1);
 const MOST_REFUSED: usize = 8;
 /// Time during which a host that has closed its sending side still receives answers.
 const ANSWERING: Duration = Duration::from_secs(1);
-/// The same time while a successor waits. It must be shorter than the 500 ms for which a host waits
-/// for an answer; the slowest answer, to `Arm`, takes 22 ms.
+/// Time during which a host that has closed its sending side still receives answers while a
+/// successor waits. It must be shorter than the 500 ms for which a host waits for an answer; the
+/// slowest answer, to `Arm`, takes 22 ms.
 const ANSWERING_FOR_NEXT: Duration = Duration::from_millis(100);
 
 /// TCP server for one host; others are refused until that host leaves. [`keepalive`] detects a host
@@ -37,7 +38,7 @@ pub struct TcpWire {
 #[derive(Debug)]
 struct Host {
     stream: TcpStream,
-    /// Time at which its sending side closed, if it did.
+    /// Time at which the host closed its sending side, if it did.
     ended: Option<Instant>,
 }
 

@@ -12,7 +12,7 @@ pub const ELECTRODES: usize = 9;
 /// Number of muscles: the stimulated groups, and two that their electrodes may also reach.
 pub const MUSCLES: usize = 11;
 
-/// A muscle group. The first nine lie under the electrode of the same number.
+/// Muscle group of the arm. Each of the first nine lies under the electrode with the same index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Muscle {
     /// Biceps brachii; crosses shoulder and elbow.
@@ -79,8 +79,8 @@ pub struct Line {
     pub wrap_m: f64,
 }
 
-/// Radius of the sphere under the deltoid, m. Assumed (20 to 32 mm): a humeral head and the
-/// thickness of the muscle itself.
+/// Radius of the sphere around which the deltoid's lines of action wrap, m: the humeral head plus
+/// the thickness of the muscle itself. Assumed (20 to 32 mm).
 const DELTOID_WRAP_M: f64 = 0.026;
 
 const fn line(origin: (Bone, [f64; 3]), insertion: [f64; 3], wrap_m: f64) -> Line {
@@ -168,10 +168,11 @@ impl Muscle {
         }
     }
 
-    /// Returns the isometric force of the whole muscle, N. The values are sums of DAS3's elements
-    /// (trap_scap_5 to 10; delt_scap_6 to 11, delt_clav_1 to 4, delt_scap_1 to 5; pect_maj_c_1 and
-    /// 2; pect_maj_t and lat_dorsi have six each, twice the half of them that was looked up), of
-    /// arm26 (biceps, triceps, brachialis) and of Holzbaur 2005 (brachioradialis).
+    /// Returns the isometric force of the whole muscle, N. Sources: DAS3, summed over the elements
+    /// of the muscle (trap_scap_5 to 10; delt_scap_6 to 11, delt_clav_1 to 4, delt_scap_1 to 5;
+    /// pect_maj_c_1 and 2; pect_maj_t; lat_dorsi), arm26 (biceps, triceps, brachialis) and Holzbaur
+    /// 2005 (brachioradialis). Only three of the six elements of pect_maj_t and of lat_dorsi were
+    /// looked up; their sum is doubled.
     #[must_use]
     pub const fn force_n(self) -> f64 {
         match self {

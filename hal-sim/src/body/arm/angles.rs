@@ -13,10 +13,10 @@ pub(super) fn rotate_half_turn(vector3: Vector3<f64>) -> Vector3<f64> {
     Vector3::new(0.0 - vector3.x, 0.0 - vector3.y, vector3.z) // adding to 0.0 avoids negative zero
 }
 
-/// Returns the joint angles, degrees, from the posture and the small deflection of each turn (rad),
-/// axis after axis: protraction z, elevation x, roll y of the sternoclavicular joint; flexion y,
-/// abduction x, internal rotation z of the glenohumeral joint; flexion y, lateral bending x,
-/// pronation z of the elbow.
+/// Returns the nine joint angles, degrees: those of the posture plus the small deflection of each
+/// turn (rad). They are, with their axes: sternoclavicular protraction z, elevation x, roll y;
+/// glenohumeral flexion y, abduction x, internal rotation z; elbow flexion y, lateral bending x,
+/// pronation z.
 pub(super) fn angles_deg(posture: &Posture, bones: &Skeleton, turns: &JointRotations) -> [f64; 9] {
     let turn = |from: usize| rotate_half_turn(turns.fixed_rows::<3>(from).into());
     let girdle = Rotation3::new(turn(0)).into_inner();

@@ -16,7 +16,7 @@ const STREAM: u64 = 0xA63;
 pub const FREQUENCY_HZ: f64 = 40.0;
 
 impl HoldSpec {
-    /// Middle of the assumed ranges.
+    /// Nominal values, each near the middle of the range that its field's comment names.
     pub const NOMINAL: Self = Self {
         passive_nm_per_rad: [60.0, 60.0, 60.0, 10.0, 10.0, 10.0, 2.0, 1.0],
         voluntary_nm_per_rad: [60.0, 60.0, 60.0, 20.0, 20.0, 20.0, 10.0, 2.0],
@@ -26,7 +26,7 @@ impl HoldSpec {
 }
 
 impl ForceSpec {
-    /// Middle of the assumed ranges.
+    /// Nominal values, each near the middle of the range that its field's comment names.
     pub const NOMINAL: Self = Self {
         noise_n: 0.1,
         noise_nm: 0.005,
@@ -37,7 +37,7 @@ impl ForceSpec {
 }
 
 impl ImuSpec {
-    /// Middle of the assumed ranges.
+    /// Nominal values, each near the middle of the range that its field's comment names.
     pub const NOMINAL: Self = Self {
         gyro_noise_rad_s: 0.005,
         gyro_bias_rad_s: 0.01,
@@ -48,7 +48,8 @@ impl ImuSpec {
 }
 
 impl ArmSpec {
-    /// Returns the arm with the middle of every range and every muscle line at its nominal azimuth.
+    /// Returns the nominal arm: every parameter is near the middle of its range, and every muscle's
+    /// line of action has its nominal azimuth (0°).
     #[must_use]
     pub fn nominal() -> Self {
         Self {
@@ -78,9 +79,9 @@ impl ArmSpec {
         }
     }
 
-    /// Returns arm `index` of `seed`, generated uniformly over the ranges that [`ArmSpec`] names.
+    /// Returns arm `index` of `seed`, generated randomly within the ranges that [`ArmSpec`] names.
     /// Stature and mass are normally distributed with the paper's means and standard deviations,
-    /// clamped to two of them.
+    /// clamped to two standard deviations.
     #[must_use]
     pub fn random(seed: u64, index: u64) -> Self {
         let draws = &mut Draws::new(seed, index, STREAM);

@@ -11,11 +11,11 @@ use std::collections::VecDeque;
 const REFRACTORY_US: u64 = 2_750;
 /// Pause between pulses after which a new contraction begins, µs. Chosen here, without a source.
 const PAUSE_US: u64 = 300_000;
-/// Normalised force below which a muscle without pulses counts as resting: at most 0.01 N, which is
-/// below the noise of the sensor.
+/// Normalised force (1 at full recruitment) below which a muscle without pulses counts as resting.
+/// For the strongest muscle that is about 0.03 N, less than the nominal noise of the sensor.
 const RESTING: f64 = 1e-4;
 
-/// State of one muscle.
+/// State of one stimulated muscle: pending pulses, activation, force and fatigue.
 #[derive(Debug, Clone)]
 pub(super) struct StimulatedMuscle {
     muscle: FatiguingMuscle,
@@ -32,7 +32,7 @@ pub(super) struct StimulatedMuscle {
     rests: bool,
 }
 
-/// Returns fatigue parameters with which sustained full recruitment ends at the spec's
+/// Returns the fatigue parameters with which sustained full recruitment reduces force to the spec's
 /// `fatigue_floor`.
 fn fatigue(spec: &ArmSpec) -> Fatigue {
     // Under sustained full recruitment, F ends at the floor: A₀ - A = α τ F.
@@ -70,7 +70,7 @@ impl StimulatedMuscle {
         }
     }
 
-    /// Advances the muscle to `to_us` and applies all pulses that are due before.
+    /// Advances the muscle to `to_us` and applies all pulses that are due before that time.
     pub fn advance(&mut self, to_us: u64) {
         while let Some((due_us, part)) = self.under_way.front().copied() {
             if due_us >= to_us {
@@ -98,7 +98,8 @@ impl StimulatedMuscle {
         }
     }
 
-    /// Advances the muscle to a pulse at `at_us`, and catches up on the time it rested.
+    /// Advances the muscle to `at_us`, the time of a pulse. If the muscle was resting, its recovery
+    /// during the skipped time is computed first.
     fn wake(&mut self, at_us: u64) {
         self.flow(at_us);
         if self.rests {
@@ -127,7 +128,8 @@ impl StimulatedMuscle {
         self.muscle.pulse(part);
     }
 
-    /// Returns the force, N; 0 below the threshold of resting.
+    /// Returns the present force of the muscle, N. A normalised force below [`RESTING`] counts as
+    /// 0.
     pub fn force_n(&self) -> f64 {
         let force = self.muscle.force();
         if force < RESTING {
@@ -146,8 +148,8 @@ impl StimulatedMuscle {
     }
 }
 
-/// Returns the share of a muscle that a current recruits, 0 to 1, by the range of currents of its
-/// electrode.
+/// Returns the share of a muscle that a current in `electrode` recruits, 0 to 1. It rises from the
+/// electrode's threshold current to its current of full recruitment.
 pub(super) fn recruited_share(
     spec: &ArmSpec,
     electrode: usize,

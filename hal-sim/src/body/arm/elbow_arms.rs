@@ -59,10 +59,10 @@ impl TwoAngles {
 /// the same moment arm.
 pub const TRICEPS_MEDIAL_M: Quartic =
     Quartic([0.154222, 0.0207285, 0.00882432, -0.00864625, 0.00225989]);
-/// Moment arm of the medial head as printed, m; flexion positive.
+/// Moment arm of the medial head of the triceps as the paper prints it, m; flexion positive.
 pub const TRICEPS_MEDIAL_PRINTED_M: Quartic =
     Quartic([-0.0202999, -0.0215606, 0.0356484, -0.0178502, 0.0026245]);
-/// Moment arm of the long head, m (a refit).
+/// Moment arm of the long head of the triceps, m (refitted by `CusToM`).
 pub const TRICEPS_LONG_M: Quartic = Quartic([
     -0.020165081,
     -0.022691141,
@@ -73,7 +73,7 @@ pub const TRICEPS_LONG_M: Quartic = Quartic([
 /// Length of the brachialis as a function of elbow flexion, m.
 pub const BRACHIALIS_M: Quartic =
     Quartic([0.146058, -0.0120401, 0.00359539, -0.00501862, 0.000960102]);
-/// Moment arm of the brachialis as printed, m; flexion positive.
+/// Moment arm of the brachialis as the paper prints it, m; flexion positive.
 pub const BRACHIALIS_PRINTED_M: Quartic =
     Quartic([0.00984873, 0.010163, -0.0239557, 0.0290329, -0.00924344]);
 /// Moment arm of the brachioradialis as a function of flexion and pronation, m.

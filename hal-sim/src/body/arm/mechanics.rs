@@ -10,10 +10,11 @@ use super::spec::{ArmSpec, FOREARM, GIRDLE_KG, HAND, InvalidArm, SEGMENTS, UPPER
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 pub(super) type Square = SMatrix<f64, TURNS, TURNS>;
-/// Matrix from torques about the turns to the wrench on the cuff.
+/// Matrix that converts torques about the arm's turns (N m) to the wrench on the cuff: force (N)
+/// and torque (N m).
 pub type ToWrench = SMatrix<f64, 6, TURNS>;
 
-/// A rigid part of a segment.
+/// Rigid body that moves with a segment, such as the forearm or the hand.
 struct Part {
     segment: usize,
     kg: f64,
@@ -85,7 +86,7 @@ fn parts(spec: &ArmSpec, skeleton: &Skeleton) -> [Part; 4] {
     ]
 }
 
-/// Returns the mass matrix over the turns, kg m².
+/// Returns the mass matrix of the arm for rotations about its turns, kg m².
 pub(super) fn masses(spec: &ArmSpec, skeleton: &Skeleton) -> Square {
     let mut all = Square::zeros();
     for part in parts(spec, skeleton) {

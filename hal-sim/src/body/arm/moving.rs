@@ -13,7 +13,7 @@ use nalgebra::Vector3;
 
 /// Time step of force and motion, µs.
 const TICK_US: u64 = 1000;
-/// The same time step, s.
+/// Time step of force and motion, s.
 const TICK_S: f64 = 1e-3;
 
 /// How the arm is supported.
@@ -25,7 +25,7 @@ pub enum Support {
     Freely,
 }
 
-/// An arm in motion.
+/// Simulated right arm over time: its muscles, joints and sensors.
 ///
 /// The simulation is deterministic: the pulses and the seed determine every value.
 #[derive(Debug, Clone)]
@@ -44,7 +44,7 @@ pub struct Arm {
     held: Support,
     /// Voluntary force (N) and torque (N m) at the cuff.
     voluntary: [f64; 6],
-    /// Force (N) and torque (N m) on the cuff over the last millisecond, without weight.
+    /// Force (N) and torque (N m) on the cuff over the last millisecond, without the arm's weight.
     wrench: [f64; 6],
     sensor: ForceSensor,
     imus: [MountedImu; SEGMENTS],
@@ -57,8 +57,8 @@ impl Arm {
     /// Creates an arm that rests in the cuff.
     ///
     /// # Errors
-    /// [`InvalidArm`] names the field whose value no arm can have, or reports that nothing
-    /// resists some turn.
+    /// Returns an [`InvalidArm`] that names the first field with an invalid value, or reports that
+    /// nothing resists the rotation of some joint.
     pub fn new(spec: ArmSpec) -> Result<Self, InvalidArm> {
         spec.validate()?;
         let skeleton = Skeleton::new(spec.posture, spec.lengths());
@@ -145,8 +145,8 @@ impl Arm {
         self.sensor.read(&self.wrench)
     }
 
-    /// Returns the measurement of a segment's IMU, or `None` unless `segment` is below
-    /// [`SEGMENTS`].
+    /// Returns the measurement of a segment's IMU: 0 is the shoulder, 1 the upper arm, 2 the
+    /// forearm. Returns `None` for any other number.
     #[must_use]
     pub fn imu(&self, segment: usize) -> Option<Imu> {
         let imu = self.imus.get(segment)?;
@@ -233,8 +233,8 @@ impl Body for Arm {
         Some(Box::new(self.clone()))
     }
 
-    /// Advances the arm in whole milliseconds. Between them, all values stay those of the last
-    /// millisecond.
+    /// Advances the arm in whole milliseconds. Until the next millisecond is complete, no value
+    /// changes.
     fn advance(&mut self, to_us: u64) -> bool {
         let before = self.tick;
         while (self.tick + 1) * TICK_US <= to_us {
@@ -254,15 +254,15 @@ impl Body for Arm {
         self.angle_deg()
     }
 
-    /// Returns the configured posture plus the deflection in the cuff or of the free joints,
-    /// degrees.
+    /// Returns the nine joint angles, degrees: the configured posture plus the present deflection
+    /// of the joints.
     fn posture_deg(&self) -> Option<[f64; 9]> {
         let turns = self.deflections();
         Some(angles_deg(&self.spec.posture, &self.skeleton, &turns))
     }
 
-    /// Returns the true force on the cuff without weight, N: backward, to the right, upward.
-    /// Returns `None` while the arm is not in the cuff.
+    /// Returns the true force on the cuff without the arm's weight, N, in the directions backward,
+    /// right and up. Returns `None` while the arm is not in the cuff.
     fn hand_force_n(&self) -> Option<[f64; 3]> {
         let [x, y, z, ..] = self.wrench;
         let force = rotate_half_turn(Vector3::new(x, y, z)).into();

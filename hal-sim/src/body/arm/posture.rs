@@ -9,18 +9,22 @@ use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 /// Number of rotations (turns) of the arm: sternoclavicular about x, y, z, glenohumeral about x, y,
 /// z, elbow flexion, pronation.
 pub const TURNS: usize = 8;
-/// One value for each turn.
+/// Vector with one value for each of the [`TURNS`] rotations, such as a torque or a deflection.
 pub type JointRotations = SVector<f64, TURNS>;
 
-/// Orientation of the clavicle at rest (DAS3): turns about y, z, x, rad; then that of the scapula.
+/// Orientation of the clavicle on the thorax at rest (DAS3): rotations about y, z and x, rad.
 const CLAVICLE_RAD: [f64; 3] = [-0.584_440_78, 0.0873, 0.574_463_78];
+/// Orientation of the scapula relative to the clavicle at rest (DAS3): rotations about y, z and x,
+/// rad.
 const SCAPULA_RAD: [f64; 3] = [0.795_362_6, 0.007_997_97, -0.210_516_55];
-/// The sternoclavicular joint on the thorax, the angle of the acromion on the clavicle and the
-/// glenohumeral joint on the scapula, m (DAS3).
+/// Position of the sternoclavicular joint on the thorax, m (DAS3).
 const STERNAL_M: [f64; 3] = [0.0014, -0.0152, 0.0028];
+/// Position of the angle of the acromion on the clavicle, m (DAS3).
 const ACROMION_M: [f64; 3] = [0.2077, -0.0001, 0.0282];
+/// Position of the glenohumeral joint on the scapula, m (DAS3).
 const SOCKET_M: [f64; 3] = [0.002, -0.023, -0.0439];
-/// Moment arm of the biceps about the axis of the forearm, m, supinating. Assumed (6 to 14 mm).
+/// Moment arm with which the biceps supinates the forearm about its long axis, m. Assumed (6 to 14
+/// mm).
 const BICEPS_SUPINATES_M: f64 = 0.010;
 
 /// A posture of upper arm and forearm, degrees. Clavicle and scapula are at rest.
@@ -30,8 +34,8 @@ pub struct Posture {
     pub plane_deg: f64,
     /// Elevation of the upper arm in that plane: 0 hangs down, 90 is level.
     pub elevation_deg: f64,
-    /// Rotation of the forearm about the upper arm, inward positive, from the position in which
-    /// flexion points most forward.
+    /// Rotation about the long axis of the upper arm, inward positive. At 0, elbow flexion moves
+    /// the forearm as directly forward as possible.
     pub rotation_deg: f64,
     /// Elbow flexion, 0 with the arm straight, within [`RANGE_DEG`].
     pub elbow_deg: f64,
@@ -47,7 +51,8 @@ impl Posture {
         elbow_deg: 90.0,
     };
 
-    /// Returns whether the moment arms are known in this posture.
+    /// Returns whether the moment arms are known in this posture: the elevation is 1° to 120°, the
+    /// elbow flexion is within [`RANGE_DEG`], and all angles are finite.
     #[must_use]
     pub fn is_known(&self) -> bool {
         let all = [self.plane_deg, self.elevation_deg, self.rotation_deg];
@@ -74,7 +79,7 @@ pub struct Lengths {
 /// Positions of bones, joints and axes in a posture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Skeleton {
-    /// Lengths of the bones.
+    /// Lengths of the bones from which the positions were computed.
     pub lengths: Lengths,
     /// Position of the glenohumeral joint, m.
     pub shoulder: Vector3<f64>,
@@ -144,7 +149,7 @@ impl Skeleton {
         }
     }
 
-    /// Returns the position of a point that is given in the axes of a bone, m.
+    /// Converts a point from the axes of a bone to a position in the axes of the body, m.
     fn point(&self, (bone, at): (Bone, [f64; 3])) -> Vector3<f64> {
         let scale = self.lengths.shoulder;
         let at = Vector3::from(at);
@@ -156,15 +161,15 @@ impl Skeleton {
         }
     }
 
-    /// Returns the direction from the sternoclavicular to the glenohumeral joint.
+    /// Returns the unit vector from the sternoclavicular to the glenohumeral joint.
     #[must_use]
     pub fn clavicle_axis(&self) -> Vector3<f64> {
         self.shoulder.normalize()
     }
 
-    /// Returns the frames of clavicle, upper arm and forearm; the columns are their axes in those
-    /// of the body. The second axis of upper arm and forearm points back along the segment, the
-    /// third away from the direction of flexion.
+    /// Returns the orientations of clavicle, upper arm and forearm. The columns of each matrix are
+    /// the axes of the segment, expressed in the axes of the body. In upper arm and forearm, the
+    /// second axis points back along the segment, and the third away from the direction of flexion.
     #[must_use]
     pub fn frames(&self) -> [Matrix3<f64>; 3] {
         let clavicle = {
@@ -177,7 +182,7 @@ impl Skeleton {
         [clavicle, self.humerus, forearm]
     }
 
-    /// Returns the rotation axes of the turns, as columns.
+    /// Returns the axis of each of the [`TURNS`] rotations as a unit vector, one per column.
     #[must_use]
     pub fn axes(&self) -> SMatrix<f64, 3, TURNS> {
         let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()];

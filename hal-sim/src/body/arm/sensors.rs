@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 /// Standard acceleration of free fall, m/s².
 pub const GRAVITY_M_S2: f64 = 9.80665;
 
-/// Interval at which the wander of a held force is updated, ms.
+/// Interval at which the random wander of the wearer's hold is updated, ms.
 const WANDER_MS: u64 = 10;
 
 /// Parameters of a small inertial sensor. All are assumed, of the order of common consumer parts.
@@ -84,8 +84,9 @@ fn random_normal_vector(seed: u64, index: u64) -> Vector3<f64> {
 }
 
 impl MountedImu {
-    /// Mounts the IMU on a segment with this frame, whose columns are the segment's axes in those
-    /// of the body. `seed` determines misalignment, offsets and noise.
+    /// Mounts the IMU on a segment with the orientation `frame`, whose columns are the axes of the
+    /// segment, expressed in the axes of the body. `seed` determines misalignment, offsets and
+    /// noise.
     #[must_use]
     pub fn new(spec: ImuSpec, fault: ImuFault, frame: &Matrix3<f64>, seed: u64) -> Self {
         let fixed = random::word(seed, 0);
@@ -102,7 +103,8 @@ impl MountedImu {
     }
 
     /// Returns the measurement at millisecond `tick` on a segment that rotates at `rate` rad/s. The
-    /// acceleration of the segment itself is left out, so that accelerations hold at rest only.
+    /// model omits the acceleration of the segment itself, so the accelerometer's values are
+    /// correct only at rest.
     #[must_use]
     pub fn read(&self, rate: &Vector3<f64>, tick: u64) -> Imu {
         let noise = |what: u64| random_normal_vector(random::word(self.seed, what), tick);
@@ -159,7 +161,7 @@ impl ForceSensor {
         }
     }
 
-    /// Advances the wander by one millisecond.
+    /// Advances the sensor by one millisecond. The wander of the hold changes every 10 ms.
     pub fn step(&mut self) {
         self.tick += 1;
         if !self.tick.is_multiple_of(WANDER_MS) {

@@ -10,9 +10,10 @@ pub const SEGMENTS: usize = 3;
 /// Names of the segments, for messages.
 pub const SEGMENT_NAMES: [&str; SEGMENTS] = ["shoulder", "upper arm", "forearm"];
 
-/// Proportions of the upper arm (Drillis, Contini and Bluestein 1964, and of cadavers as tabulated
-/// in Winter 2009): length over stature; mass over body mass; distance of the centre of mass from
-/// the proximal joint over length; radius of gyration about the centre of mass over length.
+/// Proportions of the upper arm: its length over stature; its mass over body mass; the distance of
+/// its centre of mass from the proximal joint over its length; its radius of gyration about the
+/// centre of mass over its length. Sources: Drillis, Contini and Bluestein 1964, and cadaver data
+/// as tabulated in Winter 2009.
 pub const UPPER_ARM: [f64; 4] = [0.186, 0.028, 0.436, 0.322];
 /// Proportions of the forearm; see [`UPPER_ARM`].
 pub const FOREARM: [f64; 4] = [0.146, 0.016, 0.430, 0.303];
@@ -48,13 +49,13 @@ pub struct ArmSpec {
     pub stature_m: f64,
     /// Body mass, kg (in the paper: 77.3 ± 6.67).
     pub mass_kg: f64,
-    /// Lengths of upper arm and forearm over those that the table gives for the stature. Assumed
-    /// (0.93 to 1.07).
+    /// Lengths of upper arm and forearm, divided by those that [`UPPER_ARM`] and [`FOREARM`] give
+    /// for the stature. Assumed (0.93 to 1.07).
     pub length_factors: [f64; 2],
     /// Size of the shoulder relative to DAS3. Assumed (0.9 to 1.1).
     pub shoulder_factor: f64,
-    /// Inertia of girdle, upper arm, and forearm with hand, over the values of the table (0.8 to
-    /// 1.2).
+    /// Inertia of girdle, upper arm, and forearm with hand, divided by the values that follow from
+    /// the proportions above (0.8 to 1.2).
     pub inertia_factors: [f64; SEGMENTS],
     /// Joint angles in which the arm is held.
     pub posture: Posture,
@@ -100,7 +101,7 @@ pub struct ArmSpec {
     pub seed: u64,
 }
 
-/// The reason why an arm is invalid.
+/// Reason why an [`ArmSpec`] is rejected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum InvalidArm {
     /// A number that must be finite and above zero is not; names the field.
@@ -119,12 +120,15 @@ pub enum InvalidArm {
     #[error("E713 arm: {0} must lie between 0 and 1")]
     NotAPart(&'static str),
     /// The matrix of mass and stiffness has no inverse: nothing resists some turn.
-    #[error("E714 arm: with these masses and stiffnesses nothing resists the motion of a joint")]
+    #[error(
+        "E714 arm: with these masses and stiffnesses nothing resists the motion of a joint; \
+         increase a mass or a stiffness"
+    )]
     Loose,
 }
 
 impl ArmSpec {
-    /// Returns the lengths of the bones.
+    /// Returns the lengths of the bones, which follow from stature and length factors.
     #[must_use]
     pub fn lengths(&self) -> Lengths {
         let [upper, fore] = self.length_factors;
@@ -146,7 +150,7 @@ impl ArmSpec {
     /// Checks every field.
     ///
     /// # Errors
-    /// Returns the first field whose value no arm can have.
+    /// Returns an [`InvalidArm`] for the first field whose value is invalid.
     pub fn validate(&self) -> Result<(), InvalidArm> {
         let positive = [
             ("stature_m", self.stature_m),

@@ -55,7 +55,7 @@ pub enum Source {
     MuscleArms,
 }
 
-/// Both sources.
+/// Every source of moment arms, in the order of the enum.
 pub const SOURCES: [Source; 2] = [Source::RankinNeptune, Source::MuscleArms];
 
 /// An angle, degrees, outside the range of both sources.
@@ -112,8 +112,8 @@ pub fn arm_m(source: Source, muscle: Muscle, flexion_deg: f64) -> Result<f64, Be
     })
 }
 
-/// Returns the musculotendon length, m, or `None` for a muscle of which Rankin & Neptune give none
-/// here, such as those that cross the shoulder too.
+/// Returns the musculotendon length, m, or `None` for a muscle whose length Rankin & Neptune do not
+/// give here, such as one that also crosses the shoulder.
 ///
 /// # Errors
 /// Returns [`BeyondFit`] if the angle is outside [`LIMIT_DEG`].

@@ -15,9 +15,9 @@ use crate::body::muscle::{self, Parameters, Step};
 use crate::body::{Body, CHANNELS, Load, Pulse};
 use std::collections::VecDeque;
 
-/// Pulse rate at which the `force_n` of a muscle holds, Hz.
+/// Pulse rate to which the `force_n` of a muscle refers, Hz.
 pub const FORCE_FREQUENCY_HZ: f64 = 50.0;
-/// Number of electrode pairs.
+/// Number of electrode pairs: one over the triceps, one over the biceps.
 pub const PAIRS: usize = 2;
 /// Index of the pair over the triceps.
 pub const TRICEPS: usize = 0;
@@ -65,7 +65,8 @@ pub struct IsometricSpec {
     pub included_deg: f64,
     /// Source of the true moment arms.
     pub source: Source,
-    /// Whether force depends on length.
+    /// Whether a muscle's force depends on the length of its fibres; `false` ignores the
+    /// force–length curve.
     pub has_force_length: bool,
     /// Channels of the pair over the triceps and of that over the biceps, 0 to 9.
     pub channels: [usize; PAIRS],
@@ -96,8 +97,9 @@ const fn tendon_and_fibre_m(muscle: Muscle) -> (f64, f64) {
     }
 }
 
-/// Returns the largest isometric force, N (arm26.osim; for the biceps both heads together; for the
-/// posterior deltoid Holzbaur 2005, from memory, which does not move the elbow).
+/// Returns the largest isometric force, N. Sources: arm26.osim (for the biceps, both heads
+/// together); for the posterior deltoid, which does not move the elbow, Holzbaur 2005, quoted from
+/// memory.
 #[must_use]
 pub const fn max_force_n(muscle: Muscle) -> f64 {
     match muscle {
@@ -165,7 +167,7 @@ impl IsometricSpec {
     /// Checks every field.
     ///
     /// # Errors
-    /// Returns the field that no test rig can have.
+    /// Returns the name of the first field whose value is out of range.
     pub fn validate(&self) -> Result<(), InvalidBench> {
         self.cell.validate()?;
         let positive = |v: f64| v.is_finite() && v > 0.0;
@@ -237,7 +239,7 @@ pub struct IsometricElbow {
     loads: [Load; CHANNELS],
     /// Pending pulses: time at which each takes effect, µs, pair, current in mA and width in µs.
     under_way: VecDeque<(u64, usize, f64, f64)>,
-    /// Number of samples taken.
+    /// Number of samples that the load cell has taken, one per millisecond.
     tick: u64,
 }
 
@@ -245,7 +247,7 @@ impl IsometricElbow {
     /// Creates an arm at rest. `seed` determines the noise of the load cell.
     ///
     /// # Errors
-    /// Returns the field that no test rig can have.
+    /// Returns the name of the first field of `spec` whose value is out of range.
     pub fn new(spec: IsometricSpec, seed: u64) -> Result<Self, InvalidBench> {
         spec.validate()?;
         let driven = |of: &RigMuscle| {

@@ -10,11 +10,13 @@ use crate::body::muscle::{Muscle, Parameters, Step};
 use crate::random::{Noise, word};
 use serde::{Deserialize, Serialize};
 
-/// Time step of the slow parts, s.
+/// Time step of the slow deviations, such as drift and potentiation, s.
 const TICK_S: f64 = 1e-3;
-/// Pulse rate at which the other activation model has the same mean force, Hz.
+/// Pulse rate at which the alternative activation model ([`Kind::Activation`]) has the same mean
+/// force as Lee's model, Hz.
 const MATCHED_HZ: f64 = 40.0;
-/// Pulse rate at which the other activation model reaches half of its maximum, Hz. Assumed.
+/// Pulse rate at which the alternative activation model reaches half of its largest force, Hz.
+/// Assumed.
 const HALF_HZ: f64 = 30.0;
 
 /// Kind of deviation from the calcium-force model.
@@ -23,8 +25,8 @@ pub enum Kind {
     /// Fibres shorten against tendon and straps, and shorter fibres pull less: A falls by 30 % ·
     /// size at the largest force that the model can hold. Assumed.
     Length,
-    /// A wanders with a standard deviation of 10 % · size over 5 s: a variation of 6 to 10 %
-    /// between contractions is known of stimulated torque within a day.
+    /// A wanders randomly with a standard deviation of 10 % · size and a time constant of 5 s.
+    /// Within a day, stimulated torque is known to vary by 6 to 10 % between contractions.
     MuscleDrift,
     /// The offset of the sensor wanders by 0.1 N/√s · size. Assumed.
     SensorDrift,
@@ -38,7 +40,8 @@ pub enum Kind {
     /// system, summed and saturated (q²/(1 + q²)). Assumed.
     Activation,
     /// Force fluctuates within a contraction with a standard deviation of 10 % · size, correlated
-    /// over 40 ms. A size of 1 is as large as the variation that table 4 leaves unexplained.
+    /// over 40 ms. A size of 1 is as large as the variation that table 4 of Lee 2020 leaves
+    /// unexplained.
     Unsteadiness,
     /// Force follows its pulse after 25 ms · size. Lee's model has no such delay; the order of
     /// magnitude is that of the electromechanical delay.
@@ -77,7 +80,7 @@ impl Kind {
 /// A deviation from the model, and its size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Foreign {
-    /// Kind of the deviation.
+    /// Property of the muscle or the sensor that deviates.
     pub kind: Kind,
     /// Size, 0 (none) to 1.
     pub size: f64,
@@ -96,7 +99,7 @@ impl Generator {
     /// Checks the parameters and the size of the deviation.
     ///
     /// # Errors
-    /// Returns the field that no muscle can have.
+    /// Returns the name of the first field whose value is out of range.
     pub fn validate(&self) -> Result<(), InvalidBench> {
         let positive = |v: &f64| v.is_finite() && *v > 0.0;
         if !self.parameters.all().iter().all(positive) {
@@ -118,7 +121,7 @@ impl Generator {
     }
 }
 
-/// Sum of the twitches of the other activation model, [`Kind::Activation`].
+/// Sum of the twitches of the alternative activation model, [`Kind::Activation`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Twitches {
     tau_s: f64,
@@ -139,7 +142,8 @@ impl Twitches {
         }
     }
 
-    /// Adds a twitch. The mean of q is the pulse rate over [`HALF_HZ`].
+    /// Adds the twitch of one pulse. In a regular train, the mean of the sum q becomes the pulse
+    /// rate divided by [`HALF_HZ`].
     fn pulse(&mut self) {
         self.first += 1.0 / (self.tau_s * HALF_HZ);
     }
@@ -166,7 +170,8 @@ pub struct Muscular {
     twitches: Option<Twitches>,
     noise: Noise,
     recruited: f64,
-    /// State of the slow deviation; 0 at rest, unused without such a deviation.
+    /// Present state of the slow deviation, for example the present potentiation; 0 at rest. Unused
+    /// if the generator has no slow deviation.
     state: f64,
     ticks: u64,
 }
@@ -175,7 +180,7 @@ impl Muscular {
     /// Creates a muscle at rest. `seed` determines its random wander.
     ///
     /// # Errors
-    /// Returns the field that no muscle can have.
+    /// Returns the name of the first field of `generator` whose value is out of range.
     pub fn new(generator: Generator, seed: u64) -> Result<Self, InvalidBench> {
         generator.validate()?;
         let parameters = generator.parameters;
@@ -262,7 +267,8 @@ impl Muscular {
         gain.max(0.0)
     }
 
-    /// Returns the largest force that the model can hold, N.
+    /// Returns the largest force that the model can hold, N: its steady state at complete binding,
+    /// C/(C + K) = 1.
     fn max_force_n(&self) -> f64 {
         let p = self.generator.parameters;
         p.a_n_per_s * (p.tau1_s + p.tau2_s)

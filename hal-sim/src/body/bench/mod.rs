@@ -21,7 +21,7 @@ pub use recruitment::{Pool, StrengthDuration};
 pub use sensor::{Sensor, SensorSpec};
 pub use wrist::{Wrist, WristSpec};
 
-/// An invalid value of a test rig; names the field.
+/// Error: the value of a field of a test rig is out of range. Contains the name of the field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("test rig: `{0}` is out of range")]
 pub struct InvalidBench(pub &'static str);

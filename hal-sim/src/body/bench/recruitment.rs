@@ -38,8 +38,8 @@ impl StrengthDuration {
     }
 }
 
-/// Fibres with normally distributed thresholds, truncated at the smallest one. The unit is that of
-/// the strength (mA at the reference width).
+/// Fibres with normally distributed thresholds, truncated at the smallest one. Thresholds and
+/// strengths are in mA at the reference width.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pool {
     lowest: f64,
@@ -54,8 +54,8 @@ impl Pool {
     /// standard deviation `spread` (above 0).
     ///
     /// # Errors
-    /// Returns the parameter that no pool can have: a smallest threshold or a spread not above 0,
-    /// or a middle that leaves almost the whole distribution below the smallest threshold.
+    /// Returns the name of the invalid parameter: `lowest` or `spread` if it is not above 0,
+    /// `middle` if almost the whole distribution would lie below the smallest threshold.
     pub fn new(lowest: f64, middle: f64, spread: f64) -> Result<Self, InvalidBench> {
         let cut = normal_cdf((lowest - middle) / spread);
         match () {
@@ -71,11 +71,12 @@ impl Pool {
         }
     }
 
-    /// Creates the pool with this `lowest` and `spread` of which `weak` excites `ratio` (between 0
-    /// and 1, exclusive) times as many fibres as `strong`. Bisection finds the middle.
+    /// Creates a pool from `lowest`, `spread` and a ratio: a pulse of strength `weak` excites
+    /// `ratio` (between 0 and 1, exclusive) times as many fibres as a pulse of strength `strong`.
+    /// Bisection finds the middle of the distribution.
     ///
     /// # Errors
-    /// Returns the parameter that no pool can have, or `ratio` if no middle gives this ratio.
+    /// Returns the name of the invalid parameter, or `ratio` if no middle gives this ratio.
     pub fn from_ratio(
         (lowest, spread): (f64, f64),
         (weak, strong): (f64, f64),
@@ -99,7 +100,8 @@ impl Pool {
         Self::new(lowest, 0.5 * (low + high), spread)
     }
 
-    /// Returns the share of the fibres, 0 to 1, that a pulse of this strength excites.
+    /// Returns the share of the fibres, 0 to 1, that a pulse of this strength (mA at the reference
+    /// width) excites.
     #[must_use]
     pub fn share(&self, strength: f64) -> f64 {
         if strength <= self.lowest {

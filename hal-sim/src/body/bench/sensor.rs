@@ -8,7 +8,7 @@ use crate::random::{Noise, word};
 
 /// Time between two samples, µs (Lee 2020, §2.3.2: 1 kHz).
 pub const SAMPLE_US: u64 = 1_000;
-/// The sample time in s.
+/// Time between two samples, s.
 const SAMPLE_S: f64 = 1e-3;
 /// Random stream of the offset's wander.
 const WANDERING: u64 = 0x7d21;
@@ -16,9 +16,11 @@ const WANDERING: u64 = 0x7d21;
 /// Parameters of a sensor on its lever. Forces act at the end of the lever.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorSpec {
-    /// L, from the axis of the sensor to the point where the limb pulls, m; above 0.
+    /// Length L of the lever, from the axis of the sensor to the point where the limb pulls, m;
+    /// above 0.
     pub lever_m: f64,
-    /// L that the experimenter uses to compute force, m; above 0.
+    /// Length L of the lever that the experimenter uses to compute force, m; above 0. It may differ
+    /// from the true one.
     pub believed_lever_m: f64,
     /// Standard deviation of the white noise of a sample, N.
     pub noise_n: f64,
@@ -56,7 +58,7 @@ impl SensorSpec {
     /// Checks every field.
     ///
     /// # Errors
-    /// Returns the field that no sensor can have.
+    /// Returns the name of the first field whose value is out of range.
     pub fn validate(&self) -> Result<(), InvalidBench> {
         let positive = |v: f64| v.is_finite() && v > 0.0;
         let not_negative = |v: f64| v.is_finite() && v >= 0.0;
@@ -85,7 +87,7 @@ pub struct Sensor {
     spec: SensorSpec,
     noise: Noise,
     wandering: Noise,
-    /// Number of samples taken.
+    /// Number of samples taken, which is also the time since the start in ms.
     taken: u64,
     wandered_n: f64,
     force_n: f64,
@@ -95,7 +97,7 @@ impl Sensor {
     /// Creates a sensor without a sample yet. `seed` determines its noise.
     ///
     /// # Errors
-    /// Returns the field that no sensor can have.
+    /// Returns the name of the first field of `spec` whose value is out of range.
     pub fn new(spec: SensorSpec, seed: u64) -> Result<Self, InvalidBench> {
         spec.validate()?;
         Ok(Self {
@@ -108,8 +110,8 @@ impl Sensor {
         })
     }
 
-    /// Takes another sample, [`SAMPLE_US`] after the last, of this force at the end of the lever,
-    /// N.
+    /// Takes the next sample, [`SAMPLE_US`] after the previous one. `force_n` is the true force at
+    /// the end of the lever.
     pub fn sample(&mut self, force_n: f64) {
         self.taken += 1;
         self.force_n = force_n;

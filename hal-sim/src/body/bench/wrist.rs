@@ -10,8 +10,8 @@ use crate::body::{Body, CHANNELS, Load, Pulse};
 use crate::random::word;
 use std::collections::VecDeque;
 
-/// Values of Lee 2020, table 2, for K01 to K10: I_MT in mA, and F(I_MT) and F(1.5·I_MT) in N at 20,
-/// 30 and 40 Hz.
+/// Values of Lee 2020, table 2, for K01 to K10: the motor threshold I_MT in mA, and the forces
+/// F(I_MT) and F(1.5·I_MT) in N at 20, 30 and 40 Hz.
 pub const PRINTED: [(f64, [[f64; 2]; 3]); 10] = [
     (8.0, [[1.47, 8.95], [1.68, 12.8], [2.16, 15.6]]),
     (12.0, [[1.69, 5.31], [2.10, 6.61], [2.48, 7.66]]),
@@ -25,9 +25,10 @@ pub const PRINTED: [(f64, [[f64; 2]; 3]); 10] = [
     (7.0, [[2.45, 5.61], [3.43, 6.92], [3.88, 8.24]]),
 ];
 
-/// Smallest threshold of a fibre and standard deviation of the thresholds, relative to the printed
-/// I_MT. Assumed: see [`WristSpec::subject`].
+/// Smallest threshold of a fibre, divided by the printed I_MT. Assumed: see [`WristSpec::subject`].
 const LOWEST: f64 = 0.8;
+/// Standard deviation of the fibre thresholds, divided by the printed I_MT. Assumed: see
+/// [`WristSpec::subject`].
 const SPREAD: f64 = 0.25;
 
 /// Parameters of a wrist in the test rig.
@@ -42,7 +43,7 @@ pub struct WristSpec {
     /// Strength at which the generator's A holds, mA at the reference width; above the smallest
     /// threshold of the pool.
     pub reference_ma: f64,
-    /// Generator of the force.
+    /// Model that turns pulses into force.
     pub generator: Generator,
     /// Torque sensor and its lever.
     pub sensor: SensorSpec,
@@ -51,13 +52,13 @@ pub struct WristSpec {
 }
 
 impl WristSpec {
-    /// Returns subject `index` (0 to 9; K01 to K10) of Lee 2020: the dynamics of table 4, whose A
-    /// was fitted at I_5 = 1.5·I_MT, and a pool of which I_MT recruits the share that table 2
-    /// prints (geometric mean over the pulse rates).
+    /// Returns subject `index` (0 to 9; K01 to K10) of Lee 2020. The dynamics are those of table 4,
+    /// whose A was fitted at I_5 = 1.5·I_MT. The pool is chosen so that the ratio of F(I_MT) to
+    /// F(1.5·I_MT) is the one of table 2 (geometric mean over the pulse rates).
     ///
-    /// At the printed I_MT, force is 1.5 to 11 N, a hundred times the 0.015 N by which I_MT was
-    /// found in steps of 0.5 mA: no pool whose force rises from zero gives both. Here the forces
-    /// are as printed, and the smallest threshold is 0.8·I_MT (assumed, with a spread of
+    /// At the printed I_MT, force is 1.5 to 11 N: a hundred times the 0.015 N that Lee's search in
+    /// steps of 0.5 mA took as the threshold. No pool whose force rises from zero gives both. Here
+    /// the forces are as printed, and the smallest threshold is 0.8·I_MT (assumed, with a spread of
     /// 0.25·I_MT), so that a search by force finds a lower threshold than the printed one. A
     /// chronaxie of 200 µs is assumed; the paper uses a single width.
     ///
@@ -91,7 +92,7 @@ impl WristSpec {
     /// Checks every field.
     ///
     /// # Errors
-    /// Returns the field that no test rig can have.
+    /// Returns the name of the first field whose value is out of range.
     pub fn validate(&self) -> Result<(), InvalidBench> {
         self.sensor.validate()?;
         self.generator.validate()?;
@@ -127,7 +128,7 @@ pub struct Wrist {
     loads: [Load; CHANNELS],
     /// Pending pulses: time at which each takes effect, µs, and its relative recruitment.
     under_way: VecDeque<(u64, f64)>,
-    /// Number of samples taken.
+    /// Number of samples that the sensor has taken, one per millisecond.
     tick: u64,
 }
 
@@ -135,7 +136,7 @@ impl Wrist {
     /// Creates a wrist at rest. `seed` determines noise and drift.
     ///
     /// # Errors
-    /// Returns the field that no test rig can have.
+    /// Returns the name of the first field of `spec` whose value is out of range.
     pub fn new(spec: WristSpec, seed: u64) -> Result<Self, InvalidBench> {
         spec.validate()?;
         let wander = 0.1 * spec.generator.size(Kind::SensorDrift);

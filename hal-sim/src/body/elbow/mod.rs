@@ -20,7 +20,7 @@ pub use spec::{
 pub use yields::YieldSpec;
 use yields::YieldState;
 
-/// Time step of the joint, µs. Muscles are also split at every pulse.
+/// Time step of the joint, µs. The steps of the muscles are also split at every pulse.
 const TICK_US: u64 = 1000;
 const TICK_S: f64 = 1e-3;
 
@@ -59,7 +59,7 @@ impl Elbow {
     /// sensor.
     ///
     /// # Errors
-    /// Returns [`InvalidElbow`] with the field that no arm can have.
+    /// Returns an [`InvalidElbow`] that names the first field whose value is out of range.
     pub fn new(spec: ElbowSpec, seed: u64) -> Result<Self, InvalidElbow> {
         spec.validate()?;
         Ok(Self {
@@ -209,8 +209,8 @@ impl Body for Elbow {
         }
     }
 
-    /// Advances the joint in whole milliseconds. Between them, all values stay those of the last
-    /// millisecond.
+    /// Advances the joint in whole milliseconds. Until the next millisecond is complete, no value
+    /// changes.
     fn advance(&mut self, to_us: u64) -> bool {
         let before = self.tick;
         while (self.tick + 1) * TICK_US <= to_us {

@@ -74,7 +74,8 @@ impl MotorBehaviour {
         wanted.clamp(-push_nm, push_nm)
     }
 
-    /// Returns the intended rate of a wearer without sight, rad/s.
+    /// Returns the intended joint rate of a wearer without visual feedback, rad/s, flexion
+    /// positive.
     fn intended_rad_per_s(&self, t_s: f64, angle_rad: f64) -> f64 {
         let under_way = |a: &&VoluntaryApproach| (a.at_s..a.at_s + a.for_s).contains(&t_s);
         match self.approaches.iter().find(under_way) {

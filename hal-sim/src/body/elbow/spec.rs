@@ -14,7 +14,7 @@ pub struct ElbowMuscle {
     pub threshold_ma: f64,
     /// Current of full recruitment, mA at `width_us`; above the threshold.
     pub max_ma: f64,
-    /// Pulse width at which the currents hold, µs.
+    /// Pulse width to which `threshold_ma` and `max_ma` refer, µs.
     pub width_us: u32,
     /// Torque at full recruitment and [`TORQUE_FREQUENCY_HZ`], N·m.
     pub torque_nm: f64,
@@ -22,7 +22,7 @@ pub struct ElbowMuscle {
     pub dynamics: Parameters,
 }
 
-/// Pulse rate at which the torques of an elbow hold, Hz.
+/// Pulse rate to which the torques of an [`ElbowMuscle`] refer, Hz.
 pub const TORQUE_FREQUENCY_HZ: f64 = 50.0;
 
 /// One voluntary movement in the direction of flexion.
@@ -53,8 +53,9 @@ pub struct MotorBehaviour {
     pub approaches: Vec<VoluntaryApproach>,
     /// Largest voluntary torque in either direction, N·m.
     pub push_nm: f64,
-    /// Torque per error of rate, N·m·s/rad. It is high, so that a held arm meets `push_nm` at any
-    /// speed: the wearer adds a force, not a damper.
+    /// Gain of the voluntary torque: torque per difference between intended and actual rate,
+    /// N·m·s/rad. It is so high that the torque saturates at `push_nm` as soon as something holds
+    /// the arm back. The wearer then acts like a constant force, not like a damper.
     pub gain_nm_s_per_rad: f64,
     /// Duration of the rise of the intended rate, s.
     pub onset_s: f64,
@@ -74,7 +75,7 @@ pub struct MotorBehaviour {
 /// for this participant they are assumed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VisionSpec {
-    /// Delay from the arm to the wearer's muscles, s.
+    /// Delay from a movement of the arm to the correction by the wearer's muscles, s.
     pub delay_s: f64,
     /// Interval between corrections, s; above 0.
     pub every_s: f64,
@@ -116,7 +117,7 @@ pub struct ElbowSpec {
     pub person: MotorBehaviour,
 }
 
-/// A value of an [`ElbowSpec`] that no arm can have; names the field.
+/// Error: the value of a field of an [`ElbowSpec`] is out of range. Contains the name of the field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("elbow: `{0}` is out of range")]
 pub struct InvalidElbow(pub &'static str);

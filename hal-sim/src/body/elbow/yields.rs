@@ -3,10 +3,10 @@
 use super::{TICK_S, TICK_US};
 use std::collections::VecDeque;
 
-/// Reaction of a wearer to felt stimulation: from `delay_s` after the first felt pulse the wearer
-/// pushes with the share `to` of the full strength, and with all of it again as long after the last
-/// one. Harris' participant was asked to push "at a low force level" once in contact; here the felt
-/// stimulation is the contact. All of it is assumed.
+/// Reaction of a wearer to felt stimulation. From `delay_s` after the first felt pulse, the wearer
+/// pushes with only the share `to` of the full strength. Full strength returns `delay_s` after
+/// stimulation is no longer felt. Harris' participant was asked to push "at a low force level" once
+/// in contact; here felt stimulation counts as contact. All of this is assumed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct YieldSpec {
     /// Delay from a pulse to the changed push, s, 0 to 2.
@@ -17,11 +17,11 @@ pub struct YieldSpec {
     pub at_ma: f64,
 }
 
-/// Time without a pulse after which nothing is felt any more, µs: a train of 20 Hz or more is felt
-/// as one. Assumed.
+/// Time without a pulse after which nothing is felt any more, µs. A train of 20 Hz or more is
+/// therefore felt without interruption. Assumed.
 const LASTS_US: u64 = 50_000;
-/// Time in which the strength falls from all to nothing, s, because nobody changes a force at once.
-/// Assumed.
+/// Time in which the strength changes between full and none, s, because people change a force
+/// gradually. Assumed.
 const CHANGE_S: f64 = 0.2;
 
 /// State of the reaction to felt stimulation.

@@ -28,7 +28,7 @@ struct Excitation {
     effect: Effect,
 }
 
-/// A finger in motion.
+/// Simulated index finger over time: its muscles, PIP joint and angle sensor.
 ///
 /// The simulation is deterministic: the pulses and the seed determine every value.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,7 +56,7 @@ impl Finger {
     /// Creates a relaxed finger. `seed` determines the noise of the angle sensor.
     ///
     /// # Errors
-    /// [`InvalidSpec`] names a field whose value no finger can have.
+    /// Returns an [`InvalidSpec`] that names the first field whose value is out of range.
     pub fn new(spec: FingerSpec, seed: u64) -> Result<Self, InvalidSpec> {
         spec.validate()?;
         Ok(Self {
@@ -192,8 +192,8 @@ impl Body for Finger {
         Some(Box::new(self.clone()))
     }
 
-    /// Advances joint and sensor in whole time steps. Between them, all values stay those of
-    /// the last step.
+    /// Advances joint and sensor in whole time steps. Until the next time step is complete, no
+    /// value changes.
     fn advance(&mut self, to_us: u64) -> bool {
         let before = self.tick;
         while (self.tick + 1) * u64::from(self.spec.step_us) <= to_us {

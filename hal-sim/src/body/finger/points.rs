@@ -19,9 +19,10 @@ pub struct Effect {
 /// Effect of a finger's [`Pair`](super::spec::Pair) on its points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct PairEffect {
-    /// Thresholds of A and B in the pair, V.
+    /// Thresholds of A and B while both points are pulsed, V.
     threshold_v: [f64; 2],
-    /// Torque of the pair over that of one point: conducted, isolated.
+    /// Torque of the pair divided by that of one point: of a conducted pair, then of an isolated
+    /// one.
     factors: [f64; 2],
 }
 

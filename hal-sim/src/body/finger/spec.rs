@@ -6,14 +6,14 @@ use crate::body::muscle::Parameters;
 use crate::body::sensor::SensorSpec;
 use crate::body::wearer::{Participant, RECRUITMENT_CURVATURE, Site};
 
-/// Pulse rate at which the torques of a [`FingerSpec`] hold, Hz (Hamana 2022 §II-D).
+/// Pulse rate to which the torques of a [`FingerSpec`] refer, Hz (Hamana 2022 §II-D).
 pub const TORQUE_FREQUENCY_HZ: f64 = 50.0;
 
 /// Effect of two flexor points that are pulsed together, beyond that of one.
 ///
-/// **Assumed by whoever specifies the finger, never a result**: any advantage or disadvantage of
-/// two points over one rests on it, and reports say so. In [`super::super::hand`] the effect
-/// follows from the forearm instead.
+/// **Assumed in the specification of the finger, never a result**: any advantage or disadvantage of
+/// two points over one follows from this assumption, and reports say so. In [`super::super::hand`]
+/// the effect follows from a model of the forearm instead.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pair {
     /// Torque of both points at full recruitment and 50 Hz, finger straight, N·m: as a conducted
@@ -37,8 +37,8 @@ pub struct FingerSpec {
     pub flexor_b: Site,
     /// Thresholds and channel of the extensor point.
     pub extensor: Site,
-    /// Joint effect of both flexor points. Without it they pull as strongly as the stronger one,
-    /// each from its own threshold on.
+    /// Combined effect of both flexor points. With `None`, two points together pull as strongly as
+    /// the stronger of them, and each pulls from its own threshold on.
     pub pair: Option<Pair>,
     /// Curvature of the recruitment curve, see [`RECRUITMENT_CURVATURE`]; not zero.
     pub recruitment_curvature: f64,
@@ -77,7 +77,7 @@ pub struct FingerSpec {
     pub step_us: u32,
 }
 
-/// A value of a [`FingerSpec`] that no finger can have; names the field.
+/// Error: the value of a field of a [`FingerSpec`] is out of range. Contains the name of the field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("finger: `{0}` is out of range")]
 pub struct InvalidSpec(pub &'static str);
@@ -117,7 +117,7 @@ impl FingerSpec {
         }
     }
 
-    /// Returns [`Self::step_us`] in seconds.
+    /// Returns the time step [`Self::step_us`], converted to seconds.
     pub(super) fn step_s(&self) -> f64 {
         f64::from(self.step_us) * 1e-6
     }
@@ -141,7 +141,8 @@ impl FingerSpec {
         }
     }
 
-    /// Moves A and B to these sites, and scales the thresholds of their pair with the maxima.
+    /// Moves flexor points A and B to these sites. The thresholds of their [`Pair`] keep their
+    /// ratios to `max_v` of the points.
     pub fn place_flexors(&mut self, sites: [Site; 2]) {
         let from = [self.flexor_a.max_v, self.flexor_b.max_v];
         [self.flexor_a, self.flexor_b] = sites;

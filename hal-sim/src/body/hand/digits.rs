@@ -16,7 +16,7 @@ pub const RANGES_DEG: [[f64; 2]; DIGITS] = [
     [0.0, 100.0],
 ];
 
-/// Angles of a relaxed hand, °. Assumed.
+/// Angles of the digits of a relaxed hand, thumb first, °. Assumed.
 pub const REST_DEG: [f64; DIGITS] = [-25.0, 10.0, 10.0, 10.0, 10.0];
 
 /// Share of a flexor's torque that is lost by shortening over the whole range. Assumed, as for the
@@ -36,7 +36,7 @@ pub struct Torques {
 }
 
 impl Torques {
-    /// Returns the extension torque on `digit`, N·m.
+    /// Returns the extension torque on `digit`, N·m; 0 for every digit but the index finger.
     const fn extension_nm(&self, digit: usize) -> f64 {
         if digit == INDEX {
             self.extensor_nm

@@ -20,8 +20,8 @@ pub struct Forces {
 }
 
 impl Forces {
-    /// Prepares for patterns that repeat every `period_us`, with the parameters of Lee 2020's mean
-    /// subject.
+    /// Creates an empty cache for patterns that repeat every `period_us`. The muscle has the
+    /// parameters of Lee 2020's mean subject.
     #[must_use]
     pub fn new(period_us: u32) -> Self {
         Self {
@@ -31,8 +31,9 @@ impl Forces {
         }
     }
 
-    /// Returns the mean force of a unit that spikes at `at_us` of each period, ascending. Patterns
-    /// that differ only in the start of the period have the same force.
+    /// Returns the mean force of a motor unit that spikes at the times `at_us` (ascending) of each
+    /// period, relative to one spike every 20 ms. Patterns that differ only in the start of the
+    /// period have the same force.
     pub fn mean_force(&mut self, at_us: &[u32]) -> f64 {
         let Some(&first) = at_us.first() else {
             return 0.0;

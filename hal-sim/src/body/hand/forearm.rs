@@ -10,27 +10,31 @@ use super::spec::{ELECTRODES, HandSpec, RETURN, ROUND_M, Rule};
 use crate::random::{standard_normal, unit};
 use std::f64::consts::{PI, TAU};
 
-/// Random streams of a wearer's seed.
+/// Random stream of a wearer's seed for the mean position of each pool.
 const PLACES: u64 = 1;
+/// Random stream of a wearer's seed for the position of each unit.
 const UNITS: u64 = 2;
+/// Random stream of a wearer's seed for the threshold of each unit.
 const THRESHOLDS: u64 = 3;
+/// Random stream of a wearer's seed for the direction of each unit's nerve.
 const DIRECTIONS: u64 = 4;
 
 /// Longest time step between two threshold checks of a nerve, s; it bounds the error of spike
 /// times.
 const LOOK_S: f64 = 20e-6;
-/// Growth factor of later time steps, because driven charges decay.
+/// Factor by which each threshold check after the first ten comes later than the one before: the
+/// drive decays, so that the charge then changes more slowly.
 const GROWS: f64 = 1.25;
 
-/// Nerve of a motor unit at the place where the field reaches it.
+/// Motor unit: its pool, and the position, direction and threshold of its nerve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
     /// Muscle or part of a muscle to which the unit belongs.
     pub pool: Pool,
     /// Position: along from the elbow, around from the palmar midline, below the skin, m.
     pub at_m: [f64; 3],
-    /// Charge that excites the resting nerve, in the unit of the rule, relative to the wearer's own
-    /// factor.
+    /// Charge that excites the resting nerve, before multiplication by the wearer's own factor. It
+    /// has the unit of the quantity that [`Rule`] selects.
     pub threshold: f64,
     /// Direction of the nerve as a unit vector.
     pub direction: [f64; 3],
@@ -83,7 +87,8 @@ impl HandSpec {
 }
 
 impl Rule {
-    /// Returns the drive of `unit` per ampere of this field, in the unit of the rule.
+    /// Returns how strongly a field excites the nerve of `unit`, per ampere: the quantity that the
+    /// rule selects, positive where it depolarises the nerve.
     #[must_use]
     pub fn nerve_drive(self, of: &Transfer, unit: &Unit) -> f64 {
         match self {
@@ -99,7 +104,8 @@ impl Rule {
     }
 }
 
-/// A forearm with electrodes.
+/// Simulated forearm with electrodes. It computes the spikes of motor units from the states of the
+/// terminals.
 #[derive(Debug, Clone)]
 pub struct Forearm {
     network: Network,
@@ -110,7 +116,8 @@ pub struct Forearm {
     drives: Vec<[f64; ELECTRODES]>,
 }
 
-/// State that a forearm keeps from one segment to the next.
+/// State that a forearm keeps from one segment to the next: the charge of the skin and the state of
+/// every nerve.
 #[derive(Debug, Clone)]
 pub struct Memory {
     charge: Charge,
@@ -120,7 +127,7 @@ pub struct Memory {
 /// A spike of a motor unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spike {
-    /// Index of the unit.
+    /// Index of the unit in [`Forearm::units`].
     pub unit: usize,
     /// Time of the spike after the start of the segment, s.
     pub at_s: f64,
@@ -183,7 +190,7 @@ impl Forearm {
         }
     }
 
-    /// Multiplies the drive of all nerves per ampere through `electrode` by `by`.
+    /// Multiplies by `by` the drive that each ampere through `electrode` exerts on all nerves.
     pub(super) fn scale_coupling(&mut self, electrode: usize, by: f64) {
         let drives = self.drives.iter_mut();
         drives
@@ -257,7 +264,7 @@ impl Forearm {
         Ok(())
     }
 
-    /// Applies the currents of `piece` to every nerve.
+    /// Applies the currents of `piece` to every nerve and appends the spikes that follow.
     fn charge_nerves(
         &self,
         nerves: &mut [Nerve],
@@ -292,16 +299,16 @@ impl Forearm {
 
 /// Maximum number of electrodes in a piece.
 const SIZE: usize = ACTIVES_MAX + 1;
-/// Maximum number of drives of a piece: its constant and its exponentials.
+/// Maximum number of drives of a piece: one constant and the exponentials of its currents.
 const DRIVES: usize = SIZE + 1;
 
-/// Times within a piece at which nerves are checked, and the response to each drive by then. They
-/// are the same for all nerves.
+/// Times within a piece at which nerves are checked, and the charge that each drive has caused by
+/// then. They are the same for all nerves.
 struct NerveSamples {
     at_s: Vec<f64>,
-    /// Remaining share of an initial charge, by time.
+    /// Remaining share of an initial charge at each of the times.
     kept: Vec<f64>,
-    /// Response to each drive of amplitude 1, by time and drive.
+    /// Charge that each drive of amplitude 1 has caused at each of the times.
     basis: Vec<[f64; DRIVES]>,
     /// Number of drives of the piece.
     count: usize,
@@ -347,7 +354,8 @@ impl NerveSamples {
         self.charged(self.at_s.len() - 1, before, weights)
     }
 
-    /// Returns the time at which the nerve first reaches its threshold, if it does.
+    /// Returns the time within the piece at which the nerve first reaches its threshold, or `None`
+    /// if it never does.
     fn first_crossing(
         &self,
         membrane: &Membrane,
@@ -374,7 +382,8 @@ impl NerveSamples {
     }
 }
 
-/// Returns the rate and the currents of each drive of `piece`.
+/// Returns the decay rate (1/s) and the electrode currents (A) of each drive of `piece`: first
+/// those of the constant part, whose rate is 0, then those of the exponentials.
 fn drives(piece: &Piece) -> impl Iterator<Item = (f64, &[f64; SIZE])> {
     let terms = piece
         .terms()
@@ -383,7 +392,8 @@ fn drives(piece: &Piece) -> impl Iterator<Item = (f64, &[f64; SIZE])> {
     std::iter::once((0.0, &piece.constant_a)).chain(terms)
 }
 
-/// Returns the amplitude of each drive of `piece` for a nerve with these transfers.
+/// Returns the amplitude of each drive of `piece` at one nerve; `transfers` is the drive of that
+/// nerve per ampere through each electrode.
 fn weights(piece: &Piece, transfers: &[f64; ELECTRODES]) -> [f64; DRIVES] {
     let mut weights = [0.0; DRIVES];
     for (weight, (_, currents)) in weights.iter_mut().zip(drives(piece)) {

@@ -17,7 +17,7 @@ pub struct Membrane {
 /// Exponentially decaying drive, `amplitude · exp(-rate · t)`; a rate of 0 makes it constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decay {
-    /// Value at the start, in the unit of the rule.
+    /// Value at the start, in the unit of the quantity that `Rule` selects.
     pub amplitude: f64,
     /// Rate of decay, 1/s.
     pub rate: f64,
@@ -26,7 +26,7 @@ pub struct Decay {
 /// State of one nerve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Nerve {
-    /// Charge of the membrane, in the unit of the rule.
+    /// Charge of the membrane, in the unit of the quantity that `Rule` selects.
     pub charged: f64,
     /// Time since the last spike, s.
     pub since_s: f64,

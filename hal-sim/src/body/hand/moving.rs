@@ -22,7 +22,8 @@ const GRAIN_US: u64 = TICK_US / GRAINS;
 /// Longest interval over which currents are solved ahead while no lead changes, µs. It is shorter
 /// than the delay from a spike to its effect, so that no spike is known too late.
 const STRETCH_US: u64 = 5_000;
-/// The data glove, with the values of the finger of `body::finger` (assumed).
+/// Parameters of the data glove on the index finger. Assumed: those of the finger of
+/// `body::finger`.
 const GLOVE: SensorSpec = SensorSpec {
     lag_s: 0.010,
     noise_deg: 0.3,
@@ -36,7 +37,7 @@ struct Fibres {
     muscle: Muscle,
     /// Share of their force that fatigue leaves, 0 to 1.
     capacity: f64,
-    /// Grains of the next time step in which a spike takes effect, one bit each.
+    /// Bit n is set if a spike takes effect in part n of the next time step; see [`GRAINS`].
     due: u8,
     /// Whether the unit has spiked; before its first spike it is skipped.
     is_awake: bool,
@@ -49,13 +50,13 @@ pub struct MovingHand {
     spec: HandSpec,
     forearm: Forearm,
     factor: f64,
-    /// Channels of A, B and E.
+    /// Channels of the points A, B and E.
     channels: [usize; RETURN],
     memory: Memory,
     terminals: [Terminal; RETURN],
     /// Time up to which currents and spikes have been computed.
     played_us: u64,
-    /// Pending spikes: time at which each takes effect, µs, and unit.
+    /// Pending spikes: time at which each takes effect, µs, and index of its motor unit.
     under_way: Vec<(u64, usize)>,
     steps: [Step; 2],
     fibres: Vec<Fibres>,
@@ -67,14 +68,14 @@ pub struct MovingHand {
     unsettled: u64,
 }
 
-/// A hand with electrodes in place, as a wearer of a session.
+/// Parameters of a hand with electrodes in place, from which a session creates its wearer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FittedHand {
     /// Parameters of the forearm and hand.
     pub spec: HandSpec,
     /// Pads of the points A, B and E.
     pub points: [Pad; RETURN],
-    /// Factor on every threshold.
+    /// Factor by which the threshold of every nerve is multiplied.
     pub factor: f64,
     /// Displacement of the skin from rest, along and around, m.
     pub shift_m: [f64; 2],
@@ -231,8 +232,8 @@ impl MovingHand {
 }
 
 impl Fibres {
-    /// Advances by one time step and returns the mean force, relative to that at 50 Hz, before
-    /// fatigue.
+    /// Advances by one time step and returns the mean force without fatigue, relative to that at 50
+    /// Hz.
     fn step(&mut self, [whole, grain]: &[Step; 2]) -> f64 {
         let before = self.muscle.force();
         if self.due == 0 {
@@ -269,8 +270,8 @@ impl Body for MovingHand {
         };
     }
 
-    /// Advances digits and sensor in whole milliseconds. Between them, all values stay those of the
-    /// last millisecond.
+    /// Advances digits and sensor in whole milliseconds. Until the next millisecond is complete, no
+    /// value changes.
     fn advance(&mut self, to_us: u64) -> bool {
         self.simulate_until(to_us / STRETCH_US * STRETCH_US);
         let before = self.tick;

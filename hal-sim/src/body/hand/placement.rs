@@ -7,7 +7,7 @@ use std::fmt;
 /// Names of A, B, the extensor's electrode and the return, for messages.
 const NAMES: [&str; RETURN + 1] = ["A", "B", "the extensor", "the return"];
 
-/// An error of electrode placement. Its text is for messages.
+/// Error of electrode placement. Its `Display` text is for messages.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PlacementError {
     /// The middle of an electrode is off the forearm.
@@ -19,7 +19,7 @@ pub enum PlacementError {
         /// Circumference of the forearm, m.
         around_m: f64,
     },
-    /// Two electrodes, of the points and the return, share an area.
+    /// Two electrodes overlap; contains their indices, as in [`super::spec`].
     Overlap(usize, usize),
 }
 

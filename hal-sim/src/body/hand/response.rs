@@ -8,15 +8,17 @@ use super::network::{InvalidNetwork, InvalidSegment, Terminal};
 use super::pools::{DIGITS, Pool};
 use super::spec::{ELECTRODES, HandSpec, RETURN};
 
-/// Number of periods in which spikes and skin settle, then number of periods that count. Two count
-/// because refractory nerves may respond to every other period.
+/// Number of periods in which spikes and skin settle before any period is evaluated.
 const SETTLES: usize = 2;
+/// Number of periods that are evaluated after settling. There are two because refractory nerves may
+/// respond to every other period.
 const COUNTS: u32 = 2;
-/// Pulse with which the load of an electrode is measured, V, and the time within it, s: mid-phase
-/// of the papers' pulses (Hamana 2022, II-D).
+/// Voltage of the pulse with which the load of an electrode is measured, V, and time of the
+/// measurement within the pulse, s: mid-phase of the papers' pulses (Hamana 2022, II-D).
 const TOLD_AT: (f64, f64) = (24.0, 100e-6);
-/// Duration of a period, then of all periods that count, µs.
+/// Duration of a period, µs.
 const PERIOD_US: u32 = 20_000;
+/// Duration of all evaluated periods together, µs.
 const SPAN_US: u32 = COUNTS * PERIOD_US;
 
 /// An interval during which the terminals do not change.
@@ -34,7 +36,7 @@ pub enum InvalidHand {
     /// A property of the tissue lies outside its range.
     #[error(transparent)]
     Tissue(#[from] InvalidTissue),
-    /// The circuit is invalid.
+    /// The circuit of skin, tissue and electrodes is invalid.
     #[error(transparent)]
     Network(#[from] InvalidNetwork),
     /// The circuit cannot be solved.
@@ -57,7 +59,7 @@ pub struct Hand {
 /// Isometric response of a hand to a repeated period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Response {
-    /// Torques of the muscles.
+    /// Isometric torques of the muscles, averaged over the repeated periods.
     pub torques: Torques,
     /// Force of the wrist's extensors, relative to that with every unit at 50 Hz.
     pub wrist: f64,
@@ -152,8 +154,9 @@ impl Hand {
         self.forearm.measured_load_ohm(point, TOLD_AT)
     }
 
-    /// Moves the skin over the muscles: by `pronated_deg` of posture, and additionally by `along_m`
-    /// and `around_m`.
+    /// Moves the skin over the muscles, relative to its position at rest: around the forearm by the
+    /// shift that a pronation of `pronated_deg` causes, and additionally by `along_m` and
+    /// `around_m`.
     pub fn shift(&mut self, pronated_deg: f64, [along_m, around_m]: [f64; 2]) {
         let around_m = around_m + pronated_deg * self.spec.shift_m_per_deg;
         let shift_m = [along_m, around_m];
@@ -170,9 +173,10 @@ impl Hand {
         Ok(self.muscle_response(&spikes))
     }
 
-    /// Returns the response to two periods without interaction: every unit has the spikes of both,
-    /// those of the second `after_us` later. The difference from a true response is the effect of
-    /// the state that circuit and nerves keep from one pulse to the next.
+    /// Returns the response that two periods would have without interaction: every unit has the
+    /// spikes of both periods, those of `second` moved by `after_us`. The difference from the
+    /// response to both stimuli together is the effect of the state that circuit and nerves keep
+    /// from one pulse to the next.
     ///
     /// # Errors
     /// Fails as [`Self::respond`].
@@ -189,7 +193,7 @@ impl Hand {
         Ok(self.muscle_response(&spikes))
     }
 
-    /// Returns the spike times of each unit in the periods that count, µs.
+    /// Returns the spike times of each unit in the evaluated periods, µs.
     fn settled_spikes(&self, period: &[Segment]) -> Result<Vec<Vec<u32>>, InvalidSegment> {
         let mut memory = self.forearm.resting_memory();
         for _ in 0..SETTLES {

@@ -7,7 +7,7 @@ use super::membrane::Membrane;
 pub const ELECTRODES: usize = 4;
 /// Index of point A, the one nearer to the thumb (Hamana 2022, II-B).
 pub const A: usize = 0;
-/// Index of point B.
+/// Index of point B, the one farther from the thumb.
 pub const B: usize = 1;
 /// Index of the point on the extensor.
 pub const E: usize = 2;
@@ -33,8 +33,8 @@ pub struct SkinSpec {
     pub farad_per_cm2: f64,
     /// Resistance parallel to the capacitance at a small current, Ω·cm².
     pub ohm_cm2: f64,
-    /// Series resistance under a round electrode, Ω; it scales with the inverse of the area
-    /// elsewhere.
+    /// Series resistance under a round electrode, Ω. Under other electrodes it is inversely
+    /// proportional to their area.
     pub series_ohm: f64,
     /// Current density at which the parallel resistance is halved, A/cm².
     pub half_a_per_cm2: f64,
@@ -117,18 +117,18 @@ pub struct HandSpec {
 
 /// Diameter of a round electrode, m (Hamana 2022, II-B).
 pub const ROUND_M: f64 = 0.025;
-/// Size of the small electrode, along and around, m.
+/// Sides of the small rectangular electrode, along and around the forearm, m.
 pub const SMALL_M: [f64; 2] = [0.020, 0.015];
-/// Size of the common return, along and around, m.
+/// Sides of the common return, along and around the forearm, m.
 pub const RETURN_M: [f64; 2] = [0.04, 0.09];
 /// Distance from elbow to wrist over that from elbow to finger tip. Assumed, of common proportions.
 const FOREARM_PART: f64 = 0.58;
 
 impl MotionSpec {
     /// Nominal motion and fatigue, assumed: joint and delay as in the finger of `body::finger`.
-    /// Half of a unit's force remains, over 20 s: the middle of the random ranges (floor 0.3 to
-    /// 0.7, time 10 to 40 s), because no data on endurance at 50 Hz with surface electrodes is at
-    /// hand.
+    /// Fatigue leaves half of a unit's force, with a time constant of 20 s. Both are the middle of
+    /// the random ranges (floor 0.3 to 0.7, time 10 to 40 s), because no data on endurance at 50 Hz
+    /// with surface electrodes is at hand.
     pub const NOMINAL: Self = Self {
         inertia_kg_m2: 4e-5,
         damping_nm_s_per_rad: 0.018,

@@ -74,9 +74,9 @@ impl Parameters {
         }
     }
 
-    /// Returns [`Self::mean_subject`] with the stored result of [`Self::normalised_at`] 50 Hz,
-    /// whose computation takes as long as the simulation of a second. Every reader of a session
-    /// needs it.
+    /// Returns [`Self::mean_subject`], normalised at 50 Hz. The result of [`Self::normalised_at`]
+    /// is stored here, because its computation takes as long as the simulation of a second, and
+    /// every session needs it.
     pub fn mean_subject_at_50_hz() -> Self {
         Self {
             a_n_per_s: 8.538_139_871_176_81,
@@ -116,7 +116,7 @@ impl Parameters {
 /// Nodes of the two-point Gauss-Legendre rule on [0, 1].
 const NODES: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 
-/// Constants of one time step of a muscle, which depend on its length.
+/// Constants of one time step of a muscle, which depend on the duration of the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
     h: f64,

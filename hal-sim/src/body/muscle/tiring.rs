@@ -7,11 +7,11 @@ use super::Parameters;
 /// and the time constant of their recovery. SI units, none negative, `tau_fat_s` above zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fatigue {
-    /// Reduction of A, |αA|, s⁻².
+    /// Rate at which force reduces A, |αA|, s⁻².
     pub alpha_a_per_s2: f64,
-    /// Increase of K, αK, N⁻¹s⁻¹.
+    /// Rate at which force increases K, αK, N⁻¹s⁻¹.
     pub alpha_k_per_n_s: f64,
-    /// Increase of τ1, ατ1, N⁻¹.
+    /// Rate at which force increases τ1, ατ1, N⁻¹.
     pub alpha_tau1_per_n: f64,
     /// Time constant of recovery, τfat, s.
     pub tau_fat_s: f64,

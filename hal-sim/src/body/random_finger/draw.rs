@@ -15,9 +15,10 @@ use crate::random::unit;
 /// forearm instead.
 pub const TWO_POINTS_NM: [f64; 2] = [0.242, 0.726];
 
-/// The two points of the nominal wearer. Conducted, 0.484 N·m: the middle of [`TWO_POINTS_NM`]; the
-/// last digit keeps existing populations identical to the bit. Isolated, no more than one point:
-/// the paper found no significant difference (n = 4), which does not prove equality.
+/// Flexor points A and B of the nominal wearer. As a conducted pair they exert 0.484 N·m, the
+/// middle of [`TWO_POINTS_NM`]; the last digit of that number keeps existing populations identical
+/// to the bit. As an isolated pair they exert no more than one point: the paper found no
+/// significant difference (n = 4), which does not prove equality.
 const PAIR: Pair = Pair {
     torque_nm: [0.484_000_000_000_000_04, 0.22],
     threshold_v: Participant::P.pair_thresholds_v(),
@@ -55,7 +56,7 @@ impl Draws {
 }
 
 impl Twitch {
-    /// Returns the middle of the random ranges, for a muscle with this torque. Rise and fall lie
+    /// Returns a muscle with this torque and the middle of every random range. Rise and fall lie
     /// between those of the mean of Lee 2020's ten subjects at 50 Hz (τ1 + τ2·x about 0.14 s), the
     /// slow end, and human twitch contraction times (Bawa & Stein 1976: 50 to 90 ms), the fast end.
     /// K gives 20, 50 and 100 Hz about 0.5, 0.85 and 0.95 of full binding, as in Lee's subjects.
@@ -120,13 +121,13 @@ impl RandomFingerSpec {
     /// independent; no draw is rejected.
     ///
     /// The torque of two points is assumed, as a range ([`TWO_POINTS_NM`]). Preregistered: the gain
-    /// of each muscle ±50 %, delay 0 to 60 ms, fatigue down to 50 % (a floor of 50…100 %, and
-    /// earlier work that has used up part of the way there), the recruitment curve of each point
-    /// shifted by −5…+20 % of its volts. Assumed, because no paper reports them: dry friction up to
-    /// 3 % of one flexor point's nominal torque (3.2° of spring), Stribeck rate 0.05 to 0.5 rad/s,
-    /// time constant of fatigue 20 to 90 s, recruitment curvature ±50 %, spring ±20 %, inertia and
-    /// damping ±30 %, sensor noise 0.1 to 0.6°, sensor lag 5 to 20 ms, and the constants of the
-    /// muscles.
+    /// of each muscle ±50 %, delay 0 to 60 ms, fatigue down to 50 % (a floor of 50…100 %; earlier
+    /// work has already taken part of the force above the floor), the recruitment curve of each
+    /// point shifted by −5…+20 % of its volts. Assumed, because no paper reports them: dry friction
+    /// up to 3 % of one flexor point's nominal torque (3.2° of spring), Stribeck rate 0.05 to 0.5
+    /// rad/s, time constant of fatigue 20 to 90 s, recruitment curvature ±50 %, spring ±20 %,
+    /// inertia and damping ±30 %, sensor noise 0.1 to 0.6°, sensor lag 5 to 20 ms, and the
+    /// constants of the muscles.
     pub fn random(seed: u64, index: u64) -> Self {
         let mut draws = Draws::new(seed, index, 0);
         let mut spec = Self::nominal();

@@ -41,7 +41,7 @@ impl ExternalTorque {
 const TICK_US: u64 = 1000;
 const TICK_S: f64 = 1e-3;
 
-/// Parameters of such a finger. All fields are public; [`RandomFinger::new`] checks them.
+/// Parameters of a [`RandomFinger`]. All fields are public; [`RandomFinger::new`] checks them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RandomFingerSpec {
     /// Points, their pair, recruitment, delay, inertia, spring, damping, stops, fatigue and sensor.
@@ -136,7 +136,7 @@ impl RandomFinger {
     /// Creates a relaxed finger. `seed` determines the noise of the sensor.
     ///
     /// # Errors
-    /// Returns [`InvalidSpec`] with the field that no finger can have.
+    /// Returns an [`InvalidSpec`] that names the first field whose value is out of range.
     pub fn new(spec: RandomFingerSpec, seed: u64) -> Result<Self, InvalidSpec> {
         spec.validate()?;
         let hinge = spec.hinge();
@@ -232,7 +232,8 @@ impl RandomFingerSpec {
         }
     }
 
-    /// Returns the capacity after `s` seconds of a muscle with this capacity and force.
+    /// Returns the share of force that fatigue leaves in a muscle after another `s` seconds, from
+    /// the present share `capacity` and the force.
     fn capacity_after(&self, capacity: f64, force: f64, s: f64) -> f64 {
         let goal = 1.0 - (1.0 - self.finger.fatigue_floor) * force.min(1.0);
         capacity + s / self.finger.fatigue_time_s * (goal - capacity)
@@ -264,7 +265,7 @@ impl Body for RandomFinger {
         }
     }
 
-    /// Advances in whole milliseconds. Between them, all values stay those of the last millisecond.
+    /// Advances in whole milliseconds. Until the next millisecond is complete, no value changes.
     fn advance(&mut self, to_us: u64) -> bool {
         let before = self.tick;
         while (self.tick + 1) * TICK_US <= to_us {

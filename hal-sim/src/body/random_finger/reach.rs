@@ -14,8 +14,9 @@ const BISECTIONS: u32 = 24;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reach {
     spec: RandomFingerSpec,
-    /// Recruitment with full flexion, and with full extension; each with its pair factor.
+    /// Recruitment of each muscle during the strongest flexion, and the pair factor.
     flexing: ([f64; 3], f64),
+    /// Recruitment of each muscle during the strongest extension, and the pair factor.
     extending: ([f64; 3], f64),
     capacity: [f64; 3],
     potentiation: [f64; 3],
@@ -52,8 +53,8 @@ impl Reach {
         [lowest.min(highest), highest].map(f64::to_degrees)
     }
 
-    /// Returns the part of the target that the finger can hold now, degrees, and advances by `s`
-    /// seconds of holding it.
+    /// Returns the angle nearest to the target that the finger can hold now, degrees, and advances
+    /// by `s` seconds in which it holds that angle.
     pub fn hold_reachable_target(&mut self, target_deg: f64, s: f64) -> f64 {
         let [lowest, highest] = self.range_deg();
         let reachable = target_deg.clamp(lowest, highest);
@@ -108,8 +109,9 @@ impl Reach {
         0.5 * (low + high)
     }
 
-    /// Returns the force of each muscle that holds this angle, without fatigue. The forces are
-    /// interpolated linearly between both sides at rest and one of them at full recruitment.
+    /// Returns the force with which each muscle holds this angle, without fatigue. The forces are
+    /// interpolated linearly between those at rest and those at full recruitment of the flexors or
+    /// of the extensor, whichever is needed.
     fn forces_at(&self, angle: f64) -> [f64; 3] {
         let hinge = self.spec.hinge();
         let (flexing, extending) = (self.flexing.0, self.extending.0);

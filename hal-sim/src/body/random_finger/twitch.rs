@@ -138,8 +138,9 @@ impl TwitchState {
         sum / ticks as f64
     }
 
-    /// Applies a pulse in the next millisecond, at the share `before_end` (0 to 1) of it before its
-    /// end. The calcium is exact; the recruitment changes at the millisecond.
+    /// Applies a pulse within the next millisecond; `before_end` is the share of that millisecond,
+    /// 0 to 1, that remains after the pulse. The calcium is exact; the recruitment applies to the
+    /// whole millisecond.
     pub fn pulse(&mut self, recruited: f64, before_end: f64) {
         let s = before_end * TICK_S;
         let [t1, t2] = [self.twitch.release_s, self.twitch.binding_s];

@@ -13,7 +13,7 @@ const RESTING: f64 = 1e-6;
 /// fuses has longer gaps.
 const FREE_US: u64 = 100_000;
 
-/// State of the fibres.
+/// Fibres under one pair of electrodes: their activation and the pending pulses.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Fibres {
     electrode: Electrode,

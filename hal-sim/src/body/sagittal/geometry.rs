@@ -25,8 +25,8 @@ pub const ALL: [Muscle; MUSCLES] = [
 const BEST_M: [f64; MUSCLES] = [
     0.1224, 0.1217, 0.0976, 0.1367, 0.0858, 0.1726, 0.1442, 0.2540,
 ];
-/// Isometric force of the anterior and the posterior part of the deltoid, N (Holzbaur 2005, from
-/// memory). The anterior part includes the fibres of the middle part that pull forward.
+/// Isometric force of the anterior and the posterior part of the deltoid, N (Holzbaur 2005, quoted
+/// from memory). The anterior part includes the fibres of the middle part that pull forward.
 const DELTOID_N: [f64; 2] = [1142.6, 259.9];
 /// Range of angles in which moment arms are known, degrees: elbow (`elbow_arms`), shoulder
 /// (posture). Beyond it a moment arm keeps the value at the nearer end.
@@ -34,11 +34,12 @@ pub const LIMITS_DEG: [[f64; 2]; JOINTS] = [elbow_arms::RANGE_DEG, [1.0, 120.0]]
 /// Posture to which the fibre lengths of a specification refer, degrees.
 const REFERENCE_DEG: [f64; JOINTS] = [90.0, 45.0];
 
-/// Moment arms and shortening of all muscles about one joint, by whole degrees.
+/// Moment arms and shortening of all muscles about one joint, tabulated at whole degrees.
 #[derive(Debug, Clone, PartialEq)]
 struct Table {
     from_deg: f64,
-    /// Moment arm (flexion positive), m, and shortening relative to the reference posture, m.
+    /// For each degree and muscle: moment arm (flexion positive), m, and shortening relative to the
+    /// reference posture, m.
     rows: Vec<[[f64; 2]; MUSCLES]>,
 }
 
@@ -98,7 +99,8 @@ pub struct PostureGeometry {
 }
 
 impl Geometry {
-    /// Tabulates the muscles for bones of these lengths; `fibre_length` is that of a specification.
+    /// Tabulates the muscles for bones of these lengths; `fibre_length` is the field of the same
+    /// name in `SagittalSpec`.
     #[must_use]
     pub fn new(lengths: Lengths, fibre_length: f64) -> Self {
         let elbow = |deg: f64| {

@@ -148,7 +148,7 @@ impl Links {
         [df - ds, ds]
     }
 
-    /// Returns the inertias of both segments and the coupling inertia, kg m².
+    /// Returns the inertias of both segments and the coupling inertia at this elbow angle, kg m².
     fn mass(&self, q: [f64; JOINTS]) -> [f64; 3] {
         let [own_s, own_f, both] = self.inertia;
         [own_s, own_f, both * q[ELBOW].cos()]

@@ -21,7 +21,7 @@ pub use links::{GRAVITY_M_S2, Links};
 pub use moving::{Intent, SagittalArm};
 pub use spec::{ELECTRODES, Electrode, InvalidSagittal, SagittalSpec};
 
-/// Number of joints.
+/// Number of joints of the model: flexion of elbow and of shoulder.
 pub const JOINTS: usize = 2;
 /// Index of the elbow among the joints.
 pub const ELBOW: usize = 0;

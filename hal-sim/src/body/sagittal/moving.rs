@@ -19,8 +19,8 @@ const STOPS_RAD: [[f64; 2]; JOINTS] = [[0.0, 2.53], [-0.7, 2.8]];
 pub struct Intent {
     /// Voluntary drive of each muscle, 0 to 1.
     pub drive: [f64; MUSCLES],
-    /// Intended flexions of elbow and shoulder, rad: the equilibrium of the stiffness of driven
-    /// muscles (Flash 1987).
+    /// Intended flexions of elbow and shoulder, rad: the equilibrium towards which the stiffness of
+    /// driven muscles pulls the joints (Flash 1987).
     pub flexions: [f64; JOINTS],
     /// Intended rates of elbow and shoulder, rad/s.
     pub rates: [f64; JOINTS],
@@ -47,7 +47,7 @@ impl SagittalArm {
     /// Creates an arm at rest with these flexions of elbow and shoulder, rad.
     ///
     /// # Errors
-    /// Returns E766 with the field that no arm can have.
+    /// Returns E766 with the name of the first field whose value is out of range.
     pub fn new(spec: SagittalSpec, flexions: [f64; JOINTS]) -> Result<Self, InvalidSagittal> {
         spec.validate()?;
         let geometry = Geometry::new(lengths(spec.stature_m), spec.fibre_length);
@@ -114,7 +114,8 @@ impl SagittalArm {
         self.posed = self.geometry.at(self.flexions.map(f64::to_degrees));
     }
 
-    /// Returns the torques about both joints, N m, and adds the consumed energy.
+    /// Returns the torques about both joints, N m, and adds the energy consumed in this millisecond
+    /// to the total.
     fn torques_nm(&mut self, intent: &Intent) -> [f64; JOINTS] {
         let full_n: [f64; MUSCLES] = std::array::from_fn(|muscle| {
             self.spec.strength * force_n(muscle) * self.posed.by_length[muscle]

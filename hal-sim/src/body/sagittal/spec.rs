@@ -38,15 +38,15 @@ pub struct SagittalSpec {
     /// Stiffness of elbow and shoulder about the intended angles while the wearer moves, without
     /// driven muscles, N m/rad.
     pub stiffness_nm_per_rad: [f64; JOINTS],
-    /// Increase of this stiffness per torque of driven muscles, 1/rad.
+    /// Increase of `stiffness_nm_per_rad` per torque of driven muscles, 1/rad.
     pub stiffness_per_rad: [f64; JOINTS],
-    /// Ratio of viscosity to that stiffness, s.
+    /// Ratio of the joints' viscosity to their stiffness, s.
     pub viscosity_s: f64,
     /// Viscous friction of a joint per torque of stimulated fibres, s/rad.
     pub active_damping_s_per_rad: f64,
     /// Time constant from voluntary drive to activation, s.
     pub activation_s: f64,
-    /// Pulse width at which the currents hold, µs.
+    /// Pulse width to which the currents of `electrodes` refer, µs.
     pub width_us: u32,
     /// Curvature with which recruitment rises with current, as `wearer::RECRUITMENT_CURVATURE`; not
     /// zero.
@@ -62,7 +62,8 @@ pub struct SagittalSpec {
     pub fast_part: f64,
 }
 
-/// A value that no sagittal arm can have; names the field.
+/// Error: the value of a field of a [`SagittalSpec`] is out of range. Contains the name of the
+/// field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("E766 simulated lifting arm: `{0}` is out of range")]
 pub struct InvalidSagittal(pub &'static str);
@@ -71,7 +72,7 @@ impl SagittalSpec {
     /// Checks every field.
     ///
     /// # Errors
-    /// Returns the first field that no arm can have.
+    /// Returns the name of the first field whose value is out of range.
     pub fn validate(&self) -> Result<(), InvalidSagittal> {
         let positive = |value: f64| value.is_finite() && value > 0.0;
         let not_negative = |value: f64| value.is_finite() && value >= 0.0;

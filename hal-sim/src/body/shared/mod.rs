@@ -31,7 +31,7 @@ pub struct Shared {
     units: Vec<Unit>,
     loads: [Load; CHANNELS],
     readings: Readings,
-    /// Number of readings taken.
+    /// Number of readings taken since the start of the simulation.
     taken: u64,
     latest_n: f64,
 }
@@ -40,7 +40,7 @@ impl Shared {
     /// Creates a rested muscle.
     ///
     /// # Errors
-    /// Returns the field that no shared muscle can have.
+    /// Returns the name of the first field of `spec` whose value is out of range.
     pub fn new(spec: SharedSpec) -> Result<Self, InvalidShared> {
         spec.check()?;
         let units = unit::rested_units(&spec);
@@ -61,8 +61,8 @@ impl Shared {
         self.readings.clone()
     }
 
-    /// Returns the remaining share of the units' A, as the mean of all units; 1 for a rested
-    /// muscle.
+    /// Returns the share of the force scale A that fatigue leaves, as the mean of all units; 1 for
+    /// a rested muscle.
     #[must_use]
     pub fn remaining_strength(&self) -> f64 {
         let left = self.units.iter().map(Unit::remaining_strength);

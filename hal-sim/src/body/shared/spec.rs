@@ -4,12 +4,12 @@ use crate::body::CHANNELS;
 use crate::body::muscle::Parameters;
 use crate::body::muscle::tiring::Fatigue;
 
-/// A value that no shared muscle can have; names the field.
+/// Error: the value of a field of a [`SharedSpec`] is out of range. Contains the name of the field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("shared muscle: `{0}` is out of range")]
 pub struct InvalidShared(pub &'static str);
 
-/// Recruitment curve of an electrode, and the share of each group that it can reach.
+/// Recruitment curve of an electrode, and the share of each group of motor units that it can reach.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Electrode {
     /// Current at which the first units respond, mA, above 0.
@@ -34,7 +34,7 @@ impl Electrode {
         }
     }
 
-    /// Returns b of Lee's equation 5, per mA.
+    /// Returns the exponent b of Lee 2020's recruitment curve (equation 5), per mA.
     #[must_use]
     pub fn slope_per_ma(&self) -> f64 {
         -self.foot.ln() / (self.full_ma - self.threshold_ma)

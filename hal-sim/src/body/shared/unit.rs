@@ -15,9 +15,10 @@ const STEP_S: f64 = 5e-3;
 /// A motor unit; its force is normalised.
 pub(super) struct Unit {
     muscle: FatiguingMuscle,
-    /// A of the rested unit.
+    /// Force scale A of the rested unit.
     fresh: f64,
-    /// Smallest strength of each channel's electrode at which the unit fires.
+    /// Smallest strength of each channel's electrode at which the unit fires; infinite if the
+    /// electrode does not reach the unit.
     answers: [f64; CHANNELS],
     pulse_takes: f64,
     now_us: u64,
@@ -47,7 +48,7 @@ impl Unit {
         self.muscle.force()
     }
 
-    /// Returns the remaining share of A.
+    /// Returns the share of the force scale A that fatigue leaves, 0 to 1.
     pub fn remaining_strength(&self) -> f64 {
         self.muscle.parameters().a_n_per_s / self.fresh
     }

@@ -26,8 +26,8 @@ pub struct TrainSpec {
     pub shape: Shape,
     /// Width of each phase.
     pub width_us: u64,
-    /// Maximum width, if the width may change from burst to burst. Then each burst has a width of
-    /// its own, from the limits' minimum to this, and `width_us` is ignored.
+    /// Maximum width, if the width may change from burst to burst. Each burst then has its own
+    /// width between the minimum in [`Limits`] and this maximum, and `width_us` is ignored.
     pub widest_us: Option<u64>,
     /// Requested interphase gap; the actual one is at least the dead time.
     pub gap_us: u64,
@@ -41,7 +41,7 @@ pub struct TrainSpec {
     pub burst_interval_us: u64,
     /// Grounding after each pulse; 0 for none, allowed after biphasic pulses only.
     pub ground_us: u64,
-    /// Start of the time from which all offsets count, unwrapped.
+    /// Time from which all offsets count, unwrapped.
     pub epoch_us: u64,
     /// Interval of unwrapped time in which bursts of this train may start.
     pub active_us: Range<u64>,
@@ -63,7 +63,7 @@ pub enum GroupKind {
 pub struct Group {
     /// Rule for members that do not pulse.
     pub kind: GroupKind,
-    /// Channels, 0…9.
+    /// Channels of the group, 0…9.
     pub members: Vec<u8>,
 }
 
@@ -147,7 +147,7 @@ impl TrainSpec {
         count_before(self.active_us.start)..count_before(self.active_us.end)
     }
 
-    /// Returns the first field that contradicts the others or the limits.
+    /// Returns the name of the first field that contradicts the others or the limits.
     fn contradiction(&self, expected: &Expectation) -> Option<&'static str> {
         let limits = &expected.limits;
         let monophasic = matches!(self.shape, Shape::Monophasic(_));

@@ -72,7 +72,8 @@ pub(super) fn compare<'a>(
     timed
 }
 
-/// Returns the burst number and the number within the burst of the pulse that starts at `t_us`.
+/// Returns the burst number and the number within the burst of the pulse that starts at `t_us`, or
+/// `None` if the train has no pulse then.
 fn locate(train: &TrainSpec, t_us: u64) -> Option<(u64, u64)> {
     let since_us = t_us.checked_sub(train.first_us())?;
     let (burst, within_us) = (since_us / train.period_us, since_us % train.period_us);

@@ -61,9 +61,9 @@ pub enum Rule {
     /// The amplitude exceeds the channel's limit.
     #[error("code {code} exceeds {max}")]
     Code {
-        /// Code in force at the pulse.
+        /// DAC code in force at the pulse.
         code: u16,
-        /// Limit of the channel.
+        /// Maximum DAC code of the channel.
         max: u16,
     },
     /// A phase is shorter or longer than allowed.

@@ -7,9 +7,9 @@ use std::fmt;
 /// Severe violations, each judged at the electrode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub enum Rule {
-    /// A phase longer than the maximum of a command, 500 µs, that no fault truncated.
+    /// A phase longer than any command allows, 500 µs, that no fault excuses.
     CommandedPhase,
-    /// A phase longer than a one-shot allows, 650 µs.
+    /// A phase longer than the one-shot of a stage allows, 650 µs.
     AnyPhase,
     /// More current than the wearer's limit plus 5 %.
     Current,
@@ -17,7 +17,8 @@ pub enum Rule {
     DirectCurrent,
     /// More than 65 µC left by a pulse that a fault truncated or prolonged.
     TruncatedCharge,
-    /// More pulses begun within a second than were checked.
+    /// More pulses begun within a second than the channel's limit,
+    /// [`super::Channel::pulses_per_s`].
     Rate,
     /// Output after the deadline of a stop, host silence or fault.
     PastDeadline,
@@ -54,7 +55,7 @@ impl Rule {
 /// Violation of one rule at one electrode, once or more often.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Finding {
-    /// Violated rule.
+    /// Violated rule, which determines the unit of `amount` and `limit`.
     pub rule: Rule,
     /// Channel number, 0…9 (shown from 1).
     pub channel: u8,
@@ -81,8 +82,8 @@ impl fmt::Display for Finding {
     }
 }
 
-/// Pulse that a fault truncated or prolonged. It is excused, and left out of the direct current if
-/// that makes the current smaller.
+/// Pulse that a fault truncated or prolonged. The pulse is excused, and left out of the direct
+/// current if that makes the current smaller.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Truncated {
     /// Start of the pulse, µs.
@@ -119,7 +120,8 @@ pub struct OutputJudgement {
 }
 
 impl OutputJudgement {
-    /// Records a violation of `rule`.
+    /// Records a violation of `rule`. Violations of the same rule on the same channel share one
+    /// entry.
     pub(super) fn record_finding(
         &mut self,
         rule: Rule,

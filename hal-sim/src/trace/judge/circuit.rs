@@ -55,10 +55,11 @@ pub(super) struct Flow {
 #[derive(Clone, Debug)]
 pub(super) struct Circuit {
     series: Option<Series>,
-    /// Voltage across the capacitor, V. The next fields are its parts left by truncated pulses, and
-    /// remaining from before the latest pulse.
+    /// Voltage across the capacitor, V.
     volts: f64,
+    /// Part of the capacitor's voltage that truncated pulses left, V.
     apart: f64,
+    /// Part of the capacitor's voltage that remains from before the latest pulse, V.
     before: f64,
 }
 

@@ -39,7 +39,7 @@ impl DirectCurrentWindow {
     }
 
     /// Removes the latest sample, because a phase that begins now may be the rest of the pulse that
-    /// was excused there.
+    /// was excused at that sample.
     pub fn resume_excused(&mut self) {
         self.samples.pop_back();
     }
@@ -70,8 +70,8 @@ impl DirectCurrentWindow {
     }
 }
 
-/// Returns the value of smallest magnitude that remains of `whole` after subtracting any of the
-/// excused charges.
+/// Returns what remains of the charge `whole` after subtraction of those excused charges, any
+/// number of them, that make its magnitude smallest.
 fn least(whole: f64, excused: &[(u64, f64)]) -> f64 {
     let Some((&(_, charge), others)) = excused.split_first() else {
         return whole;

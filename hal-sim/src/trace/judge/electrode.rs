@@ -18,7 +18,7 @@ const CURRENT_MARGIN: f64 = 1.05;
 const DIRECT_A: f64 = 1e-6;
 /// Maximum charge of one truncated pulse, C: 650 µs of 100 mA.
 const TRUNCATED_C: f64 = 65e-6;
-/// Grounding that gives a phase's charge back, µs (hardware.md: at least 1 ms).
+/// Shortest grounding that counts as giving a phase's charge back, µs (hardware.md: at least 1 ms).
 const GIVES_BACK_US: u64 = 900;
 const SECOND_US: u64 = 1_000_000;
 
@@ -150,23 +150,23 @@ impl<'a> Electrode<'a> {
         self.flow(to_us);
     }
 
-    /// Returns the time at which the current pulse ends if nothing more is driven, from its maximum
-    /// wait alone.
+    /// Returns the time at which the present pulse counts as ended if nothing more is driven: its
+    /// maximum wait for another phase after the last phase or grounding.
     fn pulse_end_us(&self) -> Option<u64> {
         let pulse = self.pulse.filter(|_| self.phase.is_none())?;
         let is_isolated = self.grounded_since.is_none();
         is_isolated.then_some(pulse.end_us.max(self.ungrounded_us) + pulse.max_wait_us())
     }
 
-    /// Returns the same time, but `None` if a fault may have delayed the second phase: the next
-    /// phase decides then.
+    /// Returns [`Self::pulse_end_us`], or `None` if a fault may have delayed the second phase: then
+    /// the next phase decides.
     fn rest_due(&self) -> Option<u64> {
         let is_lone = self.pulse.is_some_and(|pulse| pulse.is_lone());
         let over_us = self.pulse_end_us()?;
         (!is_lone || !self.is_due(over_us)).then_some(over_us.max(self.now_us))
     }
 
-    /// Returns how the stage is connected now.
+    /// Returns how the stage is connected to the load now.
     fn path(&self) -> Path {
         let (state, Some(ohm)) = (self.logic.state(), self.ohm) else {
             return Path::Open;

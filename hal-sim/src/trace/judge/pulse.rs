@@ -7,8 +7,8 @@ pub(super) const COMMANDED_US: u64 = 500;
 /// Maximum relative difference between the charges of two phases of a pulse, as a fraction of the
 /// larger one.
 const BALANCED: f64 = 0.05;
-/// Time after which a single phase remains alone, µs: the grounding of a member of an isolated
-/// group may have to wait for others.
+/// Time without a second phase after which a pulse counts as having only one, µs. It is long,
+/// because the grounding of a member of an isolated group may have to wait for other members.
 const ALONE_US: u64 = 5_000;
 
 /// An interval of current in one direction.
@@ -26,12 +26,14 @@ pub(super) struct Phase {
 pub(super) struct Pulse {
     pub start_us: u64,
     pub end_us: u64,
-    /// Start of its latest phase, µs; the next field is that phase's direction.
+    /// Start of the latest phase, µs.
     pub phase_us: u64,
+    /// Direction of the latest phase: 1 anodic, −1 cathodic.
     sign: i64,
     phases: u8,
-    /// Sum of the charges of its phases, C; the next field is the largest.
+    /// Sum of the charges of all phases, C.
     pub net: f64,
+    /// Largest magnitude of the charge of a phase, C.
     greatest: f64,
     /// Whether a phase was longer than any commanded one.
     pub is_long: bool,
@@ -69,8 +71,8 @@ impl Pulse {
     }
 
     /// Returns whether a second phase may begin as late as `t_us`, counted from the start of the
-    /// pulse: the first phase may have been truncated. A fault that slows or stops a clock delays
-    /// it further.
+    /// pulse: the first phase may have been truncated. A fault that slows or stops a clock can
+    /// delay the second phase beyond that.
     pub const fn awaits(&self, t_us: u64) -> bool {
         t_us - self.start_us <= COMMANDED_US + MAX_GAP_US
     }

@@ -17,7 +17,7 @@ const EQUAL_US: i64 = 2;
 pub enum Cause {
     /// The current exceeded the level of a comparator.
     OverCurrent,
-    /// A direction was held until its one-shot ended it.
+    /// A line requested a direction for so long that the one-shot ended it.
     Held,
     /// A direction was requested again before the charge of the previous one was given back.
     NotGivenBack,

@@ -78,9 +78,9 @@ pub enum StageLogic {
     /// Logic of hardware.md: a direction is not driven again before the other direction or
     /// grounding has given the charge back, and a phase that the one-shot ends is latched.
     Interlocked,
-    /// Four states of two lines, with a one-shot for each line that starts when the line rises and
-    /// again after it falls: with one broken line, the stage drives at each grounding. For
-    /// comparison only.
+    /// Simpler logic, for comparison only. The two lines select one of four states, and each line
+    /// has a one-shot that starts whenever the line rises. If one line is broken, the stage drives
+    /// current at each grounding.
     TwoBit,
 }
 
@@ -131,14 +131,14 @@ impl Hardware {
 /// One of a channel's two lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Line {
-    /// Line `c`.
+    /// Line `c`; if it alone is high, the stage drives cathodic current.
     Cathodic,
-    /// Line `a`.
+    /// Line `a`; if it alone is high, the stage drives anodic current.
     Anodic,
 }
 
-/// A broken line: its stage sees a fixed level instead of the pin's. Counts as a fault of its
-/// channel.
+/// A broken line: its stage sees a fixed level instead of the pin's level. It counts as a fault of
+/// its channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct StuckLine {
     /// Channel number, 0…9.
@@ -151,19 +151,19 @@ pub struct StuckLine {
     pub from_us: u64,
 }
 
-/// An injected fault. Each channel's first truncated or prolonged pulse after it is excused, once,
-/// up to 650 µs and 65 µC, and listed ([`super::Truncated`]).
+/// An injected fault. On each channel, the first truncated or prolonged pulse after the fault is
+/// excused, up to 650 µs and 65 µC, and listed ([`super::Truncated`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Fault {
     /// Time of the fault, µs.
     pub t_us: u64,
 }
 
-/// An interval in which nothing may be driven, because a stop, host silence or a fault preceded it
-/// by its deadline.
+/// Interval in which nothing may be driven. It begins at the deadline of a stop, of host silence or
+/// of a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct QuietInterval {
-    /// Deadline, µs.
+    /// Start of the interval: the deadline of the event, µs.
     pub from_us: u64,
     /// First instant at which output is allowed again, µs.
     pub until_us: u64,

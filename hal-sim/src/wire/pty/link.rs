@@ -7,8 +7,9 @@ use std::os::unix::fs::{MetadataExt, symlink};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Number of attempts to lock a folder, and the time between them.
+/// Number of attempts to lock a folder.
 const ATTEMPTS: u32 = 100;
+/// Time between two attempts to lock a folder.
 const ATTEMPT: Duration = Duration::from_millis(5);
 
 /// A symbolic link to a terminal, removed on drop unless another one has replaced it.

@@ -34,12 +34,12 @@ pub(super) struct Direction {
     pub weights: Vec<f64>,
 }
 
-/// Sets of directions in order of increasing number.
+/// Sets of directions, ordered by the number of directions in them.
 #[derive(Debug, Clone)]
 pub(super) struct Directions {
     sets: Vec<Vec<Direction>>,
     exponent: f64,
-    /// Conductivity of muscle along over across its fibres.
+    /// Conductivity of muscle along its fibres, divided by that across them.
     contrast: f64,
 }
 
@@ -63,9 +63,10 @@ impl Directions {
         }
     }
 
-    /// Returns enough directions for the potential at a point below `muscle_m` of muscle at a depth
-    /// of `fat_m` (counted from the nearest image), whose farthest source is `across_m` to the
-    /// side. Returns the finest set if none suffices.
+    /// Returns the smallest set of directions that suffices for the potential at a point, or the
+    /// finest set if none suffices. The path to the point leads through `fat_m` of fat, counted
+    /// from the nearest image, and `muscle_m` of muscle; the farthest source is `across_m` to the
+    /// side.
     ///
     /// The integrand is periodic, so the midpoint rule with N nodes has an error of exp(−2·N·d),
     /// where d is the distance from the real axis to the first singularity. The singularities are

@@ -71,7 +71,7 @@ pub struct Field {
     directions: Directions,
 }
 
-/// Terms of one direction whose images lie at increasing depth.
+/// Part of the potential in one direction whose images lie at increasing depth.
 struct Wave {
     strength: f64,
     /// Depth of the first image, m; each further image adds 2·h.
@@ -111,9 +111,9 @@ impl Field {
         &self.tissue
     }
 
-    /// Returns the potential and its derivatives at `at_m` per ampere into `pad`, which leaves at a
-    /// distant point. The coordinates are x along the fibres, y around the forearm and z the depth
-    /// below the skin, m, above zero.
+    /// Returns the potential and its derivatives at `at_m`, per ampere that enters through `pad`
+    /// and leaves at a distant point. The coordinates are x along the fibres, y around the forearm
+    /// and z the depth below the skin, m, above zero.
     ///
     /// In muscle, below at least 2 mm of fat and within 0.3 m of the pad, the error is below 1e-5
     /// of the potential, of the length of the slope vector and of the largest curvature at that
@@ -144,10 +144,10 @@ impl Field {
         }
     }
 
-    /// Returns the mean potential under `b` per ampere into `a` that leaves at a distant point, Ω.
-    /// The value is symmetric in `a` and `b`; for a pad with itself it is the spreading resistance.
-    /// Skin and gel are not included. Errors are below 1e-5 for at least 2 mm of fat and pads that
-    /// do not overlap, or are the same.
+    /// Returns the mean potential under `b` per ampere that enters through `a` and leaves at a
+    /// distant point, Ω. The value is symmetric in `a` and `b`; for a pad with itself it is the
+    /// spreading resistance. Skin and gel are not included. Errors are below 1e-5 for at least 2 mm
+    /// of fat and pads that do not overlap, or are the same.
     pub fn resistance(&self, a: &Pad, b: &Pad) -> f64 {
         // The mean is taken over the smaller pad, because the potential of the larger one varies
         // less.

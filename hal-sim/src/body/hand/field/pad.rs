@@ -25,11 +25,11 @@ pub struct Pad {
     pub x_m: f64,
     /// Position of the middle around the forearm, m.
     pub y_m: f64,
-    /// Outline of the pad.
+    /// Shape and size of the pad around its middle.
     pub shape: Shape,
 }
 
-/// A value of a [`Pad`] that no pad can have; names the field.
+/// Error: the value of a field of a [`Pad`] is out of range. Contains the name of the field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("pad: `{0}` is out of range")]
 pub struct InvalidPad(pub &'static str);
@@ -55,7 +55,7 @@ impl Pad {
         }
     }
 
-    /// Returns the area of the pad, m².
+    /// Returns the area of skin that the pad covers, m².
     pub fn area_m2(&self) -> f64 {
         match self.shape {
             Shape::Round { diameter_m } => 0.25 * std::f64::consts::PI * diameter_m * diameter_m,

@@ -98,7 +98,8 @@ fn right_root(v: Complex64) -> Complex64 {
     }
 }
 
-/// Returns the second differences of v·ln v, ln v and 1/v, divided by −4·a·b.
+/// Returns [`Profile::means`] for a rectangle by the exact formula: the second differences of v·ln
+/// v, ln v and 1/v, divided by −4·a·b.
 #[inline]
 fn boxes(w: Complex64, [a, b]: [f64; 2]) -> [Complex64; 3] {
     let (wide, narrow) = (a + b, a - b);
@@ -119,7 +120,8 @@ fn boxes(w: Complex64, [a, b]: [f64; 2]) -> [Complex64; 3] {
     ]
 }
 
-/// Returns the same values from even moments: Σ (−1)^j m₂ⱼ / w^(2j+1).
+/// Returns [`Profile::means`] for a rectangle if |w| is large, from its even moments: Σ (−1)^j m₂ⱼ
+/// / w^(2j+1).
 #[inline]
 fn far_boxes(w: Complex64, half: [f64; 2]) -> [Complex64; 3] {
     let [a, b] = half.map(|h| h * h);
@@ -142,8 +144,8 @@ fn far_boxes(w: Complex64, half: [f64; 2]) -> [Complex64; 3] {
     ]
 }
 
-/// Returns the real part of the fourth difference of v³·ln v / 6, divided by 16 times the product
-/// of the half-widths.
+/// Returns [`Profile::mean_with`] for two rectangles: the real part of the fourth difference of
+/// v³·ln v / 6, divided by 16 times the product of the half-widths.
 fn four_boxes(w: Complex64, pads: [[f64; 2]; 2]) -> f64 {
     let [[a, b], [c, d]] = pads;
     let sum: f64 = (0..16u32)

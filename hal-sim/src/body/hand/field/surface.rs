@@ -63,8 +63,9 @@ pub(super) fn inverse_distance(shape: Shape, x: f64, y: f64) -> f64 {
     }
 }
 
-/// Returns the same for a disc, from a point in its plane. The elliptic integrals have modulus r/a
-/// inside and a/r outside.
+/// Returns the mean of 1/distance from a point to a disc in the same plane, 1/m; `distance` is that
+/// from the point to the middle of the disc. The elliptic integrals have modulus r/a inside and a/r
+/// outside.
 fn to_disc(radius: f64, distance: f64) -> f64 {
     let scale = 4.0 / (PI * radius);
     if distance <= radius {
@@ -92,7 +93,8 @@ fn elliptic(k: f64) -> (f64, f64) {
     (first * (1.0 - sum), rest * first)
 }
 
-/// Returns a function whose derivative ∂²/∂x∂y is 1/√(x² + y²).
+/// Returns a function whose mixed derivative ∂²/∂x∂y is 1/√(x² + y²), so that its values at the
+/// corners of a rectangle give the integral over the rectangle.
 fn to_corner(x: f64, y: f64) -> f64 {
     let term = |a: f64, b: f64| {
         if a == 0.0 {

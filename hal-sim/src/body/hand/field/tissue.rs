@@ -16,7 +16,8 @@ pub struct Tissue {
     pub across_s_per_m: f64,
 }
 
-/// A value of a [`Tissue`] for which the solution does not hold; names the field.
+/// Error: the value of a field of a [`Tissue`] is outside the range in which the solution is valid.
+/// Contains the name of the field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("tissue: `{0}` is out of range")]
 pub struct InvalidTissue(pub &'static str);
@@ -65,8 +66,8 @@ impl Tissue {
         (contrast * cos * cos + sin * sin).sqrt()
     }
 
-    /// Returns the reflection of this wave at the boundary from fat to muscle, −1 to 1. Potential
-    /// and current are continuous across the boundary.
+    /// Returns the reflection coefficient, −1 to 1, at the boundary from fat to muscle for a wave
+    /// with this [`Self::decay`]. Potential and current are continuous across the boundary.
     pub(super) fn reflection(&self, decay: f64) -> f64 {
         let muscle = self.across_s_per_m * decay;
         (self.fat_s_per_m - muscle) / (self.fat_s_per_m + muscle)

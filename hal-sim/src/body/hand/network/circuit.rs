@@ -17,16 +17,17 @@ pub enum Source {
 pub struct Circuit {
     /// Number of active electrodes; also the index of the common return.
     pub actives: usize,
-    /// Voltage between an active terminal and the return's per ampere that enters another terminal
-    /// and leaves through the return: tissue and series resistances.
+    /// Voltage between an active terminal (row) and the terminal of the return, per ampere that
+    /// enters an active terminal (column) and leaves through the return: tissue and series
+    /// resistances.
     loop_ohm: Matrix,
     /// Capacitance of every electrode, F; 0 for none.
     pub farad: Vector,
 }
 
 impl Circuit {
-    /// Creates the circuit. `tissue_ohm` is the tissue's part of the loops, for all skins but the
-    /// last, which is that of the return.
+    /// Creates the circuit. `tissue_ohm` contains the loop resistances of the tissue between all
+    /// active electrodes. `skins` has one entry per electrode, that of the common return last.
     pub fn new(tissue_ohm: &Matrix, skins: &[Skin]) -> Self {
         let actives = skins.len() - 1;
         let mut series_ohm = [0.0; SIZE];
@@ -42,14 +43,16 @@ impl Circuit {
         }
     }
 
-    /// Returns the voltage between an active terminal and the return's, from all currents into the
-    /// tissue and the voltages over the skins' R_p and C.
+    /// Returns the voltage of an active terminal relative to that of the return, V. `current_a`
+    /// contains the currents of all electrodes into the tissue, `skin_v` the voltages over R_p and
+    /// C of their skins.
     pub fn terminal_v(&self, electrode: usize, current_a: &Vector, skin_v: &Vector) -> f64 {
         let drop_v = dot(&self.loop_ohm[electrode], current_a);
         drop_v + skin_v[electrode] - skin_v[self.actives]
     }
 
-    /// Returns the resistance of an active electrode's loop at the first instant, Ω.
+    /// Returns the tissue and series resistance of an active electrode's loop, Ω: the one that a
+    /// current meets before the capacitors charge.
     pub fn own_ohm(&self, electrode: usize) -> f64 {
         self.loop_ohm[electrode][electrode]
     }
@@ -75,7 +78,8 @@ impl Circuit {
     }
 }
 
-/// Adds a series resistance at every electrode; that of the return is part of all loops.
+/// Adds a series resistance at every electrode to the loop resistances; that of the return is part
+/// of all loops.
 fn in_series(loop_ohm: &Matrix, more_ohm: &Vector, actives: usize) -> Matrix {
     let mut out = *loop_ohm;
     for (electrode, row) in out[..actives].iter_mut().enumerate() {

@@ -21,7 +21,7 @@ pub struct Exponentials {
     count: usize,
 }
 
-/// Up to as many times as there are terms, in rising order, and their number.
+/// Times in rising order, s, at most as many as there are terms, and their number.
 type Instants = ([f64; SIZE], usize);
 
 impl Exponentials {
@@ -122,8 +122,9 @@ impl Exponentials {
         Self::new(-slowest * first, rest)
     }
 
-    /// Returns all zeros within (0, `end_s`) at which the sign changes. Between two of them lies a
-    /// zero of the derivative, which has fewer terms; the recursion starts from those.
+    /// Returns all zeros within (0, `end_s`) at which the sign changes. The zeros of the
+    /// derivative, which has fewer terms, are computed first: between two of them lies at most one
+    /// zero of the function.
     fn zeros(&self, end_s: f64) -> Instants {
         let mut found = ([0.0; SIZE], 0);
         if !self.may_change_sign() {

@@ -14,8 +14,8 @@ use super::piece::{Charge, Piece};
 use super::skin::Skin;
 use super::symmetric::{Matrix, SIZE, Vector, dot, identity};
 
-/// Relative difference between each R_p and the one that its current requires at which they count
-/// as equal: a hundredth of the error in current that freezing causes.
+/// Relative difference below which an R_p counts as equal to the one that its current requires: a
+/// hundredth of the error in current that freezing causes.
 const AGREED: f64 = 1e-4;
 
 /// Maximum number of iterations; five are usual.
@@ -37,10 +37,11 @@ const GAUSS: [(f64, f64); 8] = [
     (0.980_144_928_248_768_1, 0.050_614_268_145_188_13),
 ];
 
-/// A segment for which the R_p are sought.
+/// A segment whose frozen skin resistances R_p are to be found.
 pub struct FrozenSegment<'a> {
     pub circuit: &'a Circuit,
-    /// Modes with R_0 for every set of terminals at a voltage; bit k of the index is terminal k.
+    /// Modes with R_p = R_0, one entry for every set of terminals that have a given voltage: bit k
+    /// of the entry's index is set if terminal k belongs to the set.
     pub modes: &'a [Modes],
     pub skins: &'a [Skin],
     pub terminals: &'a [Terminal],
@@ -92,7 +93,8 @@ impl FrozenSegment<'_> {
         stages.pieces(charge, limiting, self.duration_s)
     }
 
-    /// Returns the excess of each `drop` over the one that the current of its electrode requires.
+    /// Returns, for each electrode, how far `drop` exceeds the value that the mean current
+    /// requires.
     fn drop_errors(&self, pieces: &[Piece], drop: &Vector) -> Vector {
         let mut wrong = [0.0; SIZE];
         if self.skins.iter().all(Skin::is_linear) {
@@ -107,7 +109,7 @@ impl FrozenSegment<'_> {
     }
 }
 
-/// Returns the mean of every electrode's |I|, weighted by |v|; 0 if v is 0 throughout.
+/// Returns the mean |I| of every electrode, weighted by |v|, A; 0 if v is 0 throughout.
 fn means_a(pieces: &[Piece], electrodes: usize) -> Vector {
     let (mut sums, mut weights) = ([0.0; SIZE], [0.0; SIZE]);
     for piece in pieces {

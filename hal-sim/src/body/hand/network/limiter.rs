@@ -43,7 +43,8 @@ pub enum Limiting {
 /// All stages of a segment, with the R_p at which the segment is frozen.
 pub struct Stages<'a> {
     pub circuit: &'a Circuit,
-    /// Modes with R_0 for every set of terminals at a voltage; bit k of the index is terminal k.
+    /// Modes with R_p = R_0, one entry for every set of terminals that have a given voltage: bit k
+    /// of the entry's index is set if terminal k belongs to the set.
     pub modes: &'a [Modes],
     /// R_p of every electrode, Ω; `None` for R_0.
     pub parallel_ohm: Option<&'a Vector>,

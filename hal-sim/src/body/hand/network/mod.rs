@@ -34,7 +34,8 @@ const ASYMMETRY: f64 = 1e-9;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Network {
     circuit: Circuit,
-    /// Modes with R_0 for every set of terminals at a voltage; bit k of the index is terminal k.
+    /// Modes with R_p = R_0, one entry for every set of terminals that have a given voltage: bit k
+    /// of the entry's index is set if terminal k belongs to the set.
     modes: Vec<Modes>,
     skins: Vec<Skin>,
     limit_a: f64,
@@ -190,7 +191,8 @@ impl Network {
     }
 }
 
-/// Checks the tissue's resistances and returns them as loops, made exactly symmetric.
+/// Checks the tissue's resistances and returns them as resistances of loops through the common
+/// return, made exactly symmetric.
 fn tissue(resistance_ohm: &[Vec<f64>], electrodes: usize) -> Result<Matrix, InvalidNetwork> {
     let is_whole = |row: &Vec<f64>| row.len() == electrodes;
     if resistance_ohm.len() != electrodes || !resistance_ohm.iter().all(is_whole) {

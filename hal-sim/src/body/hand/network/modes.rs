@@ -15,7 +15,7 @@ use super::symmetric::{Matrix, SIZE, Vector, dot, eigen, inverse};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Modes {
     parallel_ohm: Vector,
-    /// Terminals at a voltage.
+    /// Terminals that have a given voltage; the others carry a given current.
     at_voltage: ElectrodeSubset,
     /// Loop resistances, with R_p in series for electrodes without a capacitor.
     loop_ohm: Matrix,
@@ -24,7 +24,7 @@ pub struct Modes {
     /// Voltages and currents of each mode, scaled so that Σ C v² is 1; voltages of capacitors only.
     shapes: [Term; SIZE],
     rows: usize,
-    /// Eigenvectors, also a good initial guess for those with other R_p.
+    /// Eigenvectors, which are also a good initial guess of the eigenvectors with other R_p.
     pub basis: Matrix,
 }
 
@@ -49,7 +49,7 @@ impl ElectrodeSubset {
         &self.list[..self.count]
     }
 
-    /// Returns the rows and columns of these electrodes.
+    /// Returns the part of `matrix` with the rows and columns of these electrodes.
     fn submatrix(&self, matrix: &Matrix) -> Matrix {
         let mut out = [[0.0; SIZE]; SIZE];
         for (row, i) in out.iter_mut().zip(self.as_slice()) {

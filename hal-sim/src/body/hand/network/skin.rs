@@ -28,7 +28,8 @@ impl Skin {
         self.half_a == f64::INFINITY
     }
 
-    /// Returns the first field that no skin can have, and the field's range.
+    /// Returns the name of the first field whose value is out of range, and the allowed range, or
+    /// `None` if all fields are valid.
     pub(super) fn first_invalid_field(&self) -> Option<(&'static str, &'static str)> {
         let positive = |value: f64| value.is_finite() && value > 0.0;
         let rules = [

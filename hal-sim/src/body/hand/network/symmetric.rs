@@ -4,7 +4,7 @@
 //! few microseconds altogether: nothing here allocates, and a good guess of the eigenvectors saves
 //! most of the work.
 
-/// Maximum number of rows.
+/// Maximum number of rows and columns: one for each electrode of a network.
 pub const SIZE: usize = 7;
 /// One value per electrode; entries beyond the last electrode are 0.
 pub type Vector = [f64; SIZE];
