@@ -6,10 +6,11 @@ use crate::fields::field::Need::{OrTold, OrWord};
 use crate::fields::field::{Field, Kind, Number, field, one_of};
 use crate::fields::table::Table;
 
-/// Ways in which the forearm is held, and their names in session files.
+/// Supports of the forearm, and their names in session files.
 const HELD: [(&str, Support); 2] = [("cuff", Support::InCuff), ("freely", Support::Freely)];
 
-/// Seed of the randomly generated arms, which sessions choose by index.
+/// Seed from which the random draws of an arm are generated. A session chooses one of the draws by
+/// its index.
 const ARMS: u64 = 2023;
 
 /// Returns the fields that only `kind = "arm"` has.
@@ -30,8 +31,8 @@ pub(super) fn arm_fields() -> [Field; 6] {
     all.map(|field| field.when("kind", &["arm"]))
 }
 
-/// Reads the arm with its posture, and how its forearm is held; angles that the file leaves out are
-/// those of [`Posture::STUDY`].
+/// Reads the arm with its posture, and the support of its forearm. Angles that the file leaves out
+/// are those of [`Posture::STUDY`].
 pub(super) fn read_arm(t: &Table<'_>) -> (ArmSpec, Support) {
     let real = |name, default| t.real(name).unwrap_or(default);
     let d = Posture::STUDY;

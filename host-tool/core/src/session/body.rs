@@ -16,30 +16,33 @@ use super::worn::WearerContext;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// Simulated wearer of a session.
+/// The simulated wearer of a session, as `[body]` configures it.
 #[derive(Clone, PartialEq, Debug)]
 pub enum BodySpec {
-    /// Index finger with two flexor points and an extensor point.
+    /// Index finger with two electrodes over its flexors (points A and B) and one over its
+    /// extensor.
     Finger(Box<FingerSpec>),
-    /// Forearm that flexes at the elbow, and the person who moves it.
+    /// Forearm that flexes at the elbow by its stimulated biceps and triceps, and by the simulated
+    /// wearer's own movements.
     Elbow(Box<ElbowSpec>),
-    /// Forearm and hand under the session's electrodes.
+    /// Multibody forearm model with hand, under three electrodes that belong to channels.
     Hand(Box<FittedHand>),
     /// Right arm under nine electrodes, channels 1 to 9.
     Arm {
         /// Anatomy of the arm, and its posture.
         spec: Box<ArmSpec>,
-        /// Support of the forearm: the cuff of a force sensor, or the person alone.
+        /// Support of the forearm: the cuff of a force sensor, or nothing but the wearer.
         held: Support,
     },
-    /// Dummy load on every channel.
+    /// Dummy load on every channel, without a wearer.
     Still {
         /// Resistance of each load, Ω.
         load_ohm: u32,
     },
 }
 
-/// Reads the `[body]` of a file that has these channels and this wearer.
+/// Reads `[body]`. `channels` are the valid channels of the file. `person` is the wearer whom the
+/// file names.
 pub(super) fn read_body(
     t: &Table<'_>,
     channels: &[Channel],
@@ -63,8 +66,8 @@ pub(super) fn read_body(
     })
 }
 
-/// Reads a participant's finger. If the file names no participant, the participant is the wearer of
-/// the wearer file.
+/// Reads a finger of a participant of Hamana 2022. If the file names no participant, the
+/// participant is the wearer of the wearer file.
 fn read_finger(t: &Table<'_>, person: &WearerContext) -> Option<FingerSpec> {
     let participant = if t.has("participant") {
         t.choice("participant", &PARTICIPANTS)?

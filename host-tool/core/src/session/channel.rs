@@ -14,27 +14,30 @@ use crate::wearer::Unit;
 /// One output channel of a session, with its optional muscle model and force control.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Channel {
-    /// Number in files and on the board, 1–10; the link counts from 0.
+    /// Number in session files and on the board, 1–10. See [`Channel::index`] for the number on the
+    /// link.
     pub number: u8,
-    /// Name that the wearer gives the channel.
+    /// Name that the wearer uses for the channel.
     pub name: String,
-    /// Train, output stage and limit, as the device receives them.
+    /// Train, output stage and amplitude limit, as the device receives them.
     pub spec: ChannelSpec,
-    /// Muscle under the electrodes, if its force is to be predicted.
+    /// Model of the muscle under the electrodes; `None` if the device predicts no force for this
+    /// channel.
     pub muscle: Option<Muscle>,
-    /// Force control of the muscle on the device, if the host asks for forces.
+    /// Force control of the muscle on the device; `None` if the file gives the channel no `force`.
     pub force: Option<ForceSpec>,
 }
 
 impl Channel {
-    /// Returns the channel's index on the link, 0–9.
+    /// Returns the index by which the protocol addresses the channel: 0–9, one less than its
+    /// number.
     #[must_use]
     pub const fn index(&self) -> u8 {
         self.number - 1 // 1–10
     }
 
-    /// Returns the force control as the device runs it, or `None` without a valid muscle and
-    /// `force`.
+    /// Returns the force control as the device runs it, or `None` if the channel has no valid
+    /// muscle or no `force` table.
     pub(super) fn force_control(&self) -> Option<ForceControl> {
         let muscle = self.muscle.as_ref()?;
         let recruitment = Recruitment::new(muscle.recruitment).ok()?;
@@ -49,13 +52,14 @@ impl Channel {
         .ok()
     }
 
-    /// Returns whether a setpoint may ask for a larger pulse width than the train's own.
+    /// Returns whether a setpoint may ask for a pulse width other than the train's own. This is so
+    /// if `max_width_us` is larger than `width_us`.
     #[must_use]
     pub const fn has_live_width(&self) -> bool {
         self.spec.train.max_width_us > self.spec.train.width_us
     }
 
-    /// Returns the unit of the amplitudes, mA or V by the output stage.
+    /// Returns the unit of the amplitudes: mA for a current stage, V for a voltage stage.
     #[must_use]
     pub const fn unit(&self) -> Unit {
         match self.spec.stage {

@@ -16,16 +16,17 @@ use crate::fields::error::Problem;
 use crate::fields::table::Table;
 use crate::wearer::Electrode;
 
-/// The channels of a file: those that could be read, and which others the file has.
+/// The channels of a session file: those that could be read, and the numbers of the others.
 #[derive(Default)]
 pub(super) struct Channels {
     /// Channels without errors, sorted by number.
     pub(super) list: Vec<Channel>,
-    /// Channels that could be read but are beyond one of their own limits.
+    /// Channels that could be read, but that exceed one of their own limits.
     pub(super) beyond: Vec<Channel>,
-    /// Electrodes of the wearer file for the channels in `list`, converted to their pulse widths.
+    /// Electrodes of the wearer file for the channels in `list`. Each is converted to the largest
+    /// pulse width of its channel.
     pub(super) fitted: Vec<Electrode>,
-    /// Numbers in use: bit i is set if the file has channel i of the link, with or without errors.
+    /// Channels that the file has, with or without errors: bit i is channel i on the link.
     named: u16,
     /// Whether any channel has an error.
     wrong: bool,
@@ -35,8 +36,8 @@ pub(super) struct Channels {
 }
 
 impl Channels {
-    /// Reads every `[[channel]]` of a session of `duration_us` into `draft`, and adds to `notes`
-    /// the values that had to be rounded.
+    /// Reads every `[[channel]]` of a session of `duration_us` into `draft`. Adds a note to `notes`
+    /// for each value that had to be rounded or converted.
     pub(super) fn read(
         root: &Table<'_>,
         person: &WearerContext,
@@ -77,12 +78,13 @@ impl Channels {
         all
     }
 
-    /// Returns whether every channel of the file could be read.
+    /// Returns whether every channel of the file could be read without an error.
     pub(super) const fn all_valid(&self) -> bool {
         !self.wrong && !self.unknown
     }
 
-    /// Returns the electrode of the wearer file under this channel, at the channel's pulse width.
+    /// Returns the electrode of the wearer file under the channel of this number (from 1),
+    /// converted to the channel's largest pulse width; `None` without a wearer file.
     pub(super) fn electrode(&self, channel: u8) -> Option<&Electrode> {
         self.fitted
             .iter()
@@ -99,15 +101,16 @@ impl Channels {
         Some([least, most.min(channel.spec.limit)])
     }
 
-    /// Returns the channel that the field `name` refers to. Reports an error if the file has no
-    /// channel of this number; for a channel that has errors of its own, these are enough.
+    /// Returns the channel whose number is in the field `name`, if the channel has no errors.
+    /// Reports an error at the field if the file has no channel of this number. A channel with
+    /// errors of its own is not reported a second time here.
     pub(super) fn find(&self, t: &Table<'_>, name: &str) -> Option<&Channel> {
         let number = t.integer(name);
         self.find_number(t, name, number)
     }
 
-    /// Returns the channel of this number, to which the field `name` refers; reports errors as
-    /// [`Self::find`] does.
+    /// Returns the channel of this `number`, as [`Self::find`] does. Errors are reported at the
+    /// field `name`.
     pub(super) fn find_number(&self, t: &Table<'_>, name: &str, number: u8) -> Option<&Channel> {
         let found = self.list.iter().find(|c| c.number == number);
         let index = number.checked_sub(1)?;
@@ -120,8 +123,8 @@ impl Channels {
     }
 }
 
-/// Returns the amplitude of this field or, if the field is missing, the `known` one of the wearer
-/// file; reports a missing field if there is neither.
+/// Returns the amplitude in the field `name`. If the field is missing, returns `known`, which comes
+/// from the wearer file. If both are missing, reports the missing field.
 pub(super) fn amplitude_or(
     t: &Table<'_>,
     name: &str,
@@ -136,8 +139,9 @@ pub(super) fn amplitude_or(
     known
 }
 
-/// Reads one `[[channel]]` into `draft` and reports its errors. If the draft refuses the channel,
-/// the error holds the channel without muscle and force.
+/// Reads one `[[channel]]` into `draft` and reports its errors. Returns the channel and its
+/// converted electrode of the wearer file. If the draft refuses the channel, the `Err` holds the
+/// channel without muscle and force; after any other error it is `Err(None)`.
 fn read_channel(
     t: &Table<'_>,
     person: &WearerContext,
@@ -231,8 +235,9 @@ fn read_train(t: &Table<'_>, number: u8, notes: &mut Vec<String>) -> TrainSpec {
     }
 }
 
-/// Reads the behaviour of the trigger input: from `trigger`, or from `triggered`, which means a
-/// start.
+/// Reads the effect of the trigger input on the train, from `trigger` or from its short form
+/// `triggered = true`, which means that an edge starts the train. Returns `None` if the train does
+/// not wait for the input.
 fn read_trigger_mode(t: &Table<'_>) -> Option<Trigger> {
     match t.has("trigger") {
         true => t.choice("trigger", &TRIGGERS),
@@ -258,7 +263,8 @@ fn read_period(t: &Table<'_>, number: u8, notes: &mut Vec<String>) -> u32 {
     period_us
 }
 
-/// Reads a `force` table. The highest and the lowest rate default to the train's own.
+/// Reads a `force` table. The highest and the lowest pulse rate that force control may use default
+/// to the train's rate.
 fn read_force(t: &Table<'_>, train: &TrainSpec) -> ForceSpec {
     let min_period_us = match t.real("max_frequency_hz") {
         // Rounded up, so that the rate is never above `max_frequency_hz`; the conversion saturates,

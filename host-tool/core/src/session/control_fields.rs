@@ -18,23 +18,26 @@ use crate::fields::field::{
 /// Directions of motion that a wall stops, and their names in session files.
 pub(super) const SIDES: [(&str, Side); 2] =
     [("flexion", Side::Flexion), ("extension", Side::Extension)];
-/// Default of the longest extrapolation after a lost setpoint, ms: nine setpoints of a 90 Hz
-/// stream.
+/// Default of `max_extrapolation_ms`, the longest time for which the device extrapolates a
+/// reference when no new setpoint arrives, ms: nine setpoints of a 90 Hz stream.
 const MAX_EXTRAPOLATION_MS: i64 = 100;
-/// Default ages at which a measurement is stale, ms: of the board's converter, ten readings, and of
-/// the host, four and a half readings of a 90 Hz glove.
+/// Default ages from which a measurement is stale, ms. The first is for the board's converter (ten
+/// readings), the second for the host (four and a half readings of a 90 Hz glove).
 pub(super) const STALE_AFTER_MS: (u16, u16) = (10, 50);
-/// Default calibration of the board's angle sensor, as codes at 0° and 100°: 25 codes per degree,
-/// so that a broken or shorted wire reads −32° or +132°, outside the range that the device accepts
-/// for a joint of 0–100°.
+/// Default calibration of the board's angle sensor on a joint: the converter's codes at 0° and at
+/// 100°. With these 25 codes per degree, a broken or shorted wire reads −32° or +132°. The device
+/// refuses both for a joint of 0–100°.
 const FINGER_CODES: (i64, i64) = (800, 3300);
-/// Default calibration of the angle sensor of a wall, as codes at 0° and 100°: 20 codes per degree,
-/// so that an elbow's 0–150° and 20° on either side are measurable.
+/// Default calibration of the board's angle sensor in a session with a wall: the converter's codes
+/// at 0° and at 100°. These 20 codes per degree cover an elbow's 0–150° and at least 20° on either
+/// side.
 const ELBOW_CODES: (i64, i64) = (500, 2500);
-/// Default curvature of recruitment, thousandths: the mean of ln(Fmax/Fmin) over Lee 2020, table 2.
+/// Default curvature of the recruitment between threshold and `max`, thousandths: the mean of
+/// ln(Fmax/Fmin) in Lee 2020, table 2.
 const LEE_CURVATURE_MILLI: i64 = 1_200;
 
-/// Returns the kind of a channel's amplitude, in thousandths of its unit.
+/// Returns the kind of a field that holds an amplitude, in thousandths of the channel's unit (mA or
+/// V).
 pub(super) fn amplitude() -> Kind {
     bounded_number(UNIT, 3, PointSpec::MAX, "at most the channel's `limit`")
 }
@@ -106,8 +109,8 @@ pub(super) fn joint() -> Section {
     all
 }
 
-/// Returns the default of a gain: the value `alone` of the control law and, if a law with a model
-/// of the wearer has another, also that value.
+/// Returns the default of a gain, as text for the manual: the value `alone`, which applies to a
+/// control law without a model of the wearer, and `with_wearer` if that is a different value.
 fn gain_default(alone: u32, with_wearer: u32) -> Need {
     let [alone, other] = [alone, with_wearer].map(|milli| format_scaled(milli.into(), 3));
     OrTold(match alone == other {

@@ -6,16 +6,17 @@ use crate::fields::table::Table;
 use firmware::control::LawSpec;
 use std::fmt;
 
-/// Field that gives the tolerance of a session.
+/// Name of the field that sets the tolerance of a session.
 const FIELD: &str = "tolerance_percent";
 
-/// Share of the largest force of a session, in hundredths of a percent; larger shares saturate at
-/// 655.35 %.
+/// An error of force, as a share of the largest force of a session, in hundredths of a percent.
+/// Shares above 655.35 % saturate.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub struct Share(pub u16);
 
 impl Share {
-    /// Just-noticeable difference of force, 10 %: the default tolerance.
+    /// Just-noticeable difference of force, 10 %. It is the tolerance of a session without
+    /// `[fidelity]`.
     pub const JUST_NOTICEABLE: Self = Self(1_000);
 }
 
@@ -25,7 +26,8 @@ impl fmt::Display for Share {
     }
 }
 
-/// Reads the tolerance and the time to try; reports a `[fidelity]` in a session without muscles.
+/// Reads `[fidelity]`: the tolerance, and the duration of the trial that chooses the models.
+/// Reports a `[fidelity]` in a session without muscles.
 pub(super) fn read(root: &Table<'_>, session: &mut Session) {
     let Some(table) = root.table("fidelity") else {
         return;

@@ -27,7 +27,8 @@ use crate::fields::field::{
 use crate::fields::field::{LONGEST, LONGEST_NOTES};
 use crate::wearer::{fatigue, limits};
 
-/// Section of all top-level fields of a session file.
+/// Section that declares all fields of a session file, with the sections of its tables nested
+/// inside.
 pub(super) static FILE: LazyLock<Section> = LazyLock::new(file);
 
 /// Waveforms and their names in session files.
@@ -37,7 +38,7 @@ pub(super) const SHAPES: [(&str, Shape); 4] = [
     ("monophasic-cathodic", Shape::MonophasicCathodic),
     ("monophasic-anodic", Shape::MonophasicAnodic),
 ];
-/// Behaviours of the trigger input and their names in session files.
+/// Effects of the trigger input on a train that waits for it, and their names in session files.
 pub(super) const TRIGGERS: [(&str, Trigger); 3] = [
     ("start", Trigger::Start),
     ("toggle", Trigger::Toggle),
@@ -49,7 +50,8 @@ pub(super) const RUNGS: [(&str, MuscleLevel); 3] = [
     ("calcium-force", MuscleLevel::CalciumForce),
     ("calcium-force-fatigue", MuscleLevel::CalciumForceFatigue),
 ];
-/// States of a silent member of a group and their names in session files.
+/// States of a group's channels while another channel of the group pulses, and their names in
+/// session files.
 pub(super) const PARTNERS: [(&str, Partner); 2] = [
     ("conducted", Partner::Conducted),
     ("isolated", Partner::Isolated),
@@ -63,22 +65,25 @@ pub(super) const PARTICIPANTS: [(&str, Participant); 3] = [
 
 /// Longest session, µs: a day.
 pub(super) const DAY_US: i64 = 86_400_000_000;
-/// Shortest time between two edges of a trigger, µs: a train starts 1000 µs after its edge.
+/// Shortest time between two edges of the trigger input, µs. A triggered train begins 1000 µs after
+/// its edge.
 pub(super) const TRIGGER_LEAST_US: i64 = 1_000;
-/// Earliest time of a trigger edge after the start, µs. Until the acknowledgement of `Start`
-/// arrives, the host does not know when the start was.
+/// Earliest time of a simulated trigger edge, µs after the start. The host learns the time of the
+/// start only when the acknowledgement of `Start` arrives.
 pub(super) const TRIGGER_FIRST_US: i64 = 10_000;
-/// Returns the kind of a time of the session, µs, of at least `least_us`.
+/// Returns the kind of a field that holds a time within the session, in µs, of at least `least_us`.
 fn time(least_us: i64) -> Kind {
     Kind::Whole(Number::within("s", 6, least_us, DAY_US).bound("at most `duration_s`"))
 }
 
-/// Returns the kind of the times of a list, µs, which begin at 0 and rise.
+/// Returns the kind of the time field, in µs, that the entries of a list have. The first time is 0,
+/// and the times rise from entry to entry.
 fn rising_time() -> Kind {
     Kind::Whole(Number::within("s", 6, 0, DAY_US).bound("the first 0, then rising"))
 }
 
-/// Returns `range` extended to 0, which means that the feature is absent.
+/// Returns `range` with its lower end moved to 0. In the fields that use it, 0 means that the
+/// feature is absent.
 const fn or_zero(range: Range) -> Range {
     Range::new(range.field, 0, range.max)
 }
@@ -221,7 +226,7 @@ fn group() -> Section {
     ]
 }
 
-/// Returns the fields of one point of a force over time.
+/// Returns the fields of one point in a course of force over time.
 #[rustfmt::skip]
 fn force_points() -> Section {
     vec![
@@ -235,8 +240,8 @@ fn sine_of_force() -> [Kind; 3] {
     [force(), force(), Kind::Real(SINE)]
 }
 
-/// Range of a sine's frequency, mHz. A sine of 180° at 10 Hz reaches 11 300 °/s, which the rates on
-/// the link can hold.
+/// Range of a sine's frequency, 0 to 10 Hz, in mHz. A sine of 180° at 10 Hz reaches 11 300 °/s,
+/// which the angular velocities of the protocol can hold.
 const SINE: Number = Number::within("Hz", 3, 0, 10_000);
 
 #[rustfmt::skip]
@@ -248,16 +253,16 @@ fn values() -> Section {
     ]
 }
 
-/// Range of the widths that a point of a course may have, µs; a width below the shortest pulse
-/// width outputs no pulse.
+/// Range of the widths that a point of an amplitude course may have, µs: 0, or a pulse width of the
+/// device. At a width below the shortest pulse width, the channel outputs no pulse.
 const POINT_WIDTH: Range = or_zero(TrainSpec::WIDTH_US);
 
-/// Returns the kind of a setpoint's pulse width, µs, within `range`.
+/// Returns the kind of a field that holds a setpoint's pulse width in µs, within `range`.
 fn width(range: Range) -> Kind {
     bounded_number("µs", 0, range, "at most the train's `max_width_us`")
 }
 
-/// Returns the fields of one point of an amplitude and a width over time.
+/// Returns the fields of one point in a course of amplitude and pulse width over time.
 #[rustfmt::skip]
 fn stimulus_points() -> Section {
     vec![
@@ -284,7 +289,7 @@ fn list_of_pulses() -> Section {
     ]
 }
 
-/// Returns the fields of one point of a force at the hand over time.
+/// Returns the fields of one point in a course of the force at the hand over time.
 #[rustfmt::skip]
 fn wrench_points() -> Section {
     let force = Number { device: "", ..Number::from_range("N", 3, Endpoint::FORCE_MN) };
@@ -303,7 +308,8 @@ fn posture() -> Section {
     AXIS_NAMES.map(angle).into()
 }
 
-/// Returns the kind of a bound that is an amplitude or a force, in thousandths.
+/// Returns the kind of a field that bounds what a live client may stream: an amplitude or a force,
+/// in thousandths of its unit.
 fn amplitude_or_force() -> Kind {
     Kind::Whole(Number::within("unit or N", 3, 0, 10_000_000))
 }

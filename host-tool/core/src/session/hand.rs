@@ -13,11 +13,11 @@ use crate::fields::error::Problem;
 use crate::fields::table::Table;
 use crate::wearer::Unit;
 
-/// Power of ten of the positions of pads, which session files give in mm.
+/// Power of ten that converts the positions of the electrodes from the mm of session files to m.
 const MILLI: i32 = -3;
 
-/// Reads a forearm and hand; numbers that the file leaves out are nominal. `channels` are the
-/// channels of the file.
+/// Reads a simulated forearm and hand. Numbers that the file leaves out are nominal. `channels` are
+/// the valid channels of the file.
 pub(super) fn read_hand(t: &Table<'_>, channels: &[Channel]) -> Option<FittedHand> {
     let mut hand = nominal();
     let sites = read_sites(t, CHANNELS);
@@ -50,8 +50,8 @@ pub(super) fn read_hand(t: &Table<'_>, channels: &[Channel]) -> Option<FittedHan
     (is_seed && wrong.is_empty() && driven).then_some(hand)
 }
 
-/// Reports the points whose output stages drive currents, which the simulated hand does not
-/// support. Returns whether there are none.
+/// Reports each electrode of the hand whose channel has a current stage, because the simulated hand
+/// supports voltage stages only. Returns whether there is no error.
 fn report_current_stages(t: &Table<'_>, hand: &FittedHand, channels: &[Channel]) -> bool {
     let mut are_volts = true;
     for (name, site) in CHANNELS.into_iter().zip(hand.channels) {
@@ -79,17 +79,19 @@ const fn shape(electrodes: Electrodes) -> Shape {
     }
 }
 
-/// Error for a hand that no session file can describe, with the field that cannot be written.
+/// Error for a hand that no session file can describe. It holds the name of the field whose value
+/// cannot be written.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
-#[error("E568 no session file can describe this hand: its `{0}` cannot be written")]
+#[error("E568 no session file can describe this hand: the format cannot express its `{0}`")]
 pub struct UnnamedHand(pub &'static str);
 
-/// Returns `hand` as the `[body]` of a session file with every number written out. If its numbers
-/// are in the ranges of the file, reading the text gives `hand` again, bit for bit.
+/// Returns `hand` as the text of the `[body]` table of a session file, with every number written
+/// out. If the numbers are within the ranges of their fields, reading the text gives `hand` again,
+/// bit for bit.
 ///
 /// # Errors
-/// The electrodes have a shape other than the two that files know, a number is infinite (an
-/// ablation), or the seed is at an end of its range.
+/// The electrodes are neither round nor small, the two shapes of session files; a number is
+/// infinite, as in an ablation; or the seed is the smallest or the largest integer of 64 bits.
 pub fn hand_body(hand: &FittedHand) -> Result<String, UnnamedHand> {
     let mut text = "[body]\nkind = \"hand\"\n".to_owned();
     let mut say = |name: &str, value: &str| text += &format!("{name} = {value}\n");

@@ -15,7 +15,7 @@ pub(super) const RULES: [(&str, Rule); 3] = [
     ("field", Rule::Field),
 ];
 
-/// Shapes and sizes of electrodes that session files name.
+/// Shapes of the electrodes that a session file can name: round (2.5 cm) or small (2.0 × 1.5 cm).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Electrodes {
     Round,
@@ -25,28 +25,30 @@ pub(super) enum Electrodes {
 pub(super) const ELECTRODES: [(&str, Electrodes); 2] =
     [("round", Electrodes::Round), ("small", Electrodes::Small)];
 
-/// Fields that name the channels of electrode A, electrode B and the extensor's electrode.
+/// Names of the fields that give the channels of electrode A, electrode B and the extensor's
+/// electrode.
 pub(super) const CHANNELS: [&str; RETURN] = ["flexor_a", "flexor_b", "extensor"];
 
-/// Smallest and largest number of motor units of a pool: each unit has 4096 places in the stream of
-/// the seed.
+/// Smallest and largest number of motor units in a pool. The largest is bounded because each unit
+/// has 4096 places of its own in the random stream of the seed.
 pub(super) const UNITS: (i64, i64) = (1, 256);
 
-/// One number of a simulated hand that a session file can set.
+/// A number of the simulated hand that a session file can set, with the properties of its field.
 pub(super) struct Quantity {
     pub(super) name: &'static str,
     unit: &'static str,
-    /// Smallest and largest value, in 10^−`places` of the unit.
+    /// Smallest and largest value of the field, in 10^−`places` of the unit.
     range: (i64, i64),
     places: i32,
-    /// Power of ten: the value in the hand is 10^`power` times the value in the file.
+    /// Power of ten between the file and the hand: the value in the hand is 10^`power` times the
+    /// value in the file.
     pub(super) power: i32,
-    /// Accessor of the number in a hand.
+    /// Function that returns a reference to this number in a hand.
     pub(super) of: fn(&mut FittedHand) -> &mut f64,
     meaning: &'static str,
 }
 
-/// Numbers that every file must give.
+/// Names of the numbers that a file must give, because they have no default.
 const REQUIRED: [&str; 3] = ["forearm_m", "around_m", "threshold_factor"];
 
 #[rustfmt::skip]
@@ -107,7 +109,8 @@ const fn quantity(
 }
 
 impl Quantity {
-    /// Formats the number of `hand_field` as a session file writes it.
+    /// Formats this number of `hand` in the unit of the session file, exactly enough to be read
+    /// back bit for bit.
     pub(super) fn format_value(&self, hand: &FittedHand) -> String {
         format_toml_number(*(self.of)(&mut hand.clone()), -self.power)
     }
@@ -123,8 +126,8 @@ impl Quantity {
     }
 }
 
-/// Returns the default hand. Its dimensions and its threshold factor are placeholders, because the
-/// file must give them.
+/// Returns the default hand. Its dimensions and its threshold factor are placeholders, which the
+/// file must replace.
 pub(super) fn nominal() -> FittedHand {
     let pad = HandSpec::round_pad(0.0, 0.0);
     FittedHand {
@@ -136,7 +139,7 @@ pub(super) fn nominal() -> FittedHand {
     }
 }
 
-/// Returns all fields that only a hand has.
+/// Returns the fields that only `kind = "hand"` has.
 pub(super) fn hand_fields() -> Vec<Field> {
     let nominal = nominal();
     let millimetres = Number::within("mm", 0, -300, 600);
@@ -184,7 +187,7 @@ pub(super) fn hand_fields() -> Vec<Field> {
     all
 }
 
-/// Returns the fields for the channels of a finger's or a hand's points.
+/// Returns the fields that give the channels of the three electrodes of a finger or a hand.
 pub(super) fn point_channels() -> [Field; RETURN] {
     let meaning =
         "channel of this point, whether the session uses it or not; each must be different";

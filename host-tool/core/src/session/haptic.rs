@@ -8,8 +8,9 @@ use super::worn::WearerContext;
 use crate::fields::table::Table;
 use crate::wearer::Electrode;
 
-/// Reports every amplitude of the file `root` that is neither 0 nor in the haptic range of its
-/// channel. The amplitude of a wall rises from 0 with penetration, so only its maximum is checked.
+/// Reports every amplitude of the file `root` that is neither 0 nor within the haptic range of its
+/// channel. The amplitude of a wall rises from 0 with the penetration, so only the amplitudes that
+/// the file gives for the wall are checked.
 pub(super) fn check_haptic_range(root: &Table<'_>, person: &WearerContext, channels: &Channels) {
     let tell = |t: &Table<'_>, named: &Table<'_>, field: &str| {
         let electrode = channels.electrode(named.integer("channel"));
@@ -91,8 +92,9 @@ pub(super) fn check_haptic_range(root: &Table<'_>, person: &WearerContext, chann
     }
 }
 
-/// Reports the amplitudes of a program that are outside their channel's range, and the ramps that
-/// leave it on the way: only the wearer's own rise may.
+/// Reports the amplitudes of a program that are outside the haptic range of their channel. Reports
+/// also ramps that the file asks for, because their amplitude passes through the values between 0
+/// and the range. The wearer's own rise may do this.
 fn check_program(program: &Table<'_>, person: &WearerContext, channels: &Channels) {
     let numbers = program.integers("channels").iter().map(|pair| pair.0);
     let listed: Vec<_> = numbers
@@ -131,8 +133,8 @@ fn check_program(program: &Table<'_>, person: &WearerContext, channels: &Channel
     }
 }
 
-/// Reports a muscle of the form "scaled", whose intensity takes any value from 0 on and so leaves
-/// the range.
+/// Reports a modulated muscle of the form "scaled". Its intensity takes every value from 0 on and
+/// therefore leaves the haptic range.
 fn check_scaled(muscle: &Table<'_>, person: &WearerContext, channels: &Channels) {
     let electrode = channels.electrode(muscle.integer("channel"));
     if let Some(electrode) = electrode.filter(|_| muscle.word("form") == "scaled") {
@@ -141,8 +143,8 @@ fn check_scaled(muscle: &Table<'_>, person: &WearerContext, channels: &Channels)
     }
 }
 
-/// Reports the point after point `nth` if the ramp between them begins or ends at 0, because the
-/// ramp then leaves the range on the way.
+/// Reports the ramp between point `nth` and the next point if it begins or ends at 0, because its
+/// amplitude then passes through values outside the haptic range.
 fn check_ramp_after(
     setpoints: &Table<'_>,
     nth: usize,

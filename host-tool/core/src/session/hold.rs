@@ -6,7 +6,8 @@ use firmware::control::{HoldPolicy, SensorSource};
 use super::control_fields::STALE_AFTER_MS;
 use crate::fields::table::Table;
 
-/// Reads how the device continues between and after setpoints.
+/// Reads the field `hold`: whether the device extrapolates the reference between setpoints and
+/// after the last one, or holds it.
 pub(super) fn read_hold(t: &Table<'_>) -> HoldPolicy {
     match t.word("hold") {
         "hold" => HoldPolicy::Hold,
@@ -16,7 +17,8 @@ pub(super) fn read_hold(t: &Table<'_>) -> HoldPolicy {
     }
 }
 
-/// Reads where an angle is measured; codes are those of the converter at 0° and 100°.
+/// Reads the source of the measured angle: the host, or the board's analog-to-digital converter
+/// with its codes at 0° and at 100°.
 pub(super) fn read_sensor(t: &Table<'_>) -> SensorSource {
     match t.word("sensor") {
         "host" => SensorSource::Host,
@@ -27,7 +29,8 @@ pub(super) fn read_sensor(t: &Table<'_>) -> SensorSource {
     }
 }
 
-/// Reads the age at which a measurement is stale, ms; the default depends on `sensor`.
+/// Reads the age from which a measured angle is stale, ms. The default depends on whether `sensor`
+/// is the host or the board's converter.
 pub(super) fn read_stale(t: &Table<'_>, sensor: SensorSource) -> u16 {
     let (adc, host) = STALE_AFTER_MS;
     t.integer_or(

@@ -7,7 +7,7 @@ use super::hold::{read_hold, read_sensor, read_stale};
 use super::law::{LAWS, LawName};
 use crate::fields::table::Table;
 
-/// Reads `[joint]`, whose points must name channels of the file.
+/// Reads `[joint]`. Its flexor and extensor points must name channels of the file.
 pub(super) fn read_joint(t: &Table<'_>, channels: &Channels) -> Option<JointSpec> {
     let name = t.choice("law", &LAWS).unwrap_or(LawName::Recommended);
     let law = name.spec(t.has("wearer"));
@@ -42,7 +42,7 @@ pub(super) fn read_joint(t: &Table<'_>, channels: &Channels) -> Option<JointSpec
     })
 }
 
-/// Returns `law` with the gains that the file gives.
+/// Returns `law` with those of its gains replaced that the file gives.
 fn read_gains(g: &Table<'_>, law: LawSpec) -> LawSpec {
     match law {
         LawSpec::Paper {
@@ -79,7 +79,7 @@ fn read_gains(g: &Table<'_>, law: LawSpec) -> LawSpec {
     }
 }
 
-/// Reads `[joint.wearer]`, the nominal wearer of the feed-forward.
+/// Reads `[joint.wearer]`: the model of a nominal wearer that the feed-forward uses.
 fn read_wearer_model(w: &Table<'_>, law: LawSpec) -> Option<WearerModel> {
     Some(WearerModel {
         rest_mdeg: w.integer("rest_deg"),
@@ -93,8 +93,9 @@ fn read_wearer_model(w: &Table<'_>, law: LawSpec) -> Option<WearerModel> {
     })
 }
 
-/// Reads `[joint.response]`, how the nominal wearer answers in time; a field that is left out keeps
-/// [`ResponseSpec::RECOMMENDED`], adapted to the strength of this wearer.
+/// Reads `[joint.response]`: how fast and how much the joint of the nominal wearer moves in
+/// response to effort. A field that is left out has its value of [`ResponseSpec::RECOMMENDED`],
+/// adapted to the strength of `wearer`.
 fn read_response(r: &Table<'_>, wearer: Option<WearerModel>) -> ResponseSpec {
     let default = ResponseSpec::RECOMMENDED;
     let default = wearer.map_or(default, |wearer| default.for_wearer(&wearer));
@@ -108,8 +109,9 @@ fn read_response(r: &Table<'_>, wearer: Option<WearerModel>) -> ResponseSpec {
     }
 }
 
-/// Reads a point. Amplitudes that the file leaves out come from the wearer file: from the
-/// operator's minimum to the maximum, or from the motor threshold to the limit.
+/// Reads a point: a channel, with its amplitudes at zero and at full effort. If the file leaves the
+/// amplitudes out, they are the operator's minimum and maximum in the wearer file, or else the
+/// motor threshold and the limit.
 fn read_point(t: &Table<'_>, channels: &Channels) -> Option<PointSpec> {
     let channel = channels.find(t, "channel")?;
     if !t.is_valid() {

@@ -12,26 +12,28 @@ pub(super) const LAWS: [(&str, LawName); 3] = [
     ("pid", LawName::Pid),
 ];
 
-/// Control law of a joint.
+/// Control law of a joint, by its name in session files.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum LawName {
-    /// Super-twisting with the wearer's model, or alone where the file has none.
+    /// Super-twisting with the project's gains. The gains depend on whether the file has a model of
+    /// the wearer.
     Recommended,
-    /// Super-twisting as Hamana 2022 prints it, its sign corrected.
+    /// Super-twisting as printed in Hamana 2022, with its sign corrected.
     Paper,
     /// Proportional, integral and derivative control.
     Pid,
 }
 
 impl LawName {
-    /// Returns the name of the control law in session files.
+    /// Returns the name of the control law in session files, for example "pid".
     #[must_use]
     pub fn name(self) -> &'static str {
         let found = LAWS.iter().find(|(_, law)| *law == self);
         found.map_or("", |(name, _)| name)
     }
 
-    /// Returns the name of the controller in tables, charts and sentences.
+    /// Returns the name of the controller in tables, charts and sentences, for example "PID
+    /// controller".
     #[must_use]
     pub const fn title(self) -> &'static str {
         match self {
@@ -41,7 +43,7 @@ impl LawName {
         }
     }
 
-    /// Returns a description of the control law in a few words.
+    /// Returns a short description of the control law for legends and headings.
     #[must_use]
     pub const fn meaning(self) -> &'static str {
         match self {
@@ -54,15 +56,16 @@ impl LawName {
     /// All control laws, the recommended one first.
     pub const ALL: [Self; 3] = [Self::Recommended, Self::Paper, Self::Pid];
 
-    /// Returns the control law of this name, if there is one.
+    /// Returns the control law that has this name in session files, or `None` if the name is
+    /// unknown.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         let found = LAWS.iter().find(|(known, _)| *known == name);
         found.map(|(_, law)| *law)
     }
 
-    /// Returns the control law with its default gains, which may depend on whether the file has a
-    /// model of the wearer.
+    /// Returns the control law with its default gains. `has_wearer` is whether the session has a
+    /// model of the wearer, on which the gains may depend.
     #[must_use]
     pub const fn spec(self, has_wearer: bool) -> LawSpec {
         match self {
@@ -74,8 +77,8 @@ impl LawName {
     }
 }
 
-/// Returns `spec` under another control law, with the default gains, period and cutoff of that law;
-/// fails if the device refuses the combination.
+/// Returns `spec` with another control law, and with the default gains, period and cutoff of that
+/// law. Fails if the device refuses the new law for the wearer model of `spec`.
 pub(super) fn with_law(spec: JointSpec, law: LawName) -> Result<JointSpec, SessionError> {
     let law = law.spec(spec.wearer.is_some());
     let law = spec.wearer.map_or(law, |wearer| law.for_wearer(&wearer));
@@ -95,8 +98,8 @@ pub(super) fn with_law(spec: JointSpec, law: LawName) -> Result<JointSpec, Sessi
     })
 }
 
-/// Returns the problem of a stiffness that is allowed by itself, but not together with this flexion
-/// torque; `None` for any other value out of range.
+/// Returns the problem of a stiffness that is allowed by itself, but not together with the flexion
+/// torque `flexion_unm`. Returns `None` if `e` is about another value.
 pub(super) fn untried_stiffness(e: OutOfRange, flexion_unm: u32) -> Option<Problem> {
     let own = WearerModel::STIFFNESS_UNM_PER_RAD;
     let is_its = e.field == own.field && (e.min, e.max) != (own.min, own.max);

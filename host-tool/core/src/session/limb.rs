@@ -9,27 +9,31 @@ use crate::fields::decimal::format_range;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// Arm of a session whose hand exerts the wanted force.
+/// The arm of a session whose setpoints are forces at the hand.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct SessionLimb {
-    /// Bones of the arm, period of recruitment, and posture.
+    /// Bones of the arm, its posture, and the period at which the device recomputes the recruitment
+    /// of its muscles.
     pub spec: EndpointSpec,
-    /// Lines of action of the session's channels, sorted by channel.
+    /// Line of action of the muscle under each channel, sorted by channel.
     pub lines: Lines,
 }
 
 impl SessionLimb {
-    /// Returns whether the host measures the posture.
+    /// Returns whether the host measures the posture while the session runs; otherwise the file
+    /// fixes it.
     #[must_use]
     pub const fn is_measured(&self) -> bool {
         matches!(self.spec.posture, PostureSpec::Measured { .. })
     }
 }
 
-/// Setpoint rates that a file may ask for, Hz; the device recruits at the same rate.
+/// Setpoint rates that a file may ask for, Hz. The device recomputes the recruitment of the muscles
+/// at the same rate.
 const RATES_HZ: [f64; 2] = [200.0, 20.0];
 
-/// Reads the arm if forces at the hand are streamed, and reports all errors in it.
+/// Reads the arm from the setpoints and the wearer file, and reports all errors. Returns `None` if
+/// the setpoints are not forces at the hand.
 pub(super) fn read_limb(
     root: &Table<'_>,
     person: &WearerContext,
@@ -96,7 +100,8 @@ pub(super) fn read_limb(
     Some(SessionLimb { spec, lines })
 }
 
-/// Reads the nine angles of a posture, 0.01°; angles that are left out are 0.
+/// Reads the nine angles of a posture, in 0.01°. Angles that are left out are 0. Reports angles
+/// outside `ranges`, which are in 0.001°.
 fn read_posture(p: &Table<'_>, ranges: &[(i32, i32); AXES]) -> Option<[i16; AXES]> {
     if !p.is_valid() {
         return None;

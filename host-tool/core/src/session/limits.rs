@@ -11,7 +11,7 @@ use crate::fields::error::{Problem, SumBound};
 use crate::fields::table::Table;
 use crate::wearer;
 
-/// Returns a wearer with the loosest limits that any wearer may have.
+/// Returns a wearer with the loosest limits that a session may set.
 pub(super) fn loosest_wearer() -> WearerSpec {
     WearerSpec {
         fall_ms: WearerSpec::FALL_MS.max as u16, // 100 ms
@@ -20,9 +20,9 @@ pub(super) fn loosest_wearer() -> WearerSpec {
     }
 }
 
-/// Returns the channel as checked for the loosest wearer, under the largest electrode, but with
-/// this wearer's charge limit if the channel keeps it, because that limits how long a pulse lasts.
-/// Returns `None` for a channel that no wearer allows.
+/// Returns the channel as checked with the largest electrode area and for the loosest wearer. The
+/// charge limit is that of `wearer` if the channel respects it, because the charge limit bounds how
+/// long a pulse can be. Returns `None` if the channel fails the check even so.
 fn loosest_channel(channel: &Channel, wearer: &WearerSpec) -> Option<safety::Channel> {
     let spec = ChannelSpec {
         area_mm2: ChannelSpec::AREA_MM2.max.cast_unsigned(),
@@ -39,7 +39,8 @@ fn loosest_channel(channel: &Channel, wearer: &WearerSpec) -> Option<safety::Cha
     on(same_charge).or_else(|| on(loosest_wearer()))
 }
 
-/// Returns which of its own limits a channel exceeds, and by how much.
+/// Returns the error for a channel that exceeds one of its own limits, with the value and the
+/// limit. Returns `None` if `e` is a mistake of another kind.
 pub(super) fn channel_limit_problem(channel: &Channel, e: SetupError) -> Option<Problem> {
     // The loosest wearer and the largest electrode, so that the rms can be computed.
     let milli = |value: u32| format_scaled(value.into(), 3);
@@ -52,9 +53,10 @@ pub(super) fn channel_limit_problem(channel: &Channel, e: SetupError) -> Option<
     wearer::channel_limit_problem(&channel.spec, channel.unit(), ma, e)
 }
 
-/// Reports the sum of the currents through the common return, at the last channel of the file. The
-/// sum includes the channels within their own limits and, of those `channel_limit_problem` them, all that the
-/// loosest wearer allows.
+/// Reports that the currents through the common return add up to more than the wearer's limit. The
+/// error is reported at the last channel of the file. The sum includes `channels`, which are within
+/// their own limits. Of the channels in `beyond`, which exceed a limit of their own, it includes
+/// those that the loosest wearer allows.
 pub(super) fn check_current_sum(
     root: &Table<'_>,
     wearer: &WearerSpec,
@@ -105,13 +107,16 @@ pub(super) fn check_current_sum(
     }
 }
 
-/// Returns the time from the device's own end of a session until its outputs are disconnected, µs.
+/// Returns the time, in µs, from the moment at which the device ends stimulation because of
+/// `max_session_s` until its outputs are disconnected: the fall of the amplitudes and one window of
+/// the pulse tape.
 fn fall_us(wearer: &WearerSpec) -> u64 {
     u64::from(wearer.fall_ms) * 1_000 + u64::from(WINDOW_US)
 }
 
-/// Reports a session that lasts longer than its wearer allows. Adds a note where the wearer's
-/// limits end the session early, or where the amplitude rise takes all of it.
+/// Reports a session that lasts longer than `max_session_s`. Adds a note to `notes` if the wearer's
+/// limits end the stimulation early, or if the amplitude rise of a channel takes as long as the
+/// session.
 pub(super) fn check_duration(
     root: &Table<'_>,
     wearer: &WearerSpec,

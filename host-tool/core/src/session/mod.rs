@@ -94,47 +94,54 @@ pub struct Session {
     pub channels: Vec<Channel>,
     /// Groups of channels that share a muscle.
     pub groups: Vec<GroupSpec>,
-    /// Channel index on the link (0–9) whose first phases drive the sync output.
+    /// Index on the link (0–9) of the channel whose first phases drive the sync output; `None`
+    /// leaves the sync output idle.
     pub sync: Option<u8>,
     /// Joint whose angle the device controls; `None` if the session has no `[joint]`.
     pub joint: Option<JointSpec>,
     /// Virtual wall that the device makes tangible; never together with a joint.
     pub wall: Option<WallSpec>,
-    /// Arm whose hand exerts the wanted force; never together with a joint or a wall.
+    /// Arm at whose hand the host asks for a force; never together with a joint or a wall.
     pub limb: Option<SessionLimb>,
-    /// Joints whose stimulation follows their angles while an object is held; never together with a
-    /// joint, a wall or a limb.
+    /// Joints whose muscles are stimulated according to the joint angle while the wearer holds an
+    /// object; never together with a joint, a wall or a limb.
     pub modulations: Vec<SessionJoint>,
-    /// Setpoints that the host streams.
+    /// Setpoints that the host streams to the device while the session runs.
     pub setpoints: Setpoints,
-    /// Window in which errors are scored, as start and end in µs from the start of the session.
+    /// Window in which tracking errors are computed, as its start and end in µs from the start of
+    /// the session; `None` if the session is not scored.
     pub measure: Option<(u64, u64)>,
-    /// Simulated wearer; a board ignores it.
+    /// Simulated wearer; `None` is a dummy load on every channel. A board ignores it.
     pub body: Option<BodySpec>,
     /// Edges of a simulated trigger input; a board ignores them.
     pub trigger: Option<SimulatedTrigger>,
-    /// Accepted error of the quantities that the session uses; `"auto"` models are chosen for it.
+    /// Largest accepted error of the muscle quantities that the session uses. For a muscle with
+    /// `model = "auto"`, the cheapest model within this tolerance is chosen.
     pub tolerance: Share,
-    /// Whether the file sets the tolerance itself; a tolerance that no model meets is then refused.
+    /// Whether the file sets the tolerance itself, in `[fidelity]`. Only then is a tolerance that
+    /// no model meets an error.
     pub has_fidelity: bool,
     /// Whether `[fidelity]` may choose the period of the control law: true if the file leaves the
     /// period out and the control law has no model of its wearer.
     pub law_is_free: bool,
-    /// Duration of the part that is tried to choose models, µs from the start.
+    /// Duration of the trial that chooses the models, µs: the session is simulated from its start
+    /// up to this time.
     pub try_us: u64,
-    /// Telemetry period, ms.
+    /// Time between two telemetry samples of the device, ms.
     pub telemetry_ms: u16,
-    /// Notes for the user on what is output differently from what the file says, for example a
-    /// frequency whose period is not a whole number of microseconds, or a channel that nothing
+    /// Notes for the user on differences between the file and the output of the device, for example
+    /// a frequency whose period is not a whole number of microseconds, or a channel that nothing
     /// drives.
     pub notes: Vec<String>,
-    /// Facts about the study that only people know, kept for the record.
+    /// Facts that a publication must report and that only people know. The record of a run keeps
+    /// them.
     pub study: Study,
     /// Wearer file from which the wearer's numbers come, if the session names a file.
     pub worn: Option<SessionWearer>,
 }
 
-/// Default duration of the part of a longer session that is tried to choose models, µs.
+/// Default duration of the trial that chooses the models, µs. A longer session is simulated only up
+/// to this time.
 const TRY_US: u64 = 60_000_000;
 
 /// Telemetry period of every session, ms.
@@ -144,7 +151,7 @@ impl Session {
     /// Reads and checks the session file at `path`, or the built-in session of that name.
     ///
     /// # Errors
-    /// [`SessionError`], which `miette` renders with every line concerned.
+    /// [`SessionError`], which lists every error with its line. `miette` renders it.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, SessionError> {
         let path = path.as_ref();
         let name = path.display().to_string();
@@ -153,8 +160,9 @@ impl Session {
         })
     }
 
-    /// Returns the text of the wearer file `file` that the session at `path` names. For the session
-    /// of a record this is the copy of the wearer file that the record keeps.
+    /// Returns the text of the wearer file that the session at `path` names as `file`. If the
+    /// session belongs to a record, this is the copy of the wearer file in the record. If it is a
+    /// built-in session, this is a built-in wearer file.
     ///
     /// # Errors
     /// E650 if the wearer file cannot be read.
@@ -184,8 +192,8 @@ impl Session {
         })
     }
 
-    /// Reads and checks the text of a session file called `name` that is in no folder; the wearer
-    /// file that it names must be a built-in one.
+    /// Reads and checks the text of a session that has no folder. `name` is its file name in error
+    /// messages. If the session names a wearer file, this must be a built-in one.
     ///
     /// # Errors
     /// As [`Session::load`].
@@ -193,8 +201,8 @@ impl Session {
         Self::parse_with_wearers(name, text, &builtin_wearer_text)
     }
 
-    /// Reads and checks the text of a session file called `name`; `texts` returns the text of the
-    /// wearer file that the session names.
+    /// Reads and checks the text of a session. `name` is its file name in error messages. `texts`
+    /// returns the text of the wearer file that the session names.
     ///
     /// # Errors
     /// As [`Session::load`].
@@ -206,8 +214,8 @@ impl Session {
         parse(name, text, &FILE, |doc, t| Self::read(doc, t, texts))
     }
 
-    /// Reads everything that can be read. If an error is reported, the result is `None` or an
-    /// incomplete session, which must not be used.
+    /// Reads the session and reports all its errors to `doc`. After an error, the result is `None`
+    /// or an incomplete session, which must not be used.
     fn read(doc: &Document, t: &Table<'_>, texts: WearerTexts<'_>) -> Option<Self> {
         let duration_us = t.integer_or("duration_s", DAY_US as u64); // not negative
         let mut notes = Vec::new();
@@ -265,8 +273,8 @@ impl Session {
         Some(session)
     }
 
-    /// Returns what the wearer's amplitude rise does to the session's amplitudes, one line per
-    /// effect: how long the longest step of a course takes, and by how much the amplitudes of a
+    /// Returns notes on how the wearer's amplitude rise delays the session's amplitudes, one line
+    /// per effect: how long the slowest step of a course takes, and by how much the amplitude of a
     /// control law may rise from burst to burst.
     #[must_use]
     pub fn rise_notes(&self) -> Vec<String> {
@@ -309,15 +317,16 @@ impl Session {
         all
     }
 
-    /// Returns where the angle of the joint or of the wall is measured; `None` if the session has
-    /// neither.
+    /// Returns the source of the measured angle of the joint or of the wall; `None` if the session
+    /// has neither.
     #[must_use]
     pub fn sensor(&self) -> Option<SensorSource> {
         let joint = self.joint.as_ref().map(|joint| joint.sensor);
         joint.or(self.wall.map(|wall| wall.sensor))
     }
 
-    /// Returns whether any channel has a train of a fixed number of pulses.
+    /// Returns whether any channel has a train that ends after a fixed number of bursts
+    /// (`repeats`).
     #[must_use]
     pub fn has_pulse_count(&self) -> bool {
         let mut channels = self.channels.iter();
@@ -333,16 +342,18 @@ impl Session {
         Some(channel.spec.limit)
     }
 
-    /// Returns the amplitudes that a device needs before `Start`, because a train of a fixed number
-    /// of pulses counts from its first slot on. Returns nothing if no channel has such a train.
+    /// Returns the constant amplitudes that a device must receive before `Start` if a channel has a
+    /// train of a fixed number of bursts. Such a train counts its bursts from the start on, so an
+    /// amplitude that arrives later would miss some of them. Returns nothing if no channel has such
+    /// a train.
     pub fn amplitudes_before_start(&self) -> impl Iterator<Item = Setpoint> + '_ {
         let is_counted = self.has_pulse_count();
         let beside = self.setpoints.accompanying_at(0);
         beside.filter(move |setpoint| is_counted && matches!(setpoint, Setpoint::Amplitudes(_)))
     }
 
-    /// Returns the changes of model level that are due after `from_us` and until `to_us`, both in
-    /// µs from the start.
+    /// Returns the requests for the changes of model level that are due after `from_us` and until
+    /// `to_us`, both in µs from the start.
     pub fn level_changes(&self, from_us: u64, to_us: u64) -> impl Iterator<Item = Request> + '_ {
         let due = move |at: u64| from_us < at && at <= to_us;
         self.channels.iter().flat_map(move |c| {
@@ -354,12 +365,12 @@ impl Session {
         })
     }
 
-    /// Returns the session under another control law, with the default gains, period and cutoff of
-    /// that law.
+    /// Returns the session with another control law for its joint, and with the default gains,
+    /// period and cutoff of that law.
     ///
     /// # Errors
-    /// [`Problem::NoJoint`] if the session has no joint; [`Problem::NeverTried`] if this law was
-    /// never tried on a wearer of such stiffness and torque.
+    /// [`Problem::NoJoint`] if the session has no joint; [`Problem::NeverTried`] if the wearer
+    /// model's stiffness and flexion torque are a combination for which the law was never tried.
     pub fn with_law(mut self, law: LawName) -> Result<Self, SessionError> {
         let wanted = "another controller";
         let none = || SessionError::without_place(Problem::NoJoint { wanted });
@@ -368,7 +379,7 @@ impl Session {
         Ok(self)
     }
 
-    /// Returns the simulated finger, if the simulated wearer is a finger.
+    /// Returns the simulated finger; `None` if the session simulates another wearer or none.
     #[must_use]
     pub fn finger(&self) -> Option<&FingerSpec> {
         match &self.body {
@@ -377,7 +388,8 @@ impl Session {
         }
     }
 
-    /// Returns the channel with this index on the link, 0–9.
+    /// Returns the channel with this index on the link (0–9), or `None` if the session does not use
+    /// the channel.
     #[must_use]
     pub fn channel(&self, index: u8) -> Option<&Channel> {
         self.channels.iter().find(|c| c.index() == index)

@@ -14,18 +14,20 @@ use crate::fields::decimal::format_scaled;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// Joint whose stimulation follows its angle, with the angles to simulate.
+/// A joint whose muscles are stimulated according to its angle, with the angles that a simulated
+/// wearer moves through.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct SessionJoint {
     /// Modulation as the device receives it.
     pub spec: ModulationSpec,
-    /// Angles of the joint, as (time in µs, angle in 0.01°), which the host sends as measured. The
-    /// first is at 0; the angle changes linearly between them, and the last one stays.
+    /// Angles of the joint as (time in µs, angle in 0.01°). The host sends them as if they were
+    /// measured. The first time is 0, the angle changes linearly between the entries, and the last
+    /// angle stays.
     pub angles: Vec<(u64, i16)>,
 }
 
 impl SessionJoint {
-    /// Returns the angle `t_us` after the start, 0.01°.
+    /// Returns the joint's simulated angle `t_us` after the start, in 0.01°.
     #[must_use]
     pub fn angle_at(&self, t_us: u64) -> i16 {
         let next = self.angles.partition_point(|&(at_us, _)| at_us <= t_us);
@@ -41,8 +43,9 @@ impl SessionJoint {
     }
 }
 
-/// Returns the unique quartic through five values in millionths, which lie at equal distances over
-/// a range including its ends, as its Bernstein coefficients to the nearest millionth.
+/// Returns the unique quartic through five values in millionths, as its Bernstein coefficients to
+/// the nearest millionth. The values belong to five equally spaced positions: both ends of a range
+/// and the quarters between them.
 #[must_use]
 pub fn quartic_through(values: [i64; 5]) -> QuarticSpec {
     let [a, b, c, d, e] = values;
@@ -56,7 +59,7 @@ pub fn quartic_through(values: [i64; 5]) -> QuarticSpec {
     ])
 }
 
-/// Reads every `[[modulation]]`; they must name channels of the file.
+/// Reads every `[[modulation]]`. Their muscles must name channels of the file.
 pub(super) fn read_modulations(root: &Table<'_>, channels: &Channels) -> Vec<SessionJoint> {
     let tables = root.tables("modulation");
     let mut all: Vec<SessionJoint> = Vec::new();
@@ -78,8 +81,8 @@ pub(super) fn read_modulations(root: &Table<'_>, channels: &Channels) -> Vec<Ses
     all
 }
 
-/// Reports tables and setpoints that cannot be used together with modulated joints, and setpoints
-/// that never say that an object is held.
+/// Reports tables that cannot be used together with modulated joints, and setpoints that never let
+/// the device know that an object is held.
 fn check_combination(root: &Table<'_>, first: &Table<'_>) {
     let setpoints = root.table("setpoints");
     let kind = setpoints.map(|t| t.word("kind"));
@@ -102,8 +105,9 @@ fn check_combination(root: &Table<'_>, first: &Table<'_>) {
     }
 }
 
-/// Returns the further mistakes of a joint that the device refuses for its shares alone: peaks
-/// above the limits of their channels.
+/// Returns the peak amplitudes of a joint that exceed the limits of their channels. The device does
+/// not check the peaks of a joint that it refuses because of its shares, so this function finds
+/// these further mistakes.
 pub(super) fn peak_mistakes<'a>(
     spec: &'a ModulationSpec,
     channels: &'a Channels,
@@ -164,14 +168,14 @@ fn read_joint(t: &Table<'_>, channels: &Channels) -> Option<SessionJoint> {
     Some(SessionJoint { spec, angles })
 }
 
-/// Returns the name of a joint in session files, for example "left-elbow".
+/// Returns the name in session files of the joint with this number, for example "left-elbow".
 #[must_use]
 pub fn joint_name(joint: u8) -> &'static str {
     let found = JOINTS.iter().find(|(_, number)| *number == joint);
     found.map_or("joint", |(name, _)| name)
 }
 
-/// Returns the number of the elbow of a joint's arm.
+/// Returns the number of the elbow on the same arm as this joint, which is an elbow or a shoulder.
 const fn elbow_number(joint: u8) -> u8 {
     joint & !1
 }
@@ -198,8 +202,8 @@ fn read_muscle(t: &Table<'_>, channels: &Channels) -> Option<ModulatedSpec> {
     })
 }
 
-/// Reads the five values of a share. Returns `Some(None)` if they are left out, and `None` if they
-/// are wrong.
+/// Reads the five values of a share and fits a quartic to them. Returns `Some(None)` if the field
+/// is left out, and `None` if it has an error.
 fn read_share(t: &Table<'_>, name: &str) -> Option<Option<QuarticSpec>> {
     if !t.has(name) {
         return Some(None);
@@ -244,8 +248,8 @@ fn check_angles(t: &Table<'_>, spec: &ModulationSpec) {
     }
 }
 
-/// Reports a mistake that the device finds in the joint numbered `joint`, one of the joints `all`
-/// of the file `root`.
+/// Reports a mistake that the device finds in the modulated joint numbered `joint`. `root` is the
+/// file, and `all` are the joints of the file that could be read.
 pub(super) fn report_modulation_mistake(
     root: &Table<'_>,
     channels: &Channels,
@@ -332,8 +336,8 @@ pub(super) fn report_modulation_mistake(
     }
 }
 
-/// Returns whether the file has a joint of this number, with or without errors, or a joint whose
-/// name is unknown.
+/// Returns whether the file has a joint of this number, with or without errors. Returns true also
+/// if the name of any joint in the file is unknown, because that could be the joint.
 fn names_joint(root: &Table<'_>, joint: u8) -> bool {
     let mut tables = root.tables("modulation").iter();
     tables.any(|t| {
@@ -342,20 +346,20 @@ fn names_joint(root: &Table<'_>, joint: u8) -> bool {
     })
 }
 
-/// Formats an extreme of a share with six decimals, for example "-0.000213".
+/// Formats the share at an extreme of its quartic with six decimals, for example "-0.000213".
 fn millionths(extreme: Extreme) -> String {
     format_scaled(extreme.millionths().into(), 6)
 }
 
-/// Returns the angle of an extreme, °, to a hundredth.
+/// Returns the joint angle at which a share has its extreme, °, rounded to a hundredth.
 fn degrees(spec: &ModulationSpec, extreme: Extreme) -> f64 {
     let (low, high) = (spec.angle_min_mdeg, spec.angle_max_mdeg);
     let mdeg = f64::from(low) + f64::from(high - low) * f64::from(extreme.at) / 16_384.0;
     (mdeg / 10.0).round() / 100.0
 }
 
-/// Returns the largest amplitude that a channel receives in a phase, and the angle at which it
-/// does, °.
+/// Returns the largest amplitude that a channel receives while the elbow flexes (phase `lift`) or
+/// extends (phase `drop`), and the joint angle at which it receives it, °.
 fn phase_peak(spec: &ModulationSpec, channel: u8, phase: &str) -> (Amplitude, f64) {
     let phases = [MotionPhase::Lift, MotionPhase::Drop];
     let phase = phases

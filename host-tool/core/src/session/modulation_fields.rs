@@ -10,8 +10,8 @@ use crate::fields::field::{
     Kind, Number, Section, UNIT, bounded_number, channel_number, field, list, number_in, one_of,
 };
 
-/// Joints and their names in session files. The number of an elbow is even, and the shoulder of the
-/// same arm has the next number.
+/// Joints that can be modulated: names in session files, and numbers in the protocol. The number of
+/// an elbow is even, and the shoulder of the same arm has the next number.
 pub(super) const JOINTS: [(&str, u8); 4] = [
     ("left-elbow", 0),
     ("left-shoulder", 1),
@@ -19,7 +19,7 @@ pub(super) const JOINTS: [(&str, u8); 4] = [
     ("right-shoulder", 3),
 ];
 
-/// Muscles that are stimulated while a joint moves.
+/// Choice of the muscles that are stimulated while the elbow moves.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Mode {
     /// Stimulates the muscles that move the joint.
@@ -28,19 +28,21 @@ pub(super) enum Mode {
     Resist,
 }
 
-/// Modes and their names in session files.
+/// Modes of a modulated joint, and their names in session files.
 pub(super) const MODES: [(&str, Mode); 2] = [("assist", Mode::Assist), ("resist", Mode::Resist)];
 
-/// Names in session files of the ways in which a share sets an intensity.
+/// Names in session files of the two formulas that turn a share into an intensity.
 const FORMS: [(&str, ()); 2] = [("scaled", ()), ("above-threshold", ())];
 
-/// Default dead band, 0.01 °/s, and cutoff, mHz. With them an elbow at rest does not chatter behind
-/// a sensor of 0.1° of noise (docs/lift.md).
+/// Default dead band of the elbow's angular velocity, 0.01 °/s. With this and the default cutoff,
+/// the phase of an elbow at rest does not chatter although its sensor has noise of 0.1°
+/// (docs/lift.md).
 const DEAD_BAND: i64 = 800;
+/// Default cutoff frequency of the differentiator that computes the elbow's angular velocity, mHz.
 const CUTOFF_MHZ: i64 = 2_000;
-/// Default age at which a measurement is stale, ms: five periods of a 100 Hz stream.
+/// Default age from which a measured angle is stale, ms: five periods of a 100 Hz stream.
 const STALE_AFTER_MS: i64 = 50;
-/// Longest time for which an object may be held unless the file says otherwise, ms.
+/// Default of the longest time for which an object may be held, ms.
 const LONGEST_HOLD_MS: i64 = 30_000;
 
 #[rustfmt::skip]
@@ -53,7 +55,8 @@ fn muscle() -> Section {
     ]
 }
 
-/// Returns the fields of `[[modulation]]`; `at_s` is the kind of the times of angles.
+/// Returns the fields of `[[modulation]]`. `at_s` is the kind of the time field that the simulated
+/// angles have.
 #[rustfmt::skip]
 pub(super) fn modulation(at_s: Kind) -> Section {
     let share = || {
@@ -81,7 +84,8 @@ pub(super) fn modulation(at_s: Kind) -> Section {
     ]
 }
 
-/// Returns the fields of a point from which an object is held or is not.
+/// Returns the fields of one point of `kind = "held"`: a time, and whether an object is held from
+/// then on.
 #[rustfmt::skip]
 pub(super) fn held_points(at_s: Kind) -> Section {
     vec![

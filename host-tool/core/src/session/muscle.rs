@@ -9,23 +9,24 @@ use crate::fields::error::Problem;
 use crate::fields::table::Table;
 use crate::wearer::{Electrode, read_fatigue};
 
-/// Model of the muscle under a channel.
+/// Model of the muscle under a channel, with which the device predicts or controls its force.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Muscle {
-    /// Parameters of the force model.
+    /// Parameters of the model that computes force from the times of the pulses.
     pub force: CalciumForceSpec,
-    /// Recruitment of the muscle by amplitude, up to the channel's limit.
+    /// Share of the muscle's fibres that each amplitude activates, up to the channel's limit.
     pub recruitment: RecruitmentSpec,
-    /// Fatigue of the muscle, if the file or the wearer file gives it.
+    /// Fatigue of the muscle; `None` if neither the session file nor the wearer file gives it.
     pub fatigue: Option<FatigueSpec>,
-    /// Whether the predicted force is reported.
+    /// Whether the device reports the predicted force in its telemetry.
     pub report: bool,
-    /// Model level at the start.
+    /// Model level at the start, as the file gives it.
     pub model: Model,
-    /// Model level that `"auto"` selects in this session. Until the session has been tried, it is
-    /// the most detailed one that the muscle allows.
+    /// Model level that `"auto"` selects in this session. Before the trial that selects it, this is
+    /// the most detailed level that the muscle allows.
     pub auto: MuscleLevel,
-    /// Later model levels, each from its time after the start on, in µs, in rising order.
+    /// Later changes of the model level: each level is used from its time on, in µs after the
+    /// start. The times rise.
     pub changes: Vec<(u64, MuscleLevel)>,
 }
 
@@ -34,11 +35,11 @@ pub struct Muscle {
 pub enum Model {
     /// Cheapest model level that is accurate enough in this session.
     Auto,
-    /// Model level that the file fixes.
+    /// Model level that the file prescribes.
     Fixed(MuscleLevel),
 }
 
-/// Parameters of a muscle that the wearer file may give in place of the session file.
+/// Names of the fields whose values come from the wearer file if the session file leaves them out.
 const PARAMETERS: [&str; 8] = [
     "a_n_per_s",
     "k",
@@ -50,7 +51,7 @@ const PARAMETERS: [&str; 8] = [
     "slope_per_unit",
 ];
 
-/// Returns the name of a model level in session files.
+/// Returns the name of a model level in session files, for example "calcium-force".
 #[must_use]
 pub fn level_name(level: MuscleLevel) -> &'static str {
     let named = RUNGS.iter().find(|(_, known)| *known == level);
@@ -58,7 +59,7 @@ pub fn level_name(level: MuscleLevel) -> &'static str {
 }
 
 impl Muscle {
-    /// Returns the model level with which the muscle starts.
+    /// Returns the model level at the start: the one that the file fixes, or [`Self::auto`].
     #[must_use]
     pub const fn initial_level(&self) -> MuscleLevel {
         match self.model {
@@ -67,7 +68,7 @@ impl Muscle {
         }
     }
 
-    /// Returns the muscle as the device receives it.
+    /// Returns the muscle as the device receives it before the start.
     #[must_use]
     pub const fn spec(&self) -> MuscleSpec {
         MuscleSpec {
@@ -78,8 +79,8 @@ impl Muscle {
         }
     }
 
-    /// Returns the muscle at every model level that it uses, the first one and those of its
-    /// changes, each with the table that sets the level.
+    /// Returns the muscle once for every model level that it uses: the one at the start and those
+    /// of its changes. Each comes with the table of the file that sets the level.
     pub(super) fn specs_by_level<'t>(
         &self,
         t: &'t Table<'t>,
@@ -92,9 +93,9 @@ impl Muscle {
     }
 }
 
-/// Reads a `muscle` table; the wearer file gives the values that the table leaves out. The
-/// recruitment curve ends at the limit of the channel, and changes of model level must be within
-/// the session.
+/// Reads a `muscle` table. The wearer file gives the values that the table leaves out. The
+/// recruitment curve ends at `limit`, the channel's limit. Changes of model level must be within
+/// `duration_us`.
 pub(super) fn read_muscle(
     t: &Table<'_>,
     electrode: Option<&Electrode>,

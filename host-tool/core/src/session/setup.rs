@@ -21,7 +21,7 @@ use super::worn::WearerContext;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// The part of a file that configures the device, as far as it could be read.
+/// The part of a session file that configures the device, as far as it could be read.
 pub(super) struct SetupSpec {
     pub(super) wearer: WearerSpec,
     pub(super) channels: Channels,
@@ -33,12 +33,13 @@ pub(super) struct SetupSpec {
     pub(super) modulations: Vec<SessionJoint>,
     /// Whether the file has a `[[modulation]]`, with or without errors.
     pub(super) has_modulation: bool,
-    /// Channels that the host may not drive: bit i is channel i on the link.
+    /// Channels that the host may not drive, because a controller on the device does: bit i is
+    /// channel i on the link.
     pub(super) controlled: u16,
 }
 
-/// Reads everything that the device receives into a draft of the device's setup, and reports
-/// everything that the draft refuses.
+/// Reads the part of the file that configures the device into a [`Draft`], which is the device's
+/// own checker, and reports everything that the draft refuses.
 pub(super) fn read_setup(
     root: &Table<'_>,
     person: &WearerContext,
@@ -121,7 +122,7 @@ pub(super) fn read_setup(
     }
 }
 
-/// Reports an arm that is driven together with a joint or a wall.
+/// Reports setpoints of forces at the hand in a session with a joint or a wall.
 fn check_limb_combination(root: &Table<'_>) {
     if let Some(t) = root.table("setpoints")
         && t.word("kind") == "endpoint-force"

@@ -7,8 +7,8 @@ use firmware::units::Amplitude;
 
 use super::{BodySpec, Channel, Course, Session};
 
-/// Adds a note for each channel that is configured, never receives an amplitude, and is not meant
-/// to stay at 0.
+/// Adds a note for each channel that is configured but never receives an amplitude above 0, unless
+/// the file means it to stay at 0.
 pub(super) fn note_silent_channels(session: &mut Session) {
     let silent = session.channels.iter();
     let silent = silent.filter(|channel| {
@@ -26,8 +26,9 @@ pub(super) fn note_silent_channels(session: &mut Session) {
     session.notes.extend(notes);
 }
 
-/// Returns whether the file means a channel to stay at 0: a partner in a group whose value is 0, a
-/// channel for the lists of a live client, or a muscle of a simulated elbow, which has two.
+/// Returns whether the file means a channel to stay at 0. This is so for a channel of a group whose
+/// value is a constant 0, for a channel on which a live client may play lists of pulses, and for
+/// the biceps or triceps of a simulated elbow, of which a session may use only one.
 fn is_meant_silent(session: &Session, channel: &Channel) -> bool {
     let index = channel.index();
     let mut groups = session.groups.iter();
@@ -44,7 +45,7 @@ fn is_meant_silent(session: &Session, channel: &Channel) -> bool {
     (is_partner && is_zero) || channel.spec.train.lists || is_muscle
 }
 
-/// Returns the constant amplitudes, by channel on the link.
+/// Returns the constant amplitudes that the host streams, each with its channel on the link (0–9).
 fn constant_amplitudes(session: &Session) -> &[(u8, Stimulus)] {
     match &session.setpoints.course {
         Course::Amplitudes(values) => values,
@@ -52,8 +53,8 @@ fn constant_amplitudes(session: &Session) -> &[(u8, Stimulus)] {
     }
 }
 
-/// Returns whether anything in the session may ever ask for more than 0 on a channel on the link
-/// (0–9), including a live client within its bounds.
+/// Returns whether anything may ask for an amplitude above 0 on a channel (0–9 on the link) at any
+/// time of the session. A live client within its bounds counts, too.
 fn is_driven(session: &Session, channel: u8) -> bool {
     let setpoints = &session.setpoints;
     let joint = session.joint.iter().flat_map(JointSpec::points);
@@ -75,7 +76,8 @@ fn drives(own: u8, most: Amplitude, channel: u8) -> bool {
     own == channel && most > Amplitude::ZERO
 }
 
-/// Returns whether a modulated joint drives the channel once an object is held.
+/// Returns whether a modulated joint drives the channel (0–9 on the link) at a time when an object
+/// is held.
 fn is_modulated(session: &Session, channel: u8) -> bool {
     let joints = session.modulations.iter();
     let demands = joints.flat_map(|joint| ModulationSpec::demands(&joint.spec));
@@ -89,7 +91,8 @@ fn is_modulated(session: &Session, channel: u8) -> bool {
             .any(|demand| drives(demand.0, demand.1, channel))
 }
 
-/// Returns whether the arm recruits the channel for a force at the hand.
+/// Returns whether the channel's muscle (0–9 on the link) can contribute to a force at the hand
+/// that the session asks for.
 fn is_recruited(session: &Session, channel: u8) -> bool {
     let lines = session.limb.iter().flat_map(|limb| &limb.lines);
     let is_wanted = match &session.setpoints.course {
@@ -100,7 +103,7 @@ fn is_recruited(session: &Session, channel: u8) -> bool {
 }
 
 /// Returns whether the host streams an amplitude, a force or a list of pulses above 0 to the
-/// channel.
+/// channel (0–9 on the link).
 fn is_streamed(session: &Session, channel: u8) -> bool {
     let setpoints = &session.setpoints;
     let most = match &setpoints.course {

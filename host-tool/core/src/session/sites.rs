@@ -4,8 +4,9 @@
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// Reads the channels, from 0, that the fields `names` give, whether or not the session uses them.
-/// Reports a channel that two fields name.
+/// Reads the channels in the fields `names`, counted from 0, where the electrodes of a simulated
+/// wearer are. The session need not use these channels. Reports a channel that two of the fields
+/// name.
 pub(super) fn read_sites<const N: usize>(t: &Table<'_>, names: [&str; N]) -> Option<[usize; N]> {
     let numbers = names.map(|name| t.integer::<u8>(name));
     for (place, (name, &channel)) in names.iter().zip(&numbers).enumerate() {

@@ -10,7 +10,7 @@ use firmware::device::validate_channel;
 use firmware::safety::Stimulus;
 use firmware::units::Amplitude;
 
-/// Returns notes on every channel whose amplitudes the rise delays.
+/// Returns a note for each step or control law whose amplitudes the wearer's rise delays.
 pub(super) fn notes(session: &Session) -> Vec<String> {
     let mut notes = Vec::new();
     let Ok(wearer) = session.wearer.validate() else {
@@ -43,18 +43,19 @@ pub(super) fn notes(session: &Session) -> Vec<String> {
     notes
 }
 
-/// Limits on the rise of a channel's amplitude.
+/// Limits of the wearer and of a channel on how fast the channel's amplitude may rise.
 struct Rise<'a> {
     channel: &'a Channel,
     start: Amplitude,
-    /// Largest increase from one burst to the next.
+    /// Largest increase of the amplitude from one burst to the next.
     slope: Amplitude,
     rise_us: u64,
     rise_bursts: u64,
 }
 
 impl Rise<'_> {
-    /// Returns a note on how long the amplitudes of a control law take from threshold to maximum.
+    /// Returns a note on how long an amplitude that a control law sets takes from `threshold` to
+    /// `max`; `None` if one burst is enough.
     fn law_note(&self, [threshold, max]: [Amplitude; 2]) -> Option<String> {
         let range = max.get().saturating_sub(threshold.get());
         if max <= self.start || range <= self.slope.get() {
@@ -71,8 +72,9 @@ impl Rise<'_> {
         ))
     }
 
-    /// Returns a note on the step of a course that takes longest. Times count from the start, or
-    /// from the beginning of whatever `of` names.
+    /// Returns a note on the step of an amplitude course that takes longest; `None` for a ramp, and
+    /// if no step takes longer than one period of the train. The times in `points` count from the
+    /// start of the session, or from the start of a pass; `of` is then added to the text to say so.
     fn course_note(&self, points: &[(u64, Stimulus)], is_held: bool, of: &str) -> Option<String> {
         let first = points.first().map(|&(at_us, to)| (0, at_us, to));
         let pairs = points.windows(2).filter_map(|pair| match pair {
@@ -94,7 +96,7 @@ impl Rise<'_> {
         })
     }
 
-    /// Returns the time that an amplitude needs to rise, µs.
+    /// Returns the time that the amplitude needs to rise `from` one value `to` another, µs.
     fn rise_time_us(&self, from: u32, to: Amplitude) -> u64 {
         let by = to.get().saturating_sub(from);
         if to <= self.start || by == 0 {

@@ -6,31 +6,33 @@ use super::channels::Channels;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// Facts about a study that a person provides for a publication. They do not influence the session.
+/// Facts about a study that a person provides for a publication. They have no effect on the
+/// session.
 #[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct Study {
-    /// Pseudonym of the wearer; never a name.
+    /// Pseudonym of the wearer; the real name must not be used.
     pub pseudonym: Option<String>,
-    /// Person who operated the device.
+    /// Person who operates the device.
     pub operator: Option<String>,
-    /// Approval of the ethics committee.
+    /// Approval of the ethics committee, for example its name and number.
     pub ethics: Option<String>,
-    /// Further remarks.
+    /// Further remarks in free text.
     pub notes: Option<String>,
     /// Positions of the electrodes, sorted by channel.
     pub electrodes: Vec<Electrode>,
 }
 
-/// Position of a channel's electrodes on the body.
+/// Position on the body of a channel's electrodes.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Electrode {
-    /// Channel number, from 1.
+    /// Number of the channel, 1–10.
     pub channel: u8,
-    /// Position in words.
+    /// Position on the body, in words.
     pub place: String,
 }
 
-/// Reads `[study]` and reports channels that the file lacks or that are named twice.
+/// Reads `[study]`. Reports channels that the file does not have, and channels that are named
+/// twice.
 pub(super) fn read_study(t: &Table<'_>, channels: &Channels) -> Option<Study> {
     let mut electrodes: Vec<Electrode> = Vec::new();
     for item in t.tables("electrodes").iter().filter(|item| item.is_valid()) {

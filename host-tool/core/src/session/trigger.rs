@@ -8,32 +8,32 @@ use crate::fields::error::Problem;
 use crate::fields::table::Table;
 use firmware::pulse::Trigger;
 
-/// Signal on a simulated trigger input.
+/// Signal on the trigger input of a simulated device.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct SimulatedTrigger {
-    /// Times of the edges.
+    /// Times at which the input becomes active.
     pub edges: Edges,
-    /// Time for which the input is held after each edge, µs, released at least 1 ms before the next
-    /// edge; 0 for a short pulse.
+    /// Time for which the input stays active after each edge, µs; 0 is a short pulse. The input is
+    /// released at least 1 ms before the next edge.
     pub held_us: u64,
 }
 
-/// Times of the edges on a simulated trigger input, µs from the start.
+/// Times of the edges at which a simulated trigger input becomes active, µs from the start.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Edges {
-    /// Edges at these times, in rising order.
+    /// Edges at these times, µs from the start, in rising order.
     At(Vec<u64>),
-    /// Edges at a fixed period.
+    /// Edges at a fixed period until the session ends.
     Every {
-        /// Time of the first edge.
+        /// Time of the first edge, µs from the start.
         from_us: u64,
-        /// Time from edge to edge, at least 1 ms.
+        /// Time from one edge to the next, µs; at least 1 ms.
         period_us: u64,
     },
 }
 
 impl Edges {
-    /// Returns the times of the edges in `from_us..to_us`.
+    /// Returns the times of the edges from `from_us` up to, but not including, `to_us`.
     #[must_use]
     pub fn between(&self, from_us: u64, to_us: u64) -> Vec<u64> {
         match self {
@@ -57,7 +57,8 @@ impl Edges {
         }
     }
 
-    /// Returns the shortest time from edge to edge, µs, if there are two edges.
+    /// Returns the shortest time from one edge to the next, µs; `None` if there are fewer than two
+    /// edges.
     fn shortest_interval_us(&self) -> Option<u64> {
         match self {
             Self::At(times) => times.windows(2).map(|pair| pair[1] - pair[0]).min(),
@@ -66,8 +67,8 @@ impl Edges {
     }
 }
 
-/// Reads `[simulated_trigger]`; reports a trigger for which no train waits, and a hold time that is
-/// missing or too long.
+/// Reads `[simulated_trigger]`. Reports a trigger although no train waits for it, and a `held_s`
+/// that is too long, or missing although a train is gated.
 pub(super) fn read_trigger(
     t: &Table<'_>,
     channels: &Channels,

@@ -18,11 +18,13 @@ use crate::fields::decimal::{format_range, format_scaled};
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// Range of τc; a train may allow only a part of it.
+/// Range of τc for any train. The train of a channel may allow only a part of it.
 const TAU_C_US: Range = CalciumForceSpec::TAU_C_US;
+/// Range of τ1 for any muscle. Other constants of the muscle may allow only a part of it.
 const TAU1_US: Range = CalciumForceSpec::TAU1_US;
 
-/// Reports a mistake in the setup of the file `root`, of which `channels` could be read.
+/// Reports a mistake that the device finds in the setup, at the field that causes it. `root` is the
+/// file, and `channels` are the channels that could be read.
 pub(super) fn report_mistake(root: &Table<'_>, channels: &[Channel], mistake: Mistake) {
     match mistake.part {
         Part::Wearer => root.table("wearer").unwrap_or(root).report_refusal(mistake),
@@ -70,24 +72,26 @@ pub(super) fn report_mistake(root: &Table<'_>, channels: &[Channel], mistake: Mi
     }
 }
 
-/// Returns the tables that name the channels of the joint and of the wall.
+/// Returns the tables of the joint and of the wall that have a `channel` field.
 fn point_tables<'r>(root: &'r Table<'r>) -> impl Iterator<Item = &'r Table<'r>> {
     let both = root.table("joint").into_iter().chain(root.table("wall"));
     both.flat_map(tables_with_channels)
 }
 
-/// Returns the tables that name the channels of a joint or a wall.
+/// Returns the tables within a joint or a wall that have a `channel` field, and the joint or wall
+/// itself.
 fn tables_with_channels<'r>(t: &'r Table<'r>) -> impl Iterator<Item = &'r Table<'r>> {
     let other = t.table("extensor").or(t.table("co_contraction"));
     std::iter::once(t).chain(t.tables("flexors")).chain(other)
 }
 
-/// Returns whether a field names the channel `index`, from 0.
+/// Returns whether `field` holds the number of the channel with this `index` on the link (0–9).
 fn names_channel(t: &Table<'_>, field: &str, index: u8) -> bool {
     t.has(field) && t.integer::<u8>(field) == index + 1 // at most 10
 }
 
-/// Reports a mistake in a channel, its muscle or its force control.
+/// Reports a mistake in a channel, its muscle or its force control. `t` is the table of the
+/// channel.
 pub(crate) fn report_channel_mistake(t: &Table<'_>, channel: &Channel, mistake: Mistake) {
     let Channel { number, spec, .. } = channel;
     let train = t.table("train").unwrap_or(t);
@@ -157,8 +161,8 @@ pub(crate) fn report_channel_mistake(t: &Table<'_>, channel: &Channel, mistake: 
     }
 }
 
-/// Reports a mistake in the muscle of the table `t`, or in a change within it, under the channel of
-/// the table `channel`.
+/// Reports a mistake in a muscle. `t` is the table that causes it: the muscle, or one of its
+/// changes of model level. `channel` is the table of the channel.
 pub(crate) fn report_muscle_mistake(t: &Table<'_>, channel: &Table<'_>, mistake: Mistake) {
     match mistake.rule {
         Rule::Muscle(MuscleModelError::NoFatigue) => {
@@ -184,8 +188,8 @@ pub(crate) fn report_muscle_mistake(t: &Table<'_>, channel: &Table<'_>, mistake:
     }
 }
 
-/// Reports the rule that a group breaks, at the group of the channel concerned or else at the last
-/// of `groups`.
+/// Reports the rule that a group breaks. The error is reported at the group that has the channel
+/// concerned, or at the last of `groups` if it concerns no single channel.
 pub(super) fn report_group_mistake(groups: &[Table<'_>], e: GroupError) {
     let (channel, problem) = match e {
         GroupError::IsolationOverlaps { channel: c, other } => {
@@ -214,7 +218,8 @@ pub(super) fn report_group_mistake(groups: &[Table<'_>], e: GroupError) {
     }
 }
 
-/// Reports a mistake in a joint or a wall, at the point concerned.
+/// Reports a mistake in a joint or a wall. `t` is its table. The error is reported at the point
+/// (channel with amplitudes) concerned, if there is one.
 fn report_joint_mistake(t: &Table<'_>, channels: &[Channel], mistake: Mistake) {
     if let Rule::Joint(SpecError::Range(e)) = mistake.rule
         && let Some(wearer) = t.table("wearer")

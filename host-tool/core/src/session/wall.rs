@@ -8,9 +8,9 @@ use super::control_fields::SIDES;
 use super::hold::{read_sensor, read_stale};
 use crate::fields::table::Table;
 
-/// Reads `[wall]`, which must name channels of the file. The wearer file gives the amplitudes that
-/// the file leaves out: the pre-wall begins at the smallest amplitude in use and ends at the
-/// maximum of the wall.
+/// Reads `[wall]`, which must name channels of the file. Amplitudes that the file leaves out come
+/// from the wearer file: the maximum is the largest amplitude in use. The pre-wall begins at the
+/// smallest amplitude in use, and ends at the maximum of the wall.
 pub(super) fn read_wall(t: &Table<'_>, channels: &Channels) -> Option<WallSpec> {
     let channel = channels.find(t, "channel");
     let known = channel.and_then(|channel| channels.usable_range(channel));

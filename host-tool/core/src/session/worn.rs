@@ -20,22 +20,22 @@ use crate::fields::{Problem, SessionError};
 use crate::wearer::Unit;
 use crate::wearer::{Electrode, Wearer, WidthError, builtin_wearer, read_limits};
 
-/// The wearer file that a session names, as it was when the session was read.
+/// The wearer file that a session names, with its content at the time when the session was read.
 #[derive(Clone, PartialEq, Debug)]
 pub struct SessionWearer {
-    /// Path of the file as the session names it, relative to the session.
+    /// Path of the wearer file as the session gives it, relative to the session file.
     pub file: String,
-    /// Text of the file.
+    /// Text of the wearer file.
     pub text: String,
-    /// Parsed content of the file.
+    /// Parsed content of the wearer file.
     pub wearer: Wearer,
 }
 
 /// Function that returns the text of a wearer file for the path that a session gives.
 pub type WearerTexts<'a> = &'a dyn Fn(&str) -> Result<String, SessionError>;
 
-/// Returns the text of a built-in wearer file. A built-in session names it by any path that ends
-/// with its file name.
+/// Returns the text of a built-in wearer file. Only the last part of the path `file` counts, so
+/// that a built-in session may name the file by any folder.
 ///
 /// # Errors
 /// E650 if no built-in wearer has this name.
@@ -48,15 +48,16 @@ pub fn builtin_wearer_text(file: &str) -> Result<String, SessionError> {
     found.ok_or_else(|| unreadable_wearer(file, "no built-in wearer has this name"))
 }
 
-/// Returns the error E650: the wearer file of a session cannot be read.
+/// Returns the error E650, which says that the wearer file `file` of a session cannot be read, and
+/// the `reason`.
 #[must_use]
 pub fn unreadable_wearer(file: &str, reason: &str) -> SessionError {
     let reason = format!("{file}: {reason}");
     SessionError::without_place(Problem::WearerUnreadable { reason })
 }
 
-/// Returns the text of the wearer file that a session in `folder` names. For the session of a
-/// record this is the copy that the record keeps beside the session.
+/// Returns the text of the wearer file that a session in `folder` names as `file`. If the session
+/// belongs to a record, this is the copy that the record keeps beside the session.
 ///
 /// # Errors
 /// E650 if the wearer file cannot be read.
@@ -69,21 +70,24 @@ pub(super) fn read_wearer_text(folder: &Path, file: &str) -> Result<String, Sess
     }
 }
 
-/// File name under which a record keeps the wearer file, in the trial's folder.
+/// Name of the copy of the wearer file that a record keeps in the folder of a trial.
 pub const KEPT_AS: &str = "wearer.toml";
 
-/// The wearer of a session, as far as the session describes them.
+/// What a session file and its wearer file say about the wearer.
 #[derive(Default)]
 pub(super) struct WearerContext {
     pub(super) worn: Option<SessionWearer>,
-    /// Whether the wearer file has errors, which were reported; nothing is then checked against it.
+    /// Whether the wearer file has errors. They were reported, and nothing in the session is then
+    /// checked against the wearer file.
     pub(super) is_unknown: bool,
-    /// Whether amplitudes must stay within I_MT and 1.5 · I_MT.
+    /// Whether amplitudes must be 0 or between I_MT and 1.5 · I_MT, where I_MT is the motor
+    /// threshold.
     is_haptic: bool,
 }
 
 impl WearerContext {
-    /// Reads the wearer from `[wearer]`; `texts` returns the text of the file that it names.
+    /// Reads the wearer from `[wearer]`. `texts` returns the text of the wearer file that
+    /// `[wearer]` names.
     pub(super) fn read(doc: &Document, root: &Table<'_>, texts: WearerTexts<'_>) -> Self {
         let Some(t) = root.table("wearer") else {
             return Self::default();
@@ -133,13 +137,14 @@ impl WearerContext {
         }
     }
 
-    /// Returns whether the wearer file has errors, which were reported.
+    /// Returns whether the wearer file has errors, which are already reported.
     pub(super) const fn is_unknown(&self) -> bool {
         self.is_unknown
     }
 
-    /// Returns the wearer's limits, from the session or else from the wearer file. If `[wearer]` or
-    /// its file has errors, returns the loosest limits, so that these errors cause no others.
+    /// Returns the limits of the wearer: those of the session, completed by those of the wearer
+    /// file. If `[wearer]` or the wearer file has errors, returns the loosest limits, so that these
+    /// errors do not lead to further ones.
     pub(super) fn limits(&self, root: &Table<'_>) -> WearerSpec {
         let file = self.worn.as_ref().map(|worn| worn.wearer.limits);
         match root.table("wearer").filter(|t| t.is_valid()) {
@@ -156,9 +161,9 @@ impl WearerContext {
         }
     }
 
-    /// Returns the wearer's electrode under a channel, converted to the largest width of the
-    /// channel's train. Returns `Some(None)` without a wearer file, and `None` if the electrode
-    /// does not fit, which is reported.
+    /// Returns the wearer's electrode under a channel, converted to the largest pulse width of the
+    /// channel's train. Returns `Some(None)` without a wearer file. Returns `None` after reporting
+    /// that the electrode does not match the channel's stage, rate or width.
     pub(super) fn channel_electrode(
         &self,
         t: &Table<'_>,
@@ -211,8 +216,8 @@ impl WearerContext {
         (is_stage && is_rate).then_some(Some(fitted))
     }
 
-    /// Returns the limit of a channel, from the session or else from the electrode. Returns `None`
-    /// if the limit is missing or too high, which is reported.
+    /// Returns the amplitude limit of a channel: that of the session, or else that of the
+    /// electrode. Returns `None` after reporting that the limit is missing or too high.
     pub(super) fn channel_limit(
         &self,
         t: &Table<'_>,
@@ -244,8 +249,9 @@ impl WearerContext {
         }
     }
 
-    /// Returns the amplitude that a channel reaches at once: `start_amplitude` of the session, or else of the
-    /// electrode. Returns `None` if it is too high, which is reported.
+    /// Returns the largest amplitude that a channel may reach at once, without the wearer's rise:
+    /// `start` of the session, or else that of the electrode, or 0. Returns `None` after reporting
+    /// that it is too high.
     pub(super) fn start_amplitude(
         &self,
         t: &Table<'_>,
@@ -286,8 +292,8 @@ impl WearerContext {
         }
     }
 
-    /// Reports an amplitude that is neither 0 nor in the haptic range of the channel, if the
-    /// session asks to stay in that range.
+    /// Reports an amplitude that is neither 0 nor within the electrode's haptic range, if the
+    /// session has `haptic_range = true`.
     pub(super) fn check_haptic_range(
         &self,
         t: &Table<'_>,
@@ -310,8 +316,9 @@ impl WearerContext {
     }
 }
 
-/// Reports an output stage of another kind than the one for which the electrode's thresholds hold,
-/// or one that assumes a larger load. Returns whether the stage fits.
+/// Reports an output stage that does not match the electrode: a stage of another kind than the one
+/// for which the electrode's thresholds hold, or one that assumes a larger load. Returns whether
+/// the stage matches.
 fn check_stage(t: &Table<'_>, electrode: &Electrode, stage: &StageSpec) -> bool {
     let channel = electrode.channel;
     let at = t.table("stage").unwrap_or(t);
@@ -336,8 +343,8 @@ fn check_stage(t: &Table<'_>, electrode: &Electrode, stage: &StageSpec) -> bool 
     }
 }
 
-/// Reports the rate of a train at which the electrode's thresholds do not hold. Returns whether
-/// they hold.
+/// Reports a train whose pulse rate is outside the rates for which the electrode's thresholds hold.
+/// Returns whether the rate is within them.
 fn check_rate(t: &Table<'_>, electrode: &Electrode, train: &TrainSpec) -> bool {
     let at = t.table("train").unwrap_or(t);
     let field = ["period_us", "frequency_hz"][usize::from(at.has("frequency_hz"))];
@@ -350,7 +357,8 @@ fn check_rate(t: &Table<'_>, electrode: &Electrode, train: &TrainSpec) -> bool {
     holds
 }
 
-/// Reports force control that may pulse faster than the electrode's thresholds hold.
+/// Reports force control that may use a higher pulse rate than those for which the electrode's
+/// thresholds hold.
 pub(super) fn check_force_rate(t: &Table<'_>, electrode: &Electrode, force: &ForceSpec) {
     let [fastest_us, _] = periods(electrode);
     if force.min_period_us < fastest_us {
@@ -362,14 +370,14 @@ pub(super) fn check_force_rate(t: &Table<'_>, electrode: &Electrode, force: &For
     }
 }
 
-/// Returns the shortest and the longest period at which the thresholds hold, µs, rounded outward to
-/// the µs.
+/// Returns the shortest and the longest period for which the electrode's thresholds hold, µs. The
+/// first is rounded down and the second up.
 fn periods(electrode: &Electrode) -> [u32; 2] {
     let [from, to] = electrode.holds_hz.map(|hz| 1e6 / hz);
     [to.floor() as u32, from.ceil() as u32] // saturate
 }
 
-/// Formats the rates at which the thresholds hold, for example "20 to 40 Hz".
+/// Formats the pulse rates for which the electrode's thresholds hold, for example "20 to 40 Hz".
 fn rates(electrode: &Electrode) -> String {
     match electrode.holds_hz {
         [from, to] if from == to => format!("{to} Hz"),
@@ -383,7 +391,8 @@ fn format_amplitude(electrode: &Electrode, value: Amplitude) -> String {
     format!("{} {symbol}", format_scaled(value.get().into(), 3))
 }
 
-/// Returns a note on how thresholds and limits were converted to another width.
+/// Returns a note that the wearer's thresholds and limits were converted from one pulse width to
+/// another, with the values before and after.
 fn conversion_note(from: &Electrode, to: &Electrode) -> String {
     format!(
         "channel {}: the wearer's strength–duration curve converts the threshold from {} at {} µs \
@@ -398,8 +407,8 @@ fn conversion_note(from: &Electrode, to: &Electrode) -> String {
     )
 }
 
-/// Fills each of `limits` that `t` leaves out with the wearer file's, and reports values in `t`
-/// that are looser than the wearer file.
+/// For each named limit: if the table `t` leaves it out, copies the value of the wearer file into
+/// `limits`; if `t` gives a looser value than the wearer file, reports it.
 macro_rules! tightened {
     ($t:ident $limits:ident $file:ident: $($name:literal $unit:literal $places:literal $field:ident $bound:literal)*) => {
         $({

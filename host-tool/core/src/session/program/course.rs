@@ -6,43 +6,46 @@ use firmware::units::Amplitude;
 
 use super::rise::Rise;
 
-/// Amplitude and width of a program from the beginning of a pass on.
+/// Amplitude and width over one pass of a program.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) enum Course {
-    /// One stimulus for a time, with optional ramps up and down.
+    /// One stimulus for the time `on_us`, with optional ramps up and down.
     OnOff {
         stimulus: Stimulus,
-        /// Time from the first burst of the rise to the first burst that is left out, µs.
+        /// Time on, from the first burst of the ramp up until the channel is off again, µs.
         on_us: f64,
-        /// Time from the first burst to the first one with the whole amplitude, µs.
+        /// Time from the first burst of the pass to the first burst with full amplitude, µs.
         up_us: u64,
-        /// Length of the ramp down before the end, µs.
+        /// Length of the ramp down at the end of `on_us`, µs.
         down_us: u64,
     },
-    /// Stimuli at times after the beginning of the pass, µs, the first at 0; the last one stays.
+    /// Stimuli at times in µs after the beginning of the pass. The first time is 0, and the last
+    /// stimulus stays.
     Points {
         points: Vec<(u64, Stimulus)>,
-        /// Whether each stimulus holds until the next; else both values change linearly from one to
-        /// the next.
+        /// Whether each stimulus is constant until the next one. Otherwise amplitude and width
+        /// change linearly from each to the next.
         is_held: bool,
     },
 }
 
-/// Stimulus that a burst should have.
+/// Stimulus that a program wants for a burst, with what is needed to compute the setpoint that
+/// produces it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct BurstOrder {
-    /// Amplitude, thousandths of the channel's unit.
+    /// Wanted amplitude of the burst, thousandths of the channel's unit.
     pub(super) amplitude: f64,
     width_us: u16,
-    /// Largest amplitude that may be ordered for the burst.
+    /// Largest amplitude that the host may ask for, to produce this burst.
     most: Amplitude,
-    /// Time since the first burst of a rise that the program leads, µs. `None` if the device rises
-    /// by itself, or has risen.
+    /// Time since the first burst of a rise from 0 whose shape the program determines, µs. `None`
+    /// if only the device limits the rise, or if the amplitude is not rising from 0.
     since_us: Option<u64>,
 }
 
 impl BurstOrder {
-    /// Returns the stimulus to order so that the burst has this amplitude and width.
+    /// Returns the setpoint after which the device outputs the burst with the wanted amplitude and
+    /// width.
     pub(super) fn to_stimulus(self, rise: &Rise) -> Stimulus {
         let since_us = self.since_us.unwrap_or(u64::MAX);
         let order = rise.order_amplitude(self.amplitude, self.width_us, since_us);
@@ -54,8 +57,8 @@ impl BurstOrder {
 }
 
 impl Course {
-    /// Returns the stimulus that the burst at `at_us` should have in a pass that began at
-    /// `begun_us`.
+    /// Returns the stimulus that the program wants for the burst at `at_us`, in a pass that began
+    /// at `begun_us`.
     pub(super) fn burst_order(&self, rise: &Rise, begun_us: u64, at_us: u64) -> BurstOrder {
         match self {
             Self::OnOff {
@@ -98,7 +101,8 @@ impl Course {
         }
     }
 
-    /// Returns every stimulus of which the course consists.
+    /// Returns the stimuli that the file gives for the course: the one of `OnOff`, or those of all
+    /// points.
     pub(super) fn stimuli(&self) -> impl Iterator<Item = Stimulus> + '_ {
         let (own, points) = match self {
             Self::OnOff { stimulus, .. } => (Some(*stimulus), None),
@@ -108,7 +112,7 @@ impl Course {
         own.into_iter().chain(points)
     }
 
-    /// Returns the duration of a pass, µs.
+    /// Returns the duration of one pass, µs: the time on, or the time of the last point.
     pub(super) fn pass_duration_us(&self) -> f64 {
         match self {
             Self::OnOff { on_us, .. } => *on_us,
@@ -117,8 +121,8 @@ impl Course {
     }
 }
 
-/// Returns the stimulus that the burst at `at_us` should have between two points of a pass that
-/// began at `begun_us`.
+/// Returns the stimulus that the program wants for the burst at `at_us`, between two points of a
+/// pass that began at `begun_us`.
 fn interpolate(
     rise: &Rise,
     begun_us: u64,
@@ -149,8 +153,8 @@ fn interpolate(
     }
 }
 
-/// Returns the share of the amplitude in a rise of `up_us` for the burst that comes `since_us`
-/// after the first.
+/// Returns the share of the full amplitude in a ramp up of length `up_us`, for the burst `since_us`
+/// after the first burst of the ramp. Above 1 the ramp has ended.
 fn share(since_us: u64, up_us: u64, rise: &Rise) -> f64 {
     let period_us = rise.period_us;
     (since_us + period_us) as f64 / (up_us + period_us) as f64

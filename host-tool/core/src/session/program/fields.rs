@@ -8,16 +8,16 @@ use crate::fields::field::{
     CHANNEL, Kind, Number, Section, bounded_number, channel_number, field, list, one_of,
 };
 
-/// Form in which a program describes its amplitudes over time.
+/// Form in which a program describes its amplitudes over time; the field `kind`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Form {
-    /// One amplitude for a time, then 0 for a time.
+    /// One amplitude for a time, then 0 for a time, repeatedly.
     OnOff,
-    /// Amplitudes and widths that change linearly from point to point.
+    /// Points of amplitude and width, between which both change linearly.
     Ramp,
-    /// Amplitudes and widths that hold from point to point.
+    /// Points of amplitude and width, each of which is constant until the next.
     Steps,
-    /// Amplitudes by the angle of a crank, or by the phase of a gait.
+    /// Amplitudes over the angle of a turn, for example of a crank or of a gait cycle.
     Cycle,
 }
 
@@ -32,10 +32,10 @@ pub(super) const FORMS: [(&str, Form); 4] = [
 /// Maximum number of points of a program.
 const MOST_POINTS: usize = 1_000;
 
-/// A whole turn, 0.001°.
+/// A whole turn of a cycle, in 0.001°.
 pub(super) const TURN_MDEG: i64 = 360_000;
 
-/// Returns the kind of an angle within a turn, 0.001°.
+/// Returns the kind of a field that holds an angle within a turn, in 0.001°.
 fn angle() -> Kind {
     Kind::Whole(Number::within("°", 3, 0, TURN_MDEG))
 }
@@ -49,8 +49,8 @@ fn width() -> Kind {
     )
 }
 
-/// Returns the fields of a program. `time` returns the kind of a time of the session of at least
-/// that many µs, and `rising` the kind of a time in a list.
+/// Returns the fields of `[[program]]`. `time` returns the kind of a time within the session of at
+/// least the given µs. `rising` returns the kind of the times in a list of points.
 #[rustfmt::skip]
 pub(in crate::session) fn program(time: fn(i64) -> Kind, rising: fn() -> Kind) -> Section {
     let own_width = || OrTold("the train's `width_us`".into());

@@ -10,24 +10,26 @@ use super::told::{report_too_short, seconds};
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// The points of a program on one of its channels.
+/// The points of a program for one of its channels.
 pub(super) struct Points<'a, 't> {
-    /// Table of the program.
+    /// Table of the program, for errors that concern no single point.
     pub(super) t: &'a Table<'t>,
-    /// Tables of the points.
+    /// Tables of the points, in the order of `points`.
     pub(super) items: &'a [&'a Table<'t>],
     pub(super) found: &'a Channel,
     pub(super) rise: &'a Rise,
-    /// Allowed steps, if the wearer limits them.
+    /// Largest steps that the wearer allows; `None` if the wearer does not limit steps.
     pub(super) steps: Option<Steps>,
-    /// Stimuli at times after the beginning of a pass, µs; at least one, the first at 0.
+    /// Stimuli at times in µs after the beginning of a pass. There is at least one, and the first
+    /// time is 0.
     pub(super) points: &'a [(u64, Stimulus)],
-    /// Time from pass to pass, µs; `None` if the points are output once.
+    /// Time from the beginning of one pass to the next, µs; `None` if the points are output once.
     pub(super) every_us: Option<u64>,
 }
 
 impl Points<'_, '_> {
-    /// Reports steps that are shorter than a period or larger than the wearer allows.
+    /// Reports points of a stepped program that follow each other within less than a period of the
+    /// train, or whose step of amplitude is larger than the wearer allows.
     pub(super) fn check_steps(&self) {
         let (channel, period_us) = (self.found.number, self.rise.period_us);
         let tell = |t: &Table<'_>, field: &str, before_us: u64| {
@@ -53,8 +55,8 @@ impl Points<'_, '_> {
         }
     }
 
-    /// Reports ramps that are shorter than the channel needs, and silences before a rise in which
-    /// there may be no burst.
+    /// Reports ramps that are shorter than the channel needs for their change. Reports also pauses
+    /// at 0 before a rise that may be too short to contain a burst.
     pub(super) fn check_ramp(&self) {
         let Some(&(last_us, last)) = self.points.last() else {
             return; // there is one: checked
@@ -92,7 +94,8 @@ impl Points<'_, '_> {
         }
     }
 
-    /// Reports a first point that cannot be reached from 0, or from the last point.
+    /// Reports the first point if the channel cannot reach its amplitude at once, from 0 or, in a
+    /// repeated program, from the last point.
     fn check_begin(&self, last: Stimulus) {
         let (Some(&(_, first)), Some(item)) = (self.points.first(), self.items.first()) else {
             return;
@@ -110,9 +113,9 @@ impl Points<'_, '_> {
         }
     }
 
-    /// Returns the shortest time from one stimulus to another, µs, or `None` if no time is long
-    /// enough. A rise takes a period more, because it begins with its first burst and ends with its
-    /// point.
+    /// Returns the shortest time that the channel needs from one stimulus to another, µs, or `None`
+    /// if no time is long enough. A rise from 0 takes one period more, because its first burst may
+    /// come up to a period after the point.
     fn shortest_change_us(&self, from: Stimulus, to: Stimulus) -> Option<u64> {
         let rise = self.rise;
         let is_rise = from.amplitude == Amplitude::ZERO;
@@ -129,7 +132,8 @@ impl Points<'_, '_> {
         Some(shortest_us.max(by_steps))
     }
 
-    /// Reports a silence before the rise from point `nth` that may be without a burst.
+    /// Reports a pause at 0 of `silent_us`, before the rise that begins at point `nth`, if it is
+    /// shorter than a period and so may contain no burst.
     fn check_silence(&self, nth: usize, silent_us: u64) {
         let period_us = self.rise.period_us;
         if silent_us >= period_us {
@@ -143,7 +147,8 @@ impl Points<'_, '_> {
         place.report(field, Problem::SilenceTooShort { channel, least });
     }
 
-    /// Returns how long the last points stay at 0, up to the last of them, µs.
+    /// Returns how long the points at the end of a pass are at 0, up to the time of the last point,
+    /// µs.
     fn final_silence_us(&self) -> u64 {
         let is_silent = |pair: &&(u64, Stimulus)| pair.1.amplitude == Amplitude::ZERO;
         let first = self.points.iter().rev().take_while(is_silent).last();

@@ -1,18 +1,19 @@
 //! The times at which a course begins, once or repeatedly.
 
-/// Times at which the passes of a course begin.
+/// Times at which the passes of a program on one channel begin.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Passes {
     /// Beginning of the first pass, µs after the start of the trains.
     pub(super) first_us: f64,
-    /// Time from one beginning to the next, µs; `None` for a course that is output once.
+    /// Time from the beginning of one pass to the next, µs; `None` if there is only one pass.
     pub(super) every_us: Option<f64>,
     /// Number of passes; `None` if they continue until the session ends.
     pub(super) count: Option<u64>,
 }
 
 impl Passes {
-    /// Returns when the latest pass up to `t_us` began, µs, or `None` before the first.
+    /// Returns the time at which the latest pass that began at or before `t_us` began, µs after the
+    /// start of the trains; `None` before the first pass.
     pub(super) fn latest_start_us(&self, t_us: u64) -> Option<u64> {
         let since_us = t_us as f64 - self.first_us.round();
         if since_us < 0.0 {
@@ -32,13 +33,14 @@ impl Passes {
         Some(self.start_us(pass.min(last)))
     }
 
-    /// Returns when pass `nth`, from 0, begins, µs.
+    /// Returns the time at which the pass with number `nth` (from 0) begins, µs after the start of
+    /// the trains.
     pub(super) fn start_us(&self, nth: u64) -> u64 {
         let since_us = self.every_us.map_or(0.0, |every_us| every_us * nth as f64);
         (self.first_us + since_us).round() as u64 // not negative
     }
 
-    /// Returns how many passes end within `duration_us` if each lasts `lasts_us`.
+    /// Returns the number of passes that end within `duration_us`, if each lasts `lasts_us`.
     pub(super) fn count_within(&self, lasts_us: f64, duration_us: u64) -> u64 {
         let left_us = duration_us as f64 - self.first_us - lasts_us;
         match self.every_us {

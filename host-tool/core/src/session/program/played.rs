@@ -8,19 +8,20 @@ use super::course::{BurstOrder, Course};
 use super::passes::Passes;
 use super::rise::Rise;
 
-/// Characters for the eighths of a block, from an empty one to a whole one.
+/// Characters that draw an amplitude as a bar of zero to eight eighths of a line's height.
 const BLOCKS: [char; 9] = ['·', '▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
-/// The programs of a session; each channel is in at most one of them.
+/// The programs of a session. Each channel has at most one of them.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Programs {
-    /// Programs of the single channels, sorted by channel.
+    /// Program of each channel that has one, sorted by channel.
     played: Vec<ChannelProgram>,
-    /// Whether the width of any channel may change; the device then receives every width.
+    /// Whether the pulse width of any of the channels may change. The host then sends the widths of
+    /// all of them.
     has_widths: bool,
 }
 
-/// Amplitude course, train and rise of a channel, from which its bursts follow.
+/// Program of one channel, with the train and the rise that determine its bursts.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct ChannelProgram {
     /// Channel index on the link, 0–9.
@@ -48,18 +49,18 @@ impl Programs {
         self.played.is_empty()
     }
 
-    /// Returns the channels that have a program, by index on the link (0–9), in rising order.
+    /// Returns the channels that have a program, as indices on the link (0–9) in rising order.
     pub fn channels(&self) -> impl Iterator<Item = u8> + '_ {
         self.played.iter().map(|run| run.channel)
     }
 
-    /// Returns the order for the first burst of each channel at or after `t_us` microseconds after
-    /// the start of the trains, sorted by channel on the link (0–9). Either all orders have a
-    /// width, or all widths are 0.
+    /// Returns the setpoint for the next burst of each channel, that is its first burst at or after
+    /// `t_us` µs after the start of the trains. The setpoints are sorted by channel (0–9 on the
+    /// link). Either all of them have a width, or all widths are 0.
     ///
-    /// The burst then has the amplitude that its program wants, to a thousandth or a step of its
-    /// DAC, if every burst is ordered in this way and the device begins its rises where the program
-    /// does.
+    /// The burst then has the amplitude that its program wants, to within a thousandth or a step of
+    /// its DAC. This requires that the host sends a setpoint for every burst in this way, and that
+    /// the device begins its rises where the program does.
     #[must_use]
     pub fn at(&self, t_us: u64) -> Vec<(u8, Stimulus)> {
         let order = |run: &ChannelProgram| {
@@ -75,14 +76,15 @@ impl Programs {
         self.played.iter().map(order).collect()
     }
 
-    /// Returns the shortest period of the trains of these channels, µs, or `None` without channels.
+    /// Returns the shortest period of the trains of the channels that have a program, µs, or `None`
+    /// if there are none.
     #[must_use]
     pub fn shortest_period_us(&self) -> Option<u64> {
         self.played.iter().map(|run| run.rise.period_us).min()
     }
 
-    /// Returns the steps of a channel on the link (0–9), at times in µs after the beginning of a
-    /// pass, or `None` if its program does not hold each step.
+    /// Returns the steps of the program on a channel (0–9 on the link), at times in µs after the
+    /// beginning of a pass. Returns `None` if the channel has no program that consists of steps.
     pub(in crate::session) fn steps(&self, channel: u8) -> Option<&[(u64, Stimulus)]> {
         let own = self.played.iter().find(|run| run.channel == channel)?;
         match &own.course {
@@ -94,9 +96,9 @@ impl Programs {
         }
     }
 
-    /// Returns the time from one possible change of orders to the next, µs: whole windows of the
-    /// device, and at most the shortest period, so that no channel has two bursts in between.
-    /// Returns `None` without channels.
+    /// Returns the time after which the host computes the setpoints again, µs: a whole number of
+    /// windows of the pulse tape, and if possible at most the shortest period, so that no channel
+    /// has two bursts in between. Returns `None` if no channel has a program.
     #[must_use]
     pub fn tick_us(&self) -> Option<u64> {
         let window_us = u64::from(WINDOW_US);
@@ -104,8 +106,8 @@ impl Programs {
         Some(windows.max(1) * window_us)
     }
 
-    /// Returns the time within which every channel has begun and finished two passes, or its only
-    /// one, µs.
+    /// Returns the time within which every channel has finished two passes, or its only one, µs
+    /// after the start.
     #[must_use]
     pub fn two_passes_us(&self) -> u64 {
         let ends = self.played.iter().map(|run| {
@@ -115,9 +117,8 @@ impl Programs {
         ends.fold(0.0, f64::max).ceil() as u64
     }
 
-    /// Draws amplitudes over time for people: for each channel on the link (0–9) a line of
-    /// `columns` blocks, over `length_us` from the start on. A whole block is the largest amplitude
-    /// of the channel.
+    /// Draws the amplitude of each channel (0–9 on the link) over the first `length_us` of the
+    /// session, as a line of `columns` characters. A full block is the channel's largest amplitude.
     #[must_use]
     pub fn amplitude_charts(&self, length_us: u64, columns: u64) -> Vec<(u8, String)> {
         let line = |run: &ChannelProgram| {
@@ -141,8 +142,9 @@ impl Programs {
         self.played.iter().map(line).collect()
     }
 
-    /// Returns the smallest and the largest amplitude that a channel on the link (0–9) is ordered
-    /// to output, thousandths of its unit.
+    /// Returns the smallest and the largest amplitude that the program asks for on a channel (0–9
+    /// on the link), in thousandths of the channel's unit. The smallest is always 0. `None` if the
+    /// channel has no program.
     #[must_use]
     pub fn extremes(&self, channel: u8) -> Option<(u32, u32)> {
         let own = self.played.iter().find(|run| run.channel == channel)?;
@@ -155,16 +157,16 @@ impl Programs {
 }
 
 impl ChannelProgram {
-    /// Returns the stimulus that the first burst at or after `t_us` should have, or `None` before
-    /// the first pass.
+    /// Returns the stimulus that the program wants for the first burst at or after `t_us`, or
+    /// `None` before the first pass.
     fn burst_order(&self, t_us: u64) -> Option<BurstOrder> {
         let at_us = self.rise.next_burst_us(t_us);
         let begun_us = self.passes.latest_start_us(at_us)?;
         Some(self.course.burst_order(&self.rise, begun_us, at_us))
     }
 
-    /// Returns the order for the first burst at or after `t_us`; an amplitude of 0 before the first
-    /// pass.
+    /// Returns the setpoint for the first burst at or after `t_us`. Its amplitude is 0 before the
+    /// first pass.
     fn stimulus_at(&self, t_us: u64) -> Stimulus {
         let off = Stimulus {
             amplitude: Amplitude::ZERO,

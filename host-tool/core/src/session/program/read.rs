@@ -17,7 +17,7 @@ use super::told::{report_too_short, seconds};
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// Reads all programs of the file `root` and reports their errors.
+/// Reads all programs of the file `root`, and reports their errors.
 pub(in crate::session) fn read_programs(
     root: &Table<'_>,
     setup: &SetupSpec,
@@ -44,19 +44,21 @@ struct Reader<'a> {
     setup: &'a SetupSpec,
     duration_us: u64,
     played: Vec<ChannelProgram>,
-    /// Channels that a program names, with or without errors: bit i is channel i on the link.
+    /// Channels that the programs read so far name, with or without errors: bit i is channel i on
+    /// the link.
     named: u16,
 }
 
-/// A channel that a program may drive.
+/// A channel that may play the program, and the limits on its rise.
 struct Player<'a> {
     found: &'a Channel,
     rise: Rise,
 }
 
 impl<'a> Reader<'a> {
-    /// Returns the channel with this number, to which a field refers, if a program may drive it;
-    /// reports the reason otherwise. Channels in `earlier` belong to programs before this one.
+    /// Returns the channel with this `number`, which `field` names, if it may play the program.
+    /// Otherwise reports why it may not. `earlier` are the channels of the programs before this
+    /// one: bit i is channel i on the link.
     fn find_player(
         &mut self,
         t: &Table<'_>,
@@ -84,7 +86,8 @@ impl<'a> Reader<'a> {
         Some(Player { found, rise })
     }
 
-    /// Reads a program that has `channels`.
+    /// Reads a program of the forms "on-off", "ramp" and "steps", which all have a list of
+    /// `channels`.
     fn read_listed(&mut self, t: &Table<'_>, form: Form, earlier: u16) {
         let numbers: Vec<u8> = t
             .integers("channels")
@@ -130,8 +133,9 @@ impl<'a> Reader<'a> {
         self.on_off(t, player, stimulus, (on_us, "on_s"))
     }
 
-    /// Returns one stimulus for the time `on_us`, which `field` sets, with the ramps of `t`.
-    /// Reports ramps that are too short, and a time that is too short for its ramps.
+    /// Returns a course of one stimulus for the time `on_us`, which comes from `field`, with the
+    /// ramps of the table `t`. Reports ramps that are too short for the channel, and a time that is
+    /// too short for its ramps.
     fn on_off(
         &self,
         t: &Table<'_>,
@@ -231,7 +235,7 @@ impl<'a> Reader<'a> {
         Some(Course::Points { points, is_held })
     }
 
-    /// Reads a program that has `phases`.
+    /// Reads a program of the form "cycle", which has a list of `phases`.
     fn read_cycle(&mut self, t: &Table<'_>, earlier: u16) {
         let delay_us = t.time("delay_s", 0, self.duration_us);
         let start_mdeg: i64 = t.integer("start_deg");
@@ -263,14 +267,17 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Reads an amplitude and a width, and reports an error if the device would refuse them.
+    /// Reads an amplitude and a width from `item`. Reports an error if the device would refuse
+    /// them.
     fn stimulus(&self, item: &Table<'_>, player: &Player<'_>) -> Option<Stimulus> {
         let stimulus = read_stimulus(item, player.found)?;
         check_stimulus(item, player.found, self.setup, stimulus);
         Some(stimulus)
     }
 
-    /// Adds a course to the programs, and reports an error if it is not within the session.
+    /// Adds the course of a channel to the programs. Reports an error at the field `latest` if the
+    /// first burst is after the session's end, and at `repeats` if not all passes end within the
+    /// session.
     fn add_course(
         &mut self,
         t: &Table<'_>,
@@ -312,13 +319,15 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Returns the sum of both times, µs, if the file gives the second.
+/// Returns the time from pass to pass, µs: the sum of the fields `on` and `off`. Returns `None`,
+/// for a single pass, if the file leaves `off` out.
 fn read_every(t: &Table<'_>, on: &str, off: &str) -> Option<f64> {
     let [on_us, off_us] = [on, off].map(|name| t.integer::<u64>(name));
     t.has(off).then_some(on_us.saturating_add(off_us) as f64)
 }
 
-/// Reports a silence shorter than a period: it may contain no burst and would be skipped.
+/// Reports a time off that is shorter than a period of the train, because it might contain no burst
+/// and would then have no effect.
 fn check_off(t: &Table<'_>, field: &str, player: &Player<'_>, off_us: Option<f64>) {
     let period_us = player.rise.period_us;
     if off_us.is_some_and(|off_us| off_us < period_us as f64) {
@@ -327,7 +336,7 @@ fn check_off(t: &Table<'_>, field: &str, player: &Player<'_>, off_us: Option<f64
     }
 }
 
-/// Returns why a train is not endless from the common start, or `None` if it is endless.
+/// Returns why a channel's train does not run endlessly from the start, or `None` if it does.
 fn reason_not_endless(found: &Channel) -> Option<&'static str> {
     let train = &found.spec.train;
     match () {

@@ -8,27 +8,30 @@ use firmware::units::{Amplitude, DacCode};
 use super::super::channel::Channel;
 use super::super::setup::SetupSpec;
 
-/// Limits on the rise of a channel's amplitude in the device.
+/// Limits on how fast a channel's amplitude may rise in the device.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Rise {
     /// Period of the channel's train, µs.
     pub(super) period_us: u64,
-    /// First burst after the start of the trains, µs.
+    /// Time of the channel's first burst, µs after the start of the trains.
     offset_us: u64,
     rise_us: u64,
     rise_bursts: u64,
-    /// Largest increase from one burst to the next, thousandths.
+    /// Largest increase of the amplitude from one burst to the next, thousandths of the channel's
+    /// unit.
     slope: f64,
-    /// Largest amplitude that is reached at once, thousandths.
+    /// Largest amplitude that the device outputs at once, without a rise, thousandths of the
+    /// channel's unit.
     start: f64,
-    /// Width of the train's own pulses, µs.
+    /// Pulse width of the channel's train, µs.
     own_us: f64,
-    /// Smallest amplitude for which the DAC has a code, thousandths.
+    /// Smallest amplitude whose DAC code is not 0, thousandths of the channel's unit.
     least: u32,
 }
 
 impl Rise {
-    /// Returns the rise of a channel, or `None` if the device would refuse to arm it.
+    /// Returns the limits on the rise of a channel, or `None` if the device would refuse to arm the
+    /// channel.
     pub(super) fn from_channel(channel: &Channel, setup: &SetupSpec) -> Option<Self> {
         let wearer = setup.wearer.validate().ok()?;
         let armed = validate_channel(&channel.spec, channel.force.as_ref(), &wearer).ok()?;
@@ -46,21 +49,26 @@ impl Rise {
         })
     }
 
-    /// Returns the time of the first burst at or after `t_us`, µs after the start of the trains.
+    /// Returns the time of the channel's first burst at or after `t_us`, µs after the start of the
+    /// trains.
     pub(super) fn next_burst_us(&self, t_us: u64) -> u64 {
         let periods = t_us.saturating_sub(self.offset_us).div_ceil(self.period_us);
         self.offset_us + periods * self.period_us
     }
 
-    /// Returns the shortest duration of a rise from 0, µs, by time and by bursts.
+    /// Returns the shortest duration of a rise from 0 to full amplitude, µs: the larger of
+    /// `rise_ms` and `rise_bursts` periods.
     pub(super) fn duration_us(&self) -> u64 {
         self.rise_us.max(self.rise_bursts * self.period_us)
     }
 
-    /// Returns the order for a burst that should have `amplitude` thousandths, `since_us` after the
-    /// first burst of its rise. The device outputs `order_amplitude` · min(k / (`rise_bursts` + 1), (t + T) /
-    /// (`rise_ms` + T)) with burst k at t, and at once any order that is not above `start`. The
-    /// burst then differs from `amplitude` by at most a thousandth, or a step of its DAC.
+    /// Returns the setpoint, in thousandths of the unit, with which a burst has the amplitude
+    /// `amplitude` (thousandths). The burst comes `since_us` after the first burst of its rise.
+    ///
+    /// During a rise the device outputs a share of the setpoint. For burst k (from 1) at time t,
+    /// with the period T, the share is min(k / (`rise_bursts` + 1), (t + T) / (`rise_ms` + T)). A
+    /// setpoint of at most `start` is output at once. The burst then differs from `amplitude` by at
+    /// most a thousandth or a step of the DAC.
     pub(super) fn order_amplitude(&self, amplitude: f64, width_us: u16, since_us: u64) -> u32 {
         if amplitude <= 0.0 {
             return 0;
@@ -75,7 +83,8 @@ impl Rise {
         (whole as u32).max(self.least)
     }
 
-    /// Returns the share of an order that a rise has reached after `since_us`.
+    /// Returns the share of the setpoint that the device outputs `since_us` after the first burst
+    /// of a rise; 1 when the rise is complete.
     fn reached_share(&self, since_us: u64) -> f64 {
         let part = |part: u64, whole: u64| (part + 1) as f64 / (whole + 1) as f64;
         let period = self.period_us as f64;
@@ -85,20 +94,22 @@ impl Rise {
         by_time.min(part(played, self.rise_bursts))
     }
 
-    /// Returns the largest amplitude of this width that is reached at once, thousandths.
+    /// Returns the largest amplitude that the device outputs at once at this pulse width,
+    /// thousandths of the channel's unit. It is lower at a width above the train's own, because the
+    /// charge counts.
     fn immediate_amplitude(&self, width_us: u16) -> f64 {
         let by_charge = (self.start * self.own_us / f64::from(width_us.max(1))).floor();
         self.start.min(by_charge)
     }
 
-    /// Returns whether `stimulus` is reached at once.
+    /// Returns whether the device outputs `stimulus` at once, without a rise.
     pub(super) fn is_immediate(&self, stimulus: Stimulus) -> bool {
         f64::from(stimulus.amplitude.get()) <= self.immediate_amplitude(stimulus.width_us)
     }
 
-    /// Returns the shortest duration of a linear change between two stimuli, µs: a rise from 0
-    /// takes as long as the wearer's, whatever `start` allows, and no burst exceeds the one before
-    /// by more than the device allows. Returns `None` if no time is long enough.
+    /// Returns the shortest duration of a linear change between two stimuli, µs, or `None` if no
+    /// time is long enough. A rise from 0 takes at least as long as the wearer's rise, even if
+    /// `start` would allow less. No burst may exceed the one before by more than the device allows.
     pub(super) fn shortest_us(&self, from: Stimulus, to: Stimulus) -> Option<u64> {
         let is_lower = to.amplitude <= from.amplitude && to.width_us <= from.width_us;
         let is_rise = from.amplitude == Amplitude::ZERO;
@@ -139,10 +150,11 @@ impl Rise {
     }
 }
 
-/// Largest error of a whole number that was computed with binary fractions.
+/// Tolerance for rounding: a value that should be a whole number may differ from it by this much
+/// after computation in floating point.
 const EXACT: f64 = 1e-6;
 
-/// Returns the smallest amplitude whose DAC code is not 0.
+/// Returns the smallest amplitude of this output stage whose DAC code is not 0, in thousandths.
 fn smallest_amplitude(stage: Stage) -> u32 {
     let near = stage.amplitude(DacCode::new(1)).get();
     let all = near..=near + 2;

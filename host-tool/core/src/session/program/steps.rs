@@ -9,26 +9,27 @@ use super::rise::Rise;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// Largest steps that a wearer allows on a channel from an order that is not 0, thousandths.
+/// Largest steps between two setpoints above 0 that a wearer allows on a channel. All amplitudes
+/// are in thousandths of the channel's unit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Steps {
     burst: f64,
     second: f64,
-    /// Largest order of the program, as [`Self::order_size`] returns it.
+    /// Size of the largest setpoint of the program, as [`Self::order_size`] computes it.
     peak: f64,
     period_us: f64,
     own_us: f64,
 }
 
-/// Time over which the device looks back, µs: the present second and the one before it.
+/// Time over which the device adds up steps, µs: the present second and the one before it.
 const LOOKED_BACK_US: f64 = 2e6;
 
-/// Thousandths that rounding adds to a step from burst to burst.
+/// Amount that rounding may add to a step from burst to burst, thousandths of the unit.
 const ROUNDING: f64 = 2.0;
 
 impl Steps {
-    /// Returns the steps that the wearer allows, or `None` if the wearer does not limit them.
-    /// `stimuli` are all of the program.
+    /// Returns the largest steps that the wearer allows on the channel, or `None` if the wearer
+    /// does not limit steps. `stimuli` are all stimuli of the program.
     pub(super) fn from_channel(
         found: &Channel,
         setup: &SetupSpec,
@@ -55,7 +56,8 @@ impl Steps {
         Some(steps)
     }
 
-    /// Returns the shortest duration of a change between two stimuli, µs.
+    /// Returns the shortest duration of a linear change between two stimuli that respects the
+    /// wearer's limits on steps, µs.
     pub(super) fn shortest_us(&self, from: Stimulus, to: Stimulus) -> u64 {
         let by = (self.order_size(to) - self.order_size(from)).max(0.0);
         let by_burst = by * self.period_us / (self.burst - ROUNDING).max(1.0);
@@ -66,8 +68,8 @@ impl Steps {
         by_burst.max(by_second).ceil() as u64
     }
 
-    /// Reports an order that rises from another at once by more than the wearer allows, unless one
-    /// of them is 0.
+    /// Reports a change at once between two setpoints if the second exceeds the first by more than
+    /// the wearer allows. A change from 0 or to 0 is always allowed.
     pub(super) fn check(
         &self,
         (t, field): (&Table<'_>, &str),
@@ -95,8 +97,10 @@ impl Steps {
         }
     }
 
-    /// Reports a rise of `up_us` from 0 whose step is larger than the wearer allows: above `start`,
-    /// the order continues at once with the value that the rise has at its end.
+    /// Reports a ramp up from 0 that takes `up_us` if it contains a step larger than the wearer
+    /// allows. Such a step arises at `start`: up to there the setpoint equals the wanted amplitude,
+    /// and above it the setpoint jumps to the value with which the device's own rise gives the
+    /// wanted amplitude.
     pub(super) fn check_start(
         &self,
         at: (&Table<'_>, &str),
@@ -120,8 +124,8 @@ impl Steps {
         }
     }
 
-    /// Returns the size of an order: its amplitude or, at a larger width, the amplitude that has
-    /// the same charge at the train's own width.
+    /// Returns the size of a setpoint for the limits on steps: its amplitude or, at a width above
+    /// the train's own, the amplitude that has the same charge at the train's own width.
     fn order_size(&self, stimulus: Stimulus) -> f64 {
         let wider = f64::from(stimulus.width_us) / self.own_us.max(1.0);
         f64::from(stimulus.amplitude.get()) * wider.max(1.0)

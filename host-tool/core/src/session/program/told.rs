@@ -8,8 +8,9 @@ use crate::fields::decimal::format_scaled;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// Reports a change between two stimuli that needs more time than the field `field` gives, counted
-/// from `before_us`. `least_us` is the time that it needs; `None` if no time is long enough.
+/// Reports, at `field`, that a channel needs more time to change between two stimuli. `before_us`
+/// is the time of the first stimulus. `least_us` is the time that the change needs; `None` if no
+/// time is long enough.
 pub(super) fn report_too_short(
     t: &Table<'_>,
     field: &str,
@@ -43,13 +44,13 @@ pub(super) fn report_too_short(
     t.report(field, problem);
 }
 
-/// Formats a time in s.
+/// Formats a time in µs as seconds without a unit, for example "0.25".
 pub(super) fn seconds(us: u64) -> String {
     format_scaled(us.cast_signed(), 6)
 }
 
-/// Reports setpoints that name a channel of a program, and setpoints that are streamed less often
-/// than bursts come.
+/// Reports setpoints for a channel that a program drives, and a setpoint rate that is lower than
+/// the burst rate of a program's train.
 pub(in crate::session) fn check_setpoints(setpoints: &Table<'_>, programs: &Programs) {
     let is_played = |t: &Table<'_>| {
         let number: u8 = t.integer("channel");

@@ -20,88 +20,95 @@ pub use stimulus::StimulusCourse;
 pub(super) use times::read_time;
 pub use wrench::{WrenchCourse, newtons, possible_part};
 
-/// Smallest number of setpoints within the host silence after which the device stops.
+/// Smallest number of setpoints that the host sends within its timeout (`host_timeout_ms`), after
+/// which the device stops the stimulation.
 const SIGNS_OF_LIFE: f64 = 3.0;
 
-/// Setpoints that the host streams, and their rate.
+/// Setpoints that the host streams during a session, and their rate.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Setpoints {
-    /// Setpoints per second; their interval is always shorter than the wearer's host silence.
+    /// Setpoints per second, Hz. The time between two setpoints is always shorter than the wearer's
+    /// `host_timeout_ms`.
     pub rate_hz: f64,
-    /// Values of the setpoints over time.
+    /// Values of the main setpoint over time; [`Self::at`] computes them.
     pub course: Course,
-    /// Forces of further channels on the link (0–9), sent with every setpoint.
+    /// Courses of force on further channels (0–9 on the link), sent with every main setpoint.
     pub forces: Vec<(u8, ForceCourse)>,
-    /// Constant amplitudes sent with every setpoint, for channels that nothing else drives, sorted
-    /// by channel on the link (0–9).
+    /// Constant amplitudes of channels that nothing else drives, sent with every main setpoint.
+    /// They are sorted by channel (0–9 on the link).
     pub beside: Vec<(u8, Stimulus)>,
-    /// Amplitudes over time of further channels on the link (0–9), thousandths in place of mN. Only
-    /// a trial of `bounds` streams them.
+    /// Courses of amplitude on further channels (0–9 on the link), in thousandths of the channel's
+    /// unit although [`ForceCourse`] is in mN. They exist only in the trial that tests the range of
+    /// `bounds`.
     pub swings: Vec<(u8, ForceCourse)>,
-    /// Ranges within which a live client may stream setpoints.
+    /// Ranges within which a live client may stream setpoints of its own.
     pub bounds: Vec<Bounds>,
     /// Lists of pulses, each with the time at which it is sent, µs after the start.
     pub lists: Vec<(u64, PulseList)>,
-    /// Amplitudes over time of channels that nothing else drives.
+    /// Programs: repeated amplitude patterns of channels that nothing else drives.
     pub programs: Programs,
 }
 
-/// Limits within which a live client's setpoints of one channel stay.
+/// Range of the setpoints that a live client may stream to one channel.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Bounds {
     /// Channel index on the link, 0–9.
     pub channel: u8,
-    /// Whether the setpoints are forces in mN; else they are amplitudes in thousandths of the unit.
+    /// Whether the setpoints are forces in mN. Otherwise they are amplitudes in thousandths of the
+    /// channel's unit.
     pub is_force: bool,
-    /// Lowest value.
+    /// Smallest setpoint, mN or thousandths of the channel's unit.
     pub least: u32,
-    /// Highest value, above the lowest.
+    /// Largest setpoint, above `least`, in the same unit.
     pub most: u32,
-    /// Steepest change per second; `None` if steps are allowed.
+    /// Largest change of the setpoint per second; `None` if it may change in steps of any size.
     pub per_s: Option<u32>,
-    /// Shortest time for which a value stays, µs.
+    /// Shortest time for which the client keeps a setpoint, µs.
     pub shortest_us: u64,
 }
 
-/// Course of the setpoints over a session.
+/// Course of the main setpoint over a session.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Course {
-    /// No setpoint: the host only sends keep-alives, which is all that a wall needs.
+    /// No value: the host only sends keep-alives, which is all that a wall needs.
     KeepAlive,
-    /// Constant amplitudes, sorted by channel on the link (0–9).
+    /// Constant amplitudes, each with its channel (0–9 on the link), sorted by channel.
     Amplitudes(Vec<(u8, Stimulus)>),
-    /// Amplitudes and widths of one channel on the link (0–9).
+    /// Amplitude and pulse width of one channel (0–9 on the link) over time.
     Stimulus(u8, StimulusCourse),
-    /// Angle that follows a sine: offset + amplitude · sin(2π·frequency·t).
+    /// Joint angle that follows a sine: offset + amplitude · sin(2π·frequency·t).
     AngleSine {
-        /// Centre of the sine, °.
+        /// Centre of the sine, as a joint angle in °.
         offset_deg: f64,
-        /// Amplitude of the sine, °.
+        /// Amplitude of the sine: half the distance between its extremes, °.
         amplitude_deg: f64,
         /// Frequency of the sine, Hz.
         frequency_hz: f64,
     },
-    /// Angles in 0.01°, each from its time in µs on; the first begins at 0.
+    /// Joint angles as (time in µs, angle in 0.01°). Each angle is wanted from its time until the
+    /// next one. The first time is 0.
     AngleSteps(Vec<(u64, i16)>),
-    /// Forces of one channel on the link (0–9).
+    /// Force of the muscle under one channel (0–9 on the link) over time.
     Force(u8, ForceCourse),
-    /// Forces at the hand of the session's arm.
+    /// Force at the hand of the session's arm over time.
     Wrench(WrenchCourse),
-    /// Whether an object is held, each value from its time in µs on; the first begins at 0.
+    /// Whether an object is held, as (time in µs, value). Each value applies from its time until
+    /// the next one. The first time is 0.
     Held(Vec<(u64, bool)>),
 }
 
-/// Course of a wanted force over time.
+/// Course of the wanted force of a muscle over time.
 #[derive(Clone, PartialEq, Debug)]
 pub enum ForceCourse {
-    /// Forces in mN at times in µs, the first at 0, linear in between; the last one stays. A change
-    /// of more than 1000 N/s is a step, which is never extrapolated.
+    /// Forces as (time in µs, force in mN). The first time is 0, the force changes linearly between
+    /// the entries, and the last force stays. A change of more than 1000 N/s is a step, over which
+    /// the device does not extrapolate.
     Ramp(Vec<(u64, u32)>),
     /// Force that follows a sine: offset + amplitude · sin(2π·frequency·t).
     Sine {
         /// Centre of the sine, N.
         offset_n: f64,
-        /// Amplitude of the sine, N.
+        /// Amplitude of the sine: half the distance between its extremes, N.
         amplitude_n: f64,
         /// Frequency of the sine, Hz.
         frequency_hz: f64,
@@ -111,35 +118,37 @@ pub enum ForceCourse {
 /// One setpoint that the host sends to the device.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Setpoint {
-    /// Keep-alive, without a value.
+    /// Keep-alive: shows the device that the host still runs, and has no value.
     KeepAlive,
-    /// Angle of the joint.
+    /// Wanted angle of the session's joint.
     Angle {
         /// Wanted angle, 0.01°.
         centideg: i16,
-        /// Angular velocity, 0.01 °/s; 0 between steps.
+        /// Rate at which the wanted angle changes, 0.01 °/s; 0 for a course of steps.
         centideg_per_s: i32,
     },
-    /// Amplitudes by rising channel on the link (0–9); all have a width, or all widths are 0.
+    /// Amplitudes and pulse widths, each with its channel (0–9 on the link), sorted by channel. If
+    /// every width is 0, all channels use the width of their train. Otherwise no width is 0.
     Amplitudes(Vec<(u8, Stimulus)>),
-    /// Force of a channel under force control.
+    /// Wanted force of the muscle under a channel with force control.
     Force {
         /// Channel index on the link, 0–9.
         channel: u8,
         /// Wanted force, mN.
         millinewton: u32,
-        /// Rate of change of the force, mN/s.
+        /// Rate at which the wanted force changes, mN/s; 0 during a step.
         millinewton_per_s: i32,
     },
-    /// Force at the hand of the arm, mN.
+    /// Wanted force at the hand of the arm, mN: backward, to the right and upward, seen from the
+    /// thorax.
     Wrench([i32; 3]),
-    /// Whether an object is held, for modulated joints.
+    /// Whether the wearer holds an object; modulated joints are stimulated only while this is true.
     Held(bool),
 }
 
 impl Setpoint {
-    /// Returns the request that carries the setpoint. An amplitude, an angle or a force is valid
-    /// from `at`, or from its arrival if `at` is `None`.
+    /// Returns the request that carries the setpoint to the device. Amplitudes, angles and forces
+    /// are valid from the device time `at` on, or from their arrival if `at` is `None`.
     #[must_use]
     pub fn to_request(&self, at: Option<Micros>) -> Request {
         match self {
@@ -183,9 +192,9 @@ impl Setpoint {
 }
 
 impl Setpoints {
-    /// Returns setpoints that consist of `programs` only, and keep-alives for a wearer whose device
-    /// stops after `timeout_ms` of silence. They are sent as often as the fastest of the trains has
-    /// a burst, and at least three times in that silence.
+    /// Returns setpoints that consist of `programs` and of keep-alives. They are sent at the burst
+    /// rate of the fastest train of the programs, and at least three times within `timeout_ms`, the
+    /// host silence after which the device stops.
     pub(super) fn from_programs(programs: Programs, timeout_ms: u16) -> Self {
         let period_us = programs.shortest_period_us().unwrap_or(u64::MAX) as f64;
         let alive_us = f64::from(timeout_ms) * 1e3 / SIGNS_OF_LIFE;
@@ -201,7 +210,7 @@ impl Setpoints {
         }
     }
 
-    /// Returns the setpoint of the course `t_us` after the start.
+    /// Returns the main setpoint `t_us` after the start.
     #[must_use]
     pub fn at(&self, t_us: u64) -> Setpoint {
         match &self.course {
@@ -241,7 +250,8 @@ impl Setpoints {
         }
     }
 
-    /// Returns the setpoints sent together with [`Self::at`]: further forces and amplitudes.
+    /// Returns the further forces and amplitudes that the host sends together with the main
+    /// setpoint, `t_us` after the start.
     pub fn accompanying_at(&self, t_us: u64) -> impl Iterator<Item = Setpoint> {
         let forces = self.forces.iter();
         let forces = forces.map(move |(channel, course)| course.setpoint(*channel, t_us));
@@ -253,7 +263,8 @@ impl Setpoints {
         forces.chain(beside).chain(swings)
     }
 
-    /// Returns the wanted force of a channel on the link (0–9), if the host asks for one.
+    /// Returns the course of the wanted force on a channel (0–9 on the link), or `None` if the host
+    /// asks for no force there.
     #[must_use]
     pub fn force_course(&self, channel: u8) -> Option<&ForceCourse> {
         match &self.course {
@@ -266,8 +277,9 @@ impl Setpoints {
         }
     }
 
-    /// Returns the smallest and the largest value that the file streams to a channel on the link
-    /// (0–9), in mN for a force, else in thousandths of its unit.
+    /// Returns the smallest and the largest value that the host streams to a channel (0–9 on the
+    /// link): a force in mN, or an amplitude in thousandths of the channel's unit. `None` if it
+    /// streams none.
     pub(super) fn extremes(&self, channel: u8) -> Option<(u32, u32)> {
         let milli = |newton: f64| (newton * 1e3).round() as u32; // saturates
         let programmed = self.programs.extremes(channel);
@@ -300,7 +312,7 @@ impl Setpoints {
         }
     }
 
-    /// Returns the largest amplitude that the file streams to a channel on the link (0–9),
+    /// Returns the largest amplitude that the host streams to a channel (0–9 on the link), in
     /// thousandths of its unit; `None` for a channel whose amplitudes the host does not set.
     #[must_use]
     pub fn peak_amplitude(&self, channel: u8) -> Option<Amplitude> {
@@ -309,7 +321,8 @@ impl Setpoints {
         Some(Amplitude::new(most))
     }
 
-    /// Returns the lists that begin after `from_us` and at the latest at `to_us`.
+    /// Returns the requests for the lists of pulses whose time is after `from_us` and at most
+    /// `to_us`.
     pub fn due_lists(&self, from_us: u64, to_us: u64) -> impl Iterator<Item = Request> {
         let due = self.lists.iter();
         let due = due.filter(move |(at, _)| from_us < *at && *at <= to_us);
@@ -319,7 +332,8 @@ impl Setpoints {
         })
     }
 
-    /// Returns the time at which setpoint `index` is due, µs after the start.
+    /// Returns the time at which the setpoint with this `index` (from 0) is due, µs after the
+    /// start.
     #[must_use]
     pub fn due_us(&self, index: u64) -> u64 {
         (index as f64 * 1e6 / self.rate_hz).round() as u64
@@ -336,7 +350,7 @@ impl ForceCourse {
         }
     }
 
-    /// Returns the force in N and its rate of change in N/s, `t_us` after the start.
+    /// Returns the wanted force in N and its rate of change in N/s, `t_us` after the start.
     fn at(&self, t_us: u64) -> (f64, f64) {
         match self {
             Self::Ramp(points) => {

@@ -13,7 +13,8 @@ use crate::fields::decimal::format_scaled;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// Reads `values`, for channels that nothing else drives, sorted by channel.
+/// Reads `values`, the constant amplitudes and widths of channels that nothing else drives. They
+/// are sorted by channel (0–9 on the link).
 pub(super) fn read_amplitudes(t: &Table<'_>, setup: &SetupSpec) -> Option<Vec<(u8, Stimulus)>> {
     let mut values: Vec<(u8, Stimulus)> = Vec::new();
     let driven = match t.word("kind") {
@@ -46,14 +47,15 @@ pub(super) fn read_amplitudes(t: &Table<'_>, setup: &SetupSpec) -> Option<Vec<(u
     Some(values)
 }
 
-/// Returns the channel that `item` names, if the host may drive it; reports the reason otherwise.
+/// Returns the channel that `item` names, if the host may drive it. Otherwise reports why it may
+/// not.
 fn find_free<'s>(item: &Table<'_>, setup: &'s SetupSpec) -> Option<&'s Channel> {
     let found = setup.channels.find(item, "channel")?;
     is_free(item, "channel", found, setup).then_some(found)
 }
 
-/// Returns whether the host may drive the channel to which a field refers; reports a channel that
-/// the device drives.
+/// Returns whether the host may set the amplitudes of the channel `found`, which `field` names.
+/// Reports a channel whose amplitudes a controller on the device sets.
 pub(in crate::session) fn is_free(
     t: &Table<'_>,
     field: &str,
@@ -71,7 +73,8 @@ pub(in crate::session) fn is_free(
     false
 }
 
-/// Reads `value` and `width_us`, which defaults to the train's own width.
+/// Reads an amplitude from `value` and a pulse width from `width_us`, which defaults to the train's
+/// own width. Reports values that the channel does not allow.
 pub(in crate::session) fn read_stimulus(item: &Table<'_>, found: &Channel) -> Option<Stimulus> {
     let train = &found.spec.train;
     let amplitude = Amplitude::new(item.integer("value"));
@@ -96,7 +99,9 @@ pub(in crate::session) fn read_stimulus(item: &Table<'_>, found: &Channel) -> Op
     None
 }
 
-/// Checks with the firmware's channel whether the device would accept this amplitude at this width.
+/// Reports an amplitude that the device would refuse at this width, because of its charge or
+/// because a train of a fixed number of bursts would still be rising. The firmware's own channel
+/// decides.
 pub(in crate::session) fn check_stimulus(
     item: &Table<'_>,
     found: &Channel,
@@ -129,14 +134,16 @@ pub(in crate::session) fn check_stimulus(
     }
 }
 
-/// Returns the channel as the device arms it.
+/// Returns the firmware's channel and wearer as the device has them when it is armed; `None` if the
+/// device would refuse them.
 fn armed_channel(found: &Channel, setup: &SetupSpec) -> Option<(safety::Channel, safety::Wearer)> {
     let wearer = setup.wearer.validate().ok()?;
     let channel = validate_channel(&found.spec, found.force.as_ref(), &wearer).ok()?;
     Some((channel, wearer))
 }
 
-/// Reads `channel` and `points`: amplitudes and widths over time.
+/// Reads `channel` and `points`: amplitudes and widths over time. `is_held` is whether they form
+/// steps instead of ramps.
 pub(super) fn read_stimuli(t: &Table<'_>, setup: &SetupSpec, is_held: bool) -> Option<Course> {
     let found = find_free(t, setup)?;
     let mut points: Vec<(u64, Stimulus)> = Vec::new();
@@ -160,7 +167,8 @@ pub(super) fn read_stimuli(t: &Table<'_>, setup: &SetupSpec, is_held: bool) -> O
     Some(Course::Stimulus(found.index(), course))
 }
 
-/// Reads `list`: lists of pulses, in rising order of time.
+/// Reads the lists of pulses in `list`, each with the time at which it is sent in µs. The times
+/// must rise.
 pub(super) fn read_lists(
     t: &Table<'_>,
     setup: &SetupSpec,

@@ -15,7 +15,8 @@ use crate::fields::decimal::format_scaled;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// Reads `[setpoints]` and checks the values against the setup.
+/// Reads `[setpoints]` and checks the values against the setup. `has_joint` is whether the file has
+/// a `[joint]`, with or without errors.
 pub(in super::super) fn read_setpoints(
     t: &Table<'_>,
     setup: &SetupSpec,
@@ -54,7 +55,8 @@ pub(in super::super) fn read_setpoints(
     Some(setpoints)
 }
 
-/// Reports lists whose channel the file never raises above 0: none of their pulses would be output.
+/// Reports lists of pulses on a channel whose amplitude the file never raises above 0. The device
+/// would output none of their pulses.
 fn check_lists(t: &Table<'_>, setpoints: &Setpoints) {
     for item in t.tables("list").iter().filter(|item| item.is_valid()) {
         let channel: u8 = item.integer("channel");
@@ -68,8 +70,8 @@ fn check_lists(t: &Table<'_>, setpoints: &Setpoints) {
     }
 }
 
-/// Reports bounds that the file's own setpoints of the same channel leave. A force starts from
-/// rest, so it may be below the lower bound.
+/// Reports bounds if the file's own setpoints of the same channel go beyond them. A force may be
+/// below the lower bound, because the file's forces start at rest.
 fn check_own(t: &Table<'_>, bounds: &Bounds, setpoints: &Setpoints) {
     let is_it = |item: &&Table<'_>| item.integer::<u8>("channel") == bounds.channel + 1; // at most 10
     let own = setpoints.extremes(bounds.channel);
@@ -87,7 +89,8 @@ fn check_own(t: &Table<'_>, bounds: &Bounds, setpoints: &Setpoints) {
     }
 }
 
-/// Reads the course of the setpoints by its kind; the caller reads constant amplitudes.
+/// Reads the course of the main setpoint, according to `kind`. For constant amplitudes it returns
+/// an empty list, which the caller fills.
 fn read_course(
     t: &Table<'_>,
     setup: &SetupSpec,
@@ -121,7 +124,8 @@ fn read_course(
     }
 }
 
-/// Reads when an object is held; reports times that are longer than the joints allow.
+/// Reads the times from which an object is held or not held. Reports an object that is held for
+/// longer than `longest_hold_s` of a joint.
 fn read_held(t: &Table<'_>, setup: &SetupSpec, duration_us: u64) -> Option<Course> {
     if !setup.has_modulation {
         t.report("kind", Problem::NothingModulated {});
@@ -160,7 +164,7 @@ fn read_held(t: &Table<'_>, setup: &SetupSpec, duration_us: u64) -> Option<Cours
     Some(Course::Held(points))
 }
 
-/// Reads `forces`, for channels that the course does not drive; each is a ramp or a sine.
+/// Reads `forces`, each a ramp or a sine of force on a channel that `course` does not drive.
 fn read_further_forces(
     t: &Table<'_>,
     channels: &Channels,
@@ -190,7 +194,7 @@ fn read_further_forces(
     Some(forces)
 }
 
-/// Returns the channel of a force, which must be under force control.
+/// Returns the channel that the table `t` names. Reports a channel without force control.
 fn find_controlled<'c>(t: &Table<'_>, channels: &'c Channels) -> Option<&'c Channel> {
     let channel = channels.find(t, "channel")?;
     if channel.force.is_none() {
@@ -230,8 +234,8 @@ fn read_force_sine(t: &Table<'_>, channel: &Channel) -> Option<ForceCourse> {
     })
 }
 
-/// Reads `bounds`, for channels that the host may drive; reports bounds that contradict themselves,
-/// the channel or the session.
+/// Reads `bounds`, for channels that the host may drive. Reports bounds that contradict each other,
+/// the channel's limits or the duration of the session.
 fn read_bounds(t: &Table<'_>, setup: &SetupSpec, duration_us: u64) -> Option<Vec<Bounds>> {
     let mut all: Vec<Bounds> = Vec::new();
     for item in t.tables("bounds").iter().filter(|item| item.is_valid()) {
@@ -270,8 +274,8 @@ fn read_bounds(t: &Table<'_>, setup: &SetupSpec, duration_us: u64) -> Option<Vec
 }
 
 impl Bounds {
-    /// Returns the smallest allowed value of the steepest change, as text, if the given one is too
-    /// slow to go from the lowest to the highest value in this time.
+    /// Returns the smallest allowed `per_s` as text if the given `per_s` is too small: if the
+    /// setpoint could not go from `least` to `most` within `duration_us`. Otherwise returns `None`.
     fn slowest(&self, duration_us: u64) -> Option<String> {
         let least = f64::from(self.most - self.least) * 1e3 / duration_us as f64;
         let given = f64::from(self.per_s?) * 1e-3;
@@ -280,7 +284,8 @@ impl Bounds {
     }
 }
 
-/// Checks with the firmware's inverse muscle model whether the device would accept this force.
+/// Reports a force that the device would refuse, as its own inverse muscle model decides. Returns
+/// `None` if it reports one.
 fn check_force(t: &Table<'_>, name: &str, channel: &Channel, newton: f64) -> Option<()> {
     // A channel that the device would refuse was already reported.
     let Some(control) = channel.force_control() else {
@@ -325,7 +330,8 @@ fn read_steps(t: &Table<'_>, joint: &Joint) -> Option<Course> {
     Some(Course::AngleSteps(steps))
 }
 
-/// Checks with the firmware's joint whether the device would accept this angle.
+/// Reports an angle that the device would refuse, as the firmware's own joint decides. Returns
+/// `None` if it reports one.
 fn check_angle(t: &Table<'_>, name: &str, joint: &Joint, deg: f64) -> Option<()> {
     let centideg = to_centi(deg) as i16; // saturates
     let (state, now) = (&mut JointState::default(), Micros::new(0));

@@ -4,25 +4,26 @@ use firmware::pulse::TrainSpec;
 use firmware::safety::Stimulus;
 use firmware::units::Amplitude;
 
-/// Shortest phase, µs; a shorter width means no pulse.
+/// Shortest phase that the device outputs, µs. A course with a shorter width asks for no pulse.
 const SHORTEST_US: u16 = TrainSpec::WIDTH_US.min as u16; // 10
 
-/// Course of a channel's amplitude and width over time.
+/// Course of a channel's amplitude and pulse width over time.
 #[derive(Clone, PartialEq, Debug)]
 pub struct StimulusCourse {
-    /// Stimuli at times in µs after the start, the first at 0; the last one stays.
+    /// Amplitudes with widths at times in µs after the start. The first time is 0, and the last
+    /// stimulus stays.
     pub points: Vec<(u64, Stimulus)>,
-    /// Whether each stimulus holds until the next; else both values change linearly from one to the
-    /// next.
+    /// Whether each stimulus is constant until the next one. Otherwise amplitude and width change
+    /// linearly from each to the next.
     pub is_held: bool,
-    /// Whether widths may change; else they are the train's own, whatever the points say.
+    /// Whether the widths of the points are used. Otherwise all pulses have the train's own width.
     pub is_live: bool,
 }
 
 impl StimulusCourse {
-    /// Returns the stimulus `t_us` after the start. Amplitude and width are both rounded down, so
-    /// that no pair on the way has more charge than the straight lines have. A width below 10 µs
-    /// outputs no pulse and is returned as an amplitude of 0.
+    /// Returns the stimulus `t_us` after the start. Between two points, amplitude and width are
+    /// rounded down, so the charge is never above that of the exact values. A width below 10 µs,
+    /// which outputs no pulse, is returned as an amplitude of 0.
     #[must_use]
     pub fn at(&self, t_us: u64) -> Stimulus {
         let next = self.points.partition_point(|&(at_us, _)| at_us <= t_us);
@@ -38,7 +39,8 @@ impl StimulusCourse {
         }
     }
 
-    /// Returns the smallest and the largest amplitude.
+    /// Returns the smallest and the largest amplitude of the points, in thousandths of the
+    /// channel's unit.
     pub(super) fn extremes(&self) -> Option<(u32, u32)> {
         let values = || {
             self.points
@@ -48,8 +50,9 @@ impl StimulusCourse {
         values().min().zip(values().max())
     }
 
-    /// Returns the stimuli whose charge may be the largest: at the points and, between two points,
-    /// where amplitude times width is largest. Each has the index of the point before.
+    /// Returns the stimuli that may have the largest charge: those of all points and, between two
+    /// points, the one with the largest product of amplitude and width. Each comes with the index
+    /// of the point at or before it.
     pub(in crate::session) fn peaks(&self) -> Vec<(usize, Stimulus)> {
         let points = self.points.iter().enumerate();
         let mut all: Vec<_> = points
@@ -74,7 +77,8 @@ impl StimulusCourse {
         all
     }
 
-    /// Returns `stimulus` as a device accepts it.
+    /// Returns `stimulus` in a form that the device accepts: without a width if widths are not
+    /// used, and with amplitude 0 if its width is too short.
     fn playable(&self, stimulus: Stimulus) -> Stimulus {
         match stimulus.width_us {
             _ if !self.is_live => Stimulus::with_own_width(stimulus.amplitude),
@@ -87,7 +91,8 @@ impl StimulusCourse {
     }
 }
 
-/// Returns the stimulus at the share `part` between two stimuli.
+/// Returns the stimulus between two stimuli; `part` is 0 at `from` and 1 at `to`. Amplitude and
+/// width are rounded down.
 fn interpolate(from: Stimulus, to: Stimulus, part: f64) -> Stimulus {
     let mix = |from: u32, to: u32| {
         let (from, to) = (f64::from(from), f64::from(to));

@@ -3,8 +3,9 @@
 use super::super::fields::DAY_US;
 use crate::fields::table::Table;
 
-/// Reads the `at_s` of the next entry of a list, in µs. `before` is the time of the entry before;
-/// `what` names the entries in error messages.
+/// Reads `at_s` of one entry of a list, in µs. `before` is the time of the previous entry, or
+/// `None` for the first entry, whose time must be 0. `what` is the word for an entry in error
+/// messages.
 pub(in super::super) fn read_time(
     item: &Table<'_>,
     before: Option<u64>,

@@ -12,13 +12,14 @@ use crate::fields::error::Problem;
 use crate::fields::table::Table;
 use crate::wearer::read_triple;
 
-/// Forces at the hand in mN at times in µs, the first at 0. The force changes linearly between
-/// them, and the last one stays.
+/// Forces at the hand as (time in µs, force in mN). The components are backward, to the right and
+/// upward. The first time is 0, the force changes linearly between the entries, and the last force
+/// stays.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct WrenchCourse(pub Vec<(u64, [i32; 3])>);
 
 impl WrenchCourse {
-    /// Returns the force `t_us` after the start, mN.
+    /// Returns the wanted force at the hand `t_us` after the start, mN.
     #[must_use]
     pub fn at(&self, t_us: u64) -> [i32; 3] {
         let next = self.0.partition_point(|&(at_us, _)| at_us <= t_us);
@@ -37,11 +38,12 @@ impl WrenchCourse {
     }
 }
 
-/// Maximum number of forces that are tried between two points.
+/// Largest number of forces that are checked between two points.
 const TRIED: u64 = 2_000;
 
-/// Reads `points`. Reports each point at which, or on the way to which, the arm cannot exert the
-/// force, with the largest part that it can exert.
+/// Reads `points`. If the file fixes the arm's posture, reports each point at which, or before
+/// which, the arm cannot exert the wanted force, with the largest part of the force that it can
+/// exert.
 pub(super) fn read_wrenches(
     t: &Table<'_>,
     limb: Option<&SessionLimb>,
@@ -90,7 +92,7 @@ fn check_reachable(items: &[&Table<'_>], course: &WrenchCourse, endpoint: &Endpo
     }
 }
 
-/// Returns why the arm cannot exert a force in its posture, or `None` if it can.
+/// Returns why the arm cannot exert this force in its fixed posture, or `None` if it can.
 fn impossible_reason(endpoint: &Endpoint, force_mn: [i32; 3]) -> Option<ForceImpossible> {
     let (mut state, now) = (EndpointState::default(), Micros::new(0));
     match endpoint.accept_force(&mut state, now, now, force_mn) {
@@ -112,7 +114,8 @@ fn problem(why: ForceImpossible, wanted: [i32; 3], at_s: f64, force: String) -> 
     }
 }
 
-/// Returns the part of a force that the arm can exert, mN: `permille` of it.
+/// Returns `permille` thousandths of a force at the hand, mN. With the value from the device's
+/// refusal, this is the largest part of the force that the arm can exert.
 #[must_use]
 pub fn possible_part(force_mn: [i32; 3], permille: u16) -> [i32; 3] {
     force_mn.map(|mn| mn * i32::from(permille.min(1000)) / 1000) // within ±1e9
