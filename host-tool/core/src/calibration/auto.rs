@@ -3,14 +3,14 @@
 use super::error::OperatorLoss;
 use super::{Operator, Order, Phase, Step, View};
 
-/// Operator that follows the instrument and the simulated wearer: it raises when it may, answers as
-/// the instrument judged, and takes threshold and limit as minimum and maximum. It is for
-/// simulators alone; on a board a person must be asked.
+/// Operator that stands in for a person, on simulators only. It raises the level when it may, and
+/// answers according to the instrument and the simulated wearer. It takes the threshold as the
+/// minimum and the limit as the maximum. On a board, a person must be asked.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Auto;
 
 impl Auto {
-    /// Returns the order for this view; `None` if there is nothing to order now.
+    /// Returns the command that suits this view; `None` if there is nothing to do at present.
     #[must_use]
     pub fn decide(view: &View) -> Option<Order> {
         if view.complains && view.given.0 > 0 {

@@ -15,29 +15,32 @@ use crate::session::Unit;
 use crate::wearer::{DriftCheck, Wearer, append};
 use std::path::Path;
 
-/// Parameters of a drift check.
+/// Parameters of a drift check, which tests whether thresholds still agree with a wearer file.
 pub struct CheckOrder<'a> {
-    /// Path of the wearer file, which is read and appended to.
+    /// Path of the wearer file. The check reads it and appends its results.
     pub file: &'a Path,
-    /// Largest accepted fall of a threshold, in the channel's unit.
+    /// Largest fall of a threshold below its value in the file that is accepted, in the channel's
+    /// unit.
     pub tolerance: Level,
-    /// Date, operator and device of the check.
+    /// Head with the date, the operator and the device of the check.
     pub head: &'a Head,
 }
 
-/// Result of the check of one electrode.
+/// Result of the drift check of one electrode.
 pub type Drift = DriftCheck;
 
-/// State of the check under way.
+/// State of a drift check that is in progress.
 struct Checking<'a> {
     plan: Plan,
     expected: Vec<Level>,
     checked: &'a CheckOrder<'a>,
     drifts: Vec<Drift>,
-    /// Level given last at this electrode, and the number of levels given so far.
+    /// Level that was given last at the present electrode; 0 if none was.
     level: Level,
+    /// Number of levels that were given so far at the present electrode.
     tried: u32,
-    /// Level before the latest presentation.
+    /// Value of `level` before the latest presentation, which is restored if the presentation is
+    /// discarded.
     before: Level,
     presentation: Presentation,
 }
@@ -69,7 +72,8 @@ impl Checking<'_> {
             .find(|level| *level > self.level)
     }
 
-    /// Records the result of the electrode: the level that moved, or `None` if nothing did.
+    /// Stores the result of the present electrode: the lowest level at which something moved, or
+    /// `None` if nothing did. Returns the actions that end this electrode and begin the next.
     fn conclude(&mut self, found: Option<Level>) -> Vec<Action> {
         let at = self.electrode_index();
         let (planned, expected) = (&self.plan.electrodes[at], self.expected[at]);
@@ -215,12 +219,12 @@ impl Procedure for Checking<'_> {
     }
 }
 
-/// Checks the thresholds of a wearer file ([`Plan::from_wearer`]) through `port`, and appends the
-/// result of every electrode to the file.
+/// Checks the thresholds of a wearer file on the device behind `port`, with the plan
+/// [`Plan::from_wearer`]. Appends the result of each electrode to the file.
 ///
 /// # Errors
-/// The reason why the check ended early; [`CalibrationError::Drifted`] if a threshold is beyond the
-/// tolerance.
+/// The reason why the check ended early; [`CalibrationError::Drifted`] if a threshold is lower than
+/// the tolerance allows, or was not found.
 pub fn check<P: Port>(
     port: P,
     wearer: &Wearer,

@@ -10,22 +10,24 @@ use crate::wearer::Wearer;
 use firmware::safety::WearerSpec;
 use std::path::Path;
 
-/// Parameters of a calibration: the plan, the state to continue from, and the files.
+/// Parameters of a calibration: its plan, its files, and the earlier results from which it
+/// continues.
 pub struct Course<'a> {
     /// Plan of the electrodes to calibrate.
     pub plan: &'a Plan,
-    /// Path of the wearer file.
+    /// Path of the wearer file that the calibration writes.
     pub out: &'a Path,
-    /// Destination of the files.
+    /// Destination of the wearer file: the disk, or a substitute in tests.
     pub files: &'a dyn Files,
-    /// Entries of an earlier journal to continue from, including the entry of its head.
+    /// Entries of an earlier journal from which the calibration continues, including its first
+    /// entry; empty for a new calibration.
     pub before: &'a [Entry],
-    /// Head that names the operator, the device and the date in the journal and in the file's
-    /// history from now on.
+    /// Head of this run: the operator, the device and the date that the journal and the history of
+    /// the wearer file name.
     pub head: &'a Head,
 }
 
-/// Calibration machine together with the parameters of the files it writes.
+/// Procedure of a calibration, which also writes the wearer file.
 struct Writing<'a> {
     machine: Machine,
     course: &'a Course<'a>,
@@ -61,7 +63,8 @@ impl Procedure for Writing<'_> {
         self.machine.is_finished()
     }
 
-    /// Writes the whole wearer file, with every electrode that is complete.
+    /// Writes the whole wearer file, with all electrodes whose calibration is complete. Returns
+    /// their number, or `None` without writing if there are none.
     fn write_wearer_file(&mut self) -> Result<Option<usize>, CalibrationError> {
         let Course {
             plan,
@@ -86,9 +89,10 @@ impl Procedure for Writing<'_> {
     }
 }
 
-/// Carries out `course` through `port`. Returns the results by electrode of the plan, the extent of
-/// the calibration, and the port unless it was lost. The device is asked to stop first, however the
-/// calibration ended; journal and wearer file are complete files in every case.
+/// Carries out a calibration on the device behind `port`. Returns the result of each electrode of
+/// the plan, how long the calibration took, and the port unless it was lost. Before it returns, the
+/// device is asked to stop, however the calibration ended. The journal and the wearer file are
+/// complete files in every case.
 pub fn calibrate<P: Port>(
     port: P,
     course: &Course<'_>,

@@ -3,43 +3,45 @@
 use super::{Level, Refusal, Step};
 use serde::{Deserialize, Serialize};
 
-/// Result of a step.
+/// Result of one step of the calibration of an electrode.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Value {
-    /// Level in the channel's unit.
+    /// Level that the step found, in the channel's unit.
     Level(Level),
-    /// Names of the movements that the electrode causes.
+    /// Names of the movements that the electrode causes, from the last step.
     Moves(Vec<String>),
 }
 
-/// Results at one electrode, complete or not.
+/// Results of the steps at one electrode; `None` for steps without a result so far. Levels are in
+/// the channel's unit.
 #[derive(Clone, PartialEq, Debug, Default, Serialize)]
 pub struct ElectrodeResult {
-    /// Level at which the placement was confirmed.
+    /// Level at which the operator confirmed that the electrode is over the right muscle.
     pub placement: Option<Level>,
-    /// Motor threshold, in the channel's unit.
+    /// Motor threshold: the lowest level at which something moved twice.
     pub threshold: Option<Level>,
     /// Largest level that the wearer accepts.
     pub limit: Option<Level>,
-    /// Smallest level to work with.
+    /// Smallest level to use in sessions, as the operator chose it.
     pub minimum: Option<Level>,
-    /// Largest level to work with.
+    /// Largest level to use in sessions, as the operator chose it.
     pub maximum: Option<Level>,
-    /// Names of the movements that this point causes.
+    /// Names of the movements that the electrode causes.
     pub moves: Option<Vec<String>>,
-    /// Whether the operator left this electrode out.
+    /// Whether the operator left this electrode out of the calibration.
     pub is_skipped: bool,
 }
 
 impl ElectrodeResult {
-    /// Returns the first step without a result; `None` if the electrode is done or left out.
+    /// Returns the first step without a result; `None` if every step has one or the electrode was
+    /// left out.
     #[must_use]
     pub fn next_step(&self) -> Option<Step> {
         self.first_missing_step().filter(|_| !self.is_skipped)
     }
 
-    /// Returns the first step without a result, even if the electrode is left out.
+    /// Returns the first step without a result, even if the electrode was left out.
     #[must_use]
     pub fn first_missing_step(&self) -> Option<Step> {
         let has = |step: &Step| match step {
@@ -53,17 +55,17 @@ impl ElectrodeResult {
         Step::ALL.into_iter().find(|step| !has(step))
     }
 
-    /// Returns whether every step has a result.
+    /// Returns whether every step has a result and the electrode was not left out.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         !self.is_skipped && self.next_step().is_none()
     }
 
-    /// Stores the result of a step. A result of the wrong kind is refused.
+    /// Stores the result of a step.
     ///
     /// # Errors
-    /// The result would be out of order. The order is threshold ≤ minimum < maximum ≤ limit, and
-    /// threshold < limit.
+    /// The result is of the wrong kind for the step, or it contradicts other results: the required
+    /// order is threshold ≤ minimum < maximum ≤ limit, and threshold < limit.
     pub fn store(&mut self, step: Step, value: &Value) -> Result<(), Refusal> {
         let level = match (step, value) {
             (Step::Points, Value::Moves(moves)) => {
@@ -106,16 +108,17 @@ impl ElectrodeResult {
                  electrode, or leave the electrode out"
             )),
             Step::Minimum if level < threshold => Some(format!(
-                "the minimum of {level} is below the motor threshold of {threshold}"
+                "the minimum of {level} is below the motor threshold of {threshold}; raise the \
+                 level"
             )),
             Step::Minimum if level >= limit => Some(format!(
-                "the minimum of {level} is not below the limit of {limit}"
+                "the minimum of {level} is not below the limit of {limit}; lower the level"
             )),
             Step::Maximum if level > limit => Some(format!(
-                "the maximum of {level} is above the limit of {limit}"
+                "the maximum of {level} is above the limit of {limit}; lower the level"
             )),
             Step::Maximum if level <= minimum => Some(format!(
-                "the maximum of {level} is not above the minimum of {minimum}"
+                "the maximum of {level} is not above the minimum of {minimum}; raise the level"
             )),
             _ => None,
         };
@@ -140,10 +143,8 @@ mod tests {
         found.store(Step::Placement, &level(8.0)).unwrap();
         found.store(Step::Threshold, &level(9.0)).unwrap();
         let told = |result: Result<(), Refusal>| result.unwrap_err().to_string();
-        assert!(
-            told(found.store(Step::Comfort, &level(9.0)))
-                .starts_with("E676 out of order at comfort")
-        );
+        let refused = told(found.store(Step::Comfort, &level(9.0)));
+        assert!(refused.starts_with("E676") && refused.contains("the result of step `comfort`"));
         found.store(Step::Comfort, &level(13.0)).unwrap();
         assert!(
             told(found.store(Step::Minimum, &level(8.5)))

@@ -4,22 +4,23 @@ use super::CalibrationError;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Version of the journal format.
+/// Version of the journal format that this program writes.
 pub(super) const FORMAT: u32 = 1;
 
-/// First entry of a journal: wearer, plan, operator and device.
+/// First entry of each run in a journal: the wearer, the plan, the operator and the device.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Head {
-    /// Version of the journal format.
+    /// Version of the journal format in which the run was written.
     pub format: u32,
     /// Pseudonym of the wearer.
     pub wearer: String,
-    /// SHA-256 of the plan's text.
+    /// SHA-256 of the text of the plan, by which a changed plan is noticed.
     pub plan: String,
     /// Name of the operator.
     pub operator: String,
-    /// Date as the operator gave it or the program's clock shows it; "simulated" on simulators.
+    /// Date, as the operator gave it or as the computer's clock shows it; "simulated" on
+    /// simulators.
     pub at: String,
     /// Kind of the device, as the device reports it.
     pub device: String,
@@ -34,8 +35,8 @@ pub struct Head {
 }
 
 impl Head {
-    /// Creates a head of this format for the wearer and the plan's text; the other fields are
-    /// empty.
+    /// Creates a head in the present format for a wearer and for the text of a plan. The fields for
+    /// operator, date and device are empty.
     #[must_use]
     pub fn new(wearer: &str, plan: &str) -> Self {
         Self {
@@ -52,11 +53,11 @@ impl Head {
         }
     }
 
-    /// Checks that a calibration with the head `next` may continue the journal at `path`, which has
-    /// this head.
+    /// Checks that a run with the head `next` may continue the journal at `path`, whose head this
+    /// is.
     ///
     /// # Errors
-    /// The wearer, the plan or the simulated wearer differs.
+    /// The wearer, the plan or the simulated wearer is another one.
     pub fn check_continuation(&self, path: &Path, next: &Self) -> Result<(), CalibrationError> {
         let known = |body: &Option<String>, seed: Option<u64>| match (body, seed) {
             (Some(body), Some(seed)) => format!("the simulated {body} with seed {seed}"),

@@ -5,18 +5,20 @@ use crate::statistics::Detector;
 use serde::Serialize;
 use std::collections::VecDeque;
 
-/// Time between two readings, µs.
+/// Time between two readings of the instrument, µs.
 pub const READ_US: u64 = 10_000;
 
-/// Number of readings in a window.
+/// Number of readings whose mean is one window of the movement detector.
 const READINGS: usize = 10;
 
-/// Time from the start of a level to its first window, µs, for the rise of amplitude and force.
+/// Time from the beginning of a level until its first reading counts, µs. In this time, amplitude
+/// and force rise.
 const SETTLE_US: u64 = 450_000;
 
-/// Detector of movement in windows of 100 ms, five at rest and five under stimulation. Movement is
-/// three of these in a row beyond six standard deviations. With the confirmation, a search of 40
-/// levels is wrong in far less than 1 % (see the test).
+/// Detector of movement. It compares five windows of 100 ms under stimulation with five at rest.
+/// Something moved if three windows in a row differ from rest by more than six standard deviations.
+/// Because each movement must be confirmed, a search over 40 levels goes wrong in far less than 1 %
+/// of cases (see the test).
 const DETECTOR: Detector = Detector {
     windows: 5,
     baseline: 5,
@@ -26,31 +28,32 @@ const DETECTOR: Detector = Detector {
     resolution: 0.0,
 };
 
-/// Verdict on whether a presentation moved anything.
+/// The instrument's verdict on whether a presentation moved anything.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct MovementVerdict {
-    /// Whether something moved.
+    /// Whether the force differed from rest for long enough to count as a movement.
     pub moved: bool,
-    /// Largest lasting distance from rest, N.
+    /// Largest difference from the force at rest that lasted for three windows, N.
     pub deviation_n: f64,
-    /// Bound that the distance had to exceed, N.
+    /// Difference from rest above which the verdict is a movement, N.
     pub bound_n: f64,
 }
 
-/// Readings of the instrument at rest and under stimulation.
+/// Force readings of the test rig's instrument, at rest and during the latest presentation.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Instrument {
     window: Vec<f64>,
     baseline: VecDeque<f64>,
     windows: Vec<f64>,
-    /// Time at which the present level began, µs; `None` at rest.
+    /// Time at which the present level began, µs; `None` if no level is being given.
     on_us: Option<u64>,
-    /// Lowest and highest reading under stimulation, N.
+    /// Lowest and highest reading during the latest presentation, N; `None` if there is no reading
+    /// yet.
     ends: Option<(f64, f64)>,
 }
 
 impl Instrument {
-    /// Adds a reading of `n` newtons at `t_us`; `is_on` is true while a level is given.
+    /// Adds a reading of `n` newtons at the time `t_us`. `is_on` is whether a level is being given.
     pub fn add_reading(&mut self, t_us: u64, n: f64, is_on: bool) {
         match (is_on, self.on_us) {
             (true, None) => {
@@ -88,12 +91,14 @@ impl Instrument {
         }
     }
 
-    /// Returns whether the instrument has been read at rest for long enough.
+    /// Returns whether the instrument has been read at rest for half a second, so that a level may
+    /// be given.
     pub fn has_baseline(&self) -> bool {
         self.on_us.is_none() && self.baseline.len() >= DETECTOR.baseline as usize
     }
 
-    /// Judges the windows of the presentation. Returns `None` if there are too few readings.
+    /// Judges whether the latest presentation moved anything. Returns `None` if there are too few
+    /// readings.
     ///
     /// # Errors
     /// The instrument saturates, or is mounted with the wrong sign.
@@ -172,8 +177,8 @@ mod tests {
     fn a_sensor_at_its_end_and_one_upside_down_are_named() {
         let told = |result: Result<_, CalibrationError>| result.unwrap_err().to_string();
         let full = said(1, 0.05, |noise| (50.0 + noise).min(10.0));
-        assert!(told(full).starts_with("E680 "));
+        assert!(told(full).starts_with("E680"));
         let down = said(1, 0.05, |noise| noise - 3.0);
-        assert!(told(down).starts_with("E681 "));
+        assert!(told(down).starts_with("E681"));
     }
 }

@@ -15,71 +15,71 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Entry of the journal.
+/// Entry of the journal: one event of a calibration.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Entry {
     /// A calibration began or was continued.
     Begun(Head),
-    /// The electrode passed the device's check before stimulation.
+    /// An electrode passed the device's electrode check and was armed.
     Armed {
         /// Channel, counted from 1.
         channel: u8,
         /// Current that the electrode check measured, mA; `None` if the device reported none.
         check_ma: Option<f64>,
     },
-    /// The device stimulated once, at one amplitude.
+    /// A level was given for the length of one presentation.
     Given {
         /// Channel, counted from 1.
         channel: u8,
-        /// Step in which the level was given.
+        /// Step of the calibration in which the level was given.
         step: Step,
-        /// Level in the channel's unit.
+        /// Level that was given, in the channel's unit.
         level: Level,
     },
-    /// The instrument judged a presentation.
+    /// The instrument judged whether a presentation moved anything.
     Judged {
         /// Channel, counted from 1.
         channel: u8,
-        /// Whether something moved.
+        /// Whether the verdict is a movement.
         moved: bool,
-        /// Largest lasting distance from rest, N.
+        /// Largest lasting difference from the force at rest, N.
         deviation_n: f64,
-        /// Bound that the distance had to exceed, N.
+        /// Difference from rest above which the verdict is a movement, N.
         bound_n: f64,
     },
-    /// One step of the procedure ended with a threshold, a limit, or nothing.
+    /// A step of the calibration ended with a result.
     Found {
         /// Channel, counted from 1.
         channel: u8,
-        /// Step that ended with this result.
+        /// Step that ended.
         step: Step,
-        /// Resulting level or movements.
+        /// Result of the step: a level, or names of movements.
         value: Value,
     },
-    /// The wearer found this level too much.
+    /// The wearer did not tolerate a level, which is therefore not given again.
     TooMuch {
         /// Channel, counted from 1.
         channel: u8,
-        /// Level in the channel's unit.
+        /// Level that was too much, in the channel's unit.
         level: Level,
     },
-    /// The operator left the electrode out.
+    /// The operator left an electrode out of the calibration.
     Skipped {
         /// Channel, counted from 1.
         channel: u8,
     },
     /// This computer sent no keep-alive for so long that the device ended stimulation. The level
-    /// that was being given counts for nothing.
+    /// that was being given is discarded.
     Stalled {
         /// Channel, counted from 1.
         channel: u8,
-        /// Longest pause between two keep-alives, ms.
+        /// Longest time between two keep-alives, ms.
         pause_ms: u32,
     },
     /// The wearer file was written.
     Written {
-        /// Number of complete electrodes in the file.
+        /// Number of electrodes in the file, all of which are complete.
         electrodes: usize,
     },
     /// The calibration ended early.
@@ -87,27 +87,28 @@ pub enum Entry {
         /// Reason for the end, as the error message states it.
         why: String,
     },
-    /// Every electrode is done.
+    /// Every electrode is complete or left out.
     Done,
 }
 
-/// Line of the journal.
+/// Line of the journal, as a JSON object.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Line {
     /// Number of the line, counted from 1 without a gap.
     n: usize,
-    /// Time since the device was opened, s of the device's time.
+    /// Time since the device was opened, in the device's time, s.
     t_s: f64,
     entry: Entry,
-    /// Checksum by [`chained_checksum`] over all lines before this one and this line up to here. It is
-    /// appended by hand, not by serde.
+    /// Checksum ([`chained_checksum`]) of all lines before this one and of this line up to the
+    /// checksum. It is not serialised with the other fields but appended to their text.
     #[serde(default, skip_serializing)]
     sum: String,
 }
 
 impl Line {
-    /// Returns the text of the line after a line with the checksum `before`, and its own checksum.
+    /// Returns the text of the line, and the line's checksum. `before` is the checksum of the
+    /// previous line.
     fn with_checksum(&self, before: &str) -> serde_json::Result<(String, String)> {
         let object = serde_json::to_string(self)?;
         let told = object.strip_suffix('}').unwrap_or(&object); // an object ends so
@@ -116,33 +117,35 @@ impl Line {
     }
 }
 
-/// Text between a line's content and its checksum.
+/// Text between the content of a line and its checksum.
 const SUM: &str = ",\"sum\":\"";
 
-/// Returns the checksum over a line's content `told` and, by their last checksum `before`, all
-/// lines before it: the first 64 bits of SHA-256, in hexadecimal.
+/// Returns the checksum of a line: the first 64 bits, in hexadecimal, of SHA-256 over the previous
+/// line's checksum `before` and the content `told` of the line. It thus depends on all lines
+/// before.
 fn chained_checksum(before: &str, told: &str) -> String {
     let mut sum = crate::record::sha256(format!("{before}{told}").as_bytes());
     sum.truncate(16);
     sum
 }
 
-/// Destination of journal and wearer file: the file system, or a test double that fills up.
+/// Destination of journal and wearer file: the file system or, in tests, a substitute that can fail
+/// like a full disk.
 pub trait Files {
-    /// Opens a file for appending; every write is handed to the system at once.
+    /// Opens a file for appending. Each write reaches the operating system at once.
     ///
     /// # Errors
     /// The file cannot be opened.
     fn append(&self, path: &Path) -> io::Result<Box<dyn Write>>;
 
-    /// Replaces a file as a whole, or leaves the old file unchanged.
+    /// Replaces the content of a file as a whole. If this fails, the old file is unchanged.
     ///
     /// # Errors
     /// The file cannot be written.
     fn replace(&self, path: &Path, text: &str) -> io::Result<()>;
 }
 
-/// Files in the file system.
+/// Destination in the file system.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct OnDisk;
 
@@ -166,7 +169,8 @@ impl Files for OnDisk {
     }
 }
 
-/// Returns the path of the journal of a wearer file, which lies beside that file.
+/// Returns the path of the journal that belongs to the wearer file `out`: in the same folder, with
+/// ".journal" added to the name.
 #[must_use]
 pub fn journal_path(out: &Path) -> PathBuf {
     let mut name = out.file_name().unwrap_or_default().to_owned();
@@ -174,18 +178,18 @@ pub fn journal_path(out: &Path) -> PathBuf {
     out.with_file_name(name)
 }
 
-/// Journal that is open for writing.
+/// Journal that is open for writing. Each entry becomes one line.
 pub struct Journal {
     path: PathBuf,
     out: Box<dyn Write>,
     lines: usize,
-    /// Checksum of the last line; empty if there is none.
+    /// Checksum of the last line; empty if there is no line.
     sum: String,
 }
 
 impl Journal {
-    /// Opens the journal at `path`, and continues after the lines it has `parse_journal`, or begins a new
-    /// journal.
+    /// Opens the journal at `path`. It continues after the lines in `kept`, which were read from
+    /// it, or begins a new journal if `kept` is `None`.
     ///
     /// # Errors
     /// The file cannot be opened.
@@ -204,7 +208,7 @@ impl Journal {
         })
     }
 
-    /// Creates a journal that discards its entries.
+    /// Creates a journal that writes no file and discards its entries, for a drift check.
     #[must_use]
     pub fn discarding() -> Self {
         Self {
@@ -215,7 +219,7 @@ impl Journal {
         }
     }
 
-    /// Appends an entry, `t_s` seconds after the device was opened.
+    /// Appends an entry as a line. `t_s` is the time since the device was opened, s.
     ///
     /// # Errors
     /// The line cannot be written completely.
@@ -239,7 +243,7 @@ impl Journal {
 }
 
 /// Returns whether the journal at `path` contains a complete line. A file without one is removed,
-/// because it was cut off before anything had happened.
+/// because it was cut off before anything happened.
 ///
 /// # Errors
 /// The file cannot be read or removed.
@@ -252,23 +256,23 @@ pub fn has_entries(path: &Path) -> io::Result<bool> {
     }
 }
 
-/// Parsed journal: what a calibration that resumes continues from.
+/// Content of a journal, from which a calibration continues.
 #[derive(Clone, PartialEq, Debug)]
 pub struct JournalContents {
-    /// Head with which the journal began.
+    /// Head of the first run in the journal.
     pub head: Head,
-    /// All entries, including the entry of the head.
+    /// All entries, including those that hold a head.
     pub entries: Vec<Entry>,
-    /// Length of the complete lines, bytes.
+    /// Length of the complete lines together, in bytes. An incomplete last line comes after them.
     pub whole: usize,
-    /// Checksum over the complete lines.
+    /// Checksum of the last complete line, which depends on all lines.
     pub sum: String,
 }
 
-/// Reads the journal at `path`, and cuts an incomplete last line off the file.
+/// Reads the journal at `path`, and removes an incomplete last line from the file.
 ///
 /// # Errors
-/// The file cannot be read, has a later format, or is damaged.
+/// The file cannot be read, is empty, has a later format, or is damaged.
 pub fn read(path: &Path) -> Result<JournalContents, CalibrationError> {
     let unusable = |why: String| CalibrationError::NotResumable(path.to_owned(), why);
     let text = input::read(path, input::LONGEST_DOCUMENT).map_err(|why| {
@@ -298,10 +302,10 @@ pub fn read(path: &Path) -> Result<JournalContents, CalibrationError> {
     Ok(kept)
 }
 
-/// Parses the bytes of the journal at `path`; an incomplete last line is ignored.
+/// Parses the bytes `text` of the journal at `path`. An incomplete last line is ignored.
 ///
 /// # Errors
-/// The bytes are damaged; the error names the line and the reason.
+/// The journal is damaged; the error names the line and the reason.
 pub fn parse_journal(path: &Path, text: &[u8]) -> Result<JournalContents, CalibrationError> {
     let damaged = |line: usize, why: &str| {
         CalibrationError::Damaged(
@@ -394,10 +398,8 @@ mod tests {
         let second = line.lines().nth(1).unwrap();
         let missing = whole.replace(&format!("{second}\n"), "");
         assert!(told(&missing).contains("line 2: it was written as line 3"));
-        assert!(
-            told(&whole.replace("threshold", "thr"))
-                .starts_with("E674 the journal x.journal, line 3")
-        );
+        let misspelt = told(&whole.replace("threshold", "thr"));
+        assert!(misspelt.starts_with("E674") && misspelt.contains("the journal x.journal, line 3"));
         assert!(told("").contains("does not begin with the wearer"));
         for (line, was, is) in [(1, "K05", "K06"), (2, "3}", "4}"), (3, "7.5", "24.0")] {
             let changed = whole.replace(was, is);

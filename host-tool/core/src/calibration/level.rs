@@ -4,14 +4,15 @@ use firmware::units::Amplitude;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Amplitude in thousandths of its channel's unit, mA or V. It is exact, as on the link.
+/// Amplitude in thousandths of the channel's unit, mA or V: exactly the number that the protocol
+/// transmits.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Serialize, Deserialize)]
 #[serde(into = "f64", try_from = "f64")]
 pub struct Level(pub u32);
 
 impl Level {
-    /// Converts a number of units; `None` if it is not a whole number of thousandths or not between
-    /// 0 and 100 units.
+    /// Returns the level of this many mA or V, or `None` if the number is not between 0 and 100 or
+    /// not a whole number of thousandths.
     #[must_use]
     pub fn from_units(units: f64) -> Option<Self> {
         let milli = (units * 1e3).round();
@@ -19,25 +20,25 @@ impl Level {
         (is_whole && (0.0..=1e5).contains(&milli)).then_some(Self(milli as u32))
     }
 
-    /// Returns the level in mA or V.
+    /// Returns the level as a number of mA or V.
     #[must_use]
     pub fn units(self) -> f64 {
         f64::from(self.0) / 1e3
     }
 
-    /// Returns the level that is higher by `step`.
+    /// Returns the sum of this level and `step`.
     #[must_use]
     pub const fn saturating_add(self, step: Self) -> Self {
         Self(self.0.saturating_add(step.0))
     }
 
-    /// Returns the level that is lower by `step`, but not below 0.
+    /// Returns this level minus `step`, or 0 if the difference would be negative.
     #[must_use]
     pub const fn saturating_sub(self, step: Self) -> Self {
         Self(self.0.saturating_sub(step.0))
     }
 
-    /// Returns the level as the link represents it.
+    /// Returns the level in the type of the protocol.
     #[must_use]
     pub const fn amplitude(self) -> Amplitude {
         Amplitude::new(self.0)

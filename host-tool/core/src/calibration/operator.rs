@@ -3,28 +3,29 @@
 use super::error::OperatorLoss;
 use super::{Entry, Order, Refusal, View};
 
-/// Message to an operator, in addition to the view.
+/// Message to an operator, in addition to the view of the present state.
 #[derive(Clone, Copy, Debug)]
 pub enum OperatorNotice<'a> {
-    /// An entry was recorded in the journal.
+    /// This entry was added to the journal.
     Recorded(&'a Entry),
-    /// An order was not carried out, or its consequence is not possible.
+    /// A command was not carried out, or the result of a step was refused.
     Refused(&'a Refusal),
     /// The wearer file was written.
     Written,
 }
 
-/// Source of orders. Its methods must never wait, because keep-alives must be sent meanwhile.
+/// Source of an operator's commands. Its methods must return without waiting, because keep-alives
+/// must be sent meanwhile.
 pub trait Operator {
-    /// Takes the present view, and returns the orders to carry out now, in this order. It is called
-    /// every 5 ms. An order that raises or answers must have been given after the state that it
-    /// refers to was shown.
+    /// Receives the present view, and returns the commands to carry out now, the first one first.
+    /// The calibration calls this function every 5 ms. A command that raises a level or answers a
+    /// question must have been given after the operator saw the state that it refers to.
     ///
     /// # Errors
-    /// Nobody can order any more.
+    /// No more commands can come from the operator.
     fn orders(&mut self, view: &View) -> Result<Vec<Order>, OperatorLoss>;
 
-    /// Receives a message.
+    /// Receives a message with the present view. The default implementation ignores it.
     fn notify(&mut self, _told: OperatorNotice<'_>, _view: &View) {}
 }
 

@@ -4,46 +4,47 @@ use super::Step;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// Longest name of a movement, characters.
+/// Greatest length of the name of a movement, characters.
 const LONGEST: usize = 60;
 
-/// Maximum number of movements of one point.
+/// Largest number of movements that an operator may name for one electrode.
 const MOST: usize = 10;
 
-/// Order of an operator. Its JSON form is `{"order":"raise"}`, with a list of names in `moves`.
+/// Command of an operator. Its JSON form is, for example, `{"order":"raise"}`.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(tag = "order", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Order {
-    /// Give the level one step higher, for the length of a presentation.
+    /// Give the next higher level for the length of a presentation.
     Raise,
-    /// Go one step down: at once if a level is being given, otherwise for the next presentation.
+    /// Lower the level by one step: at once if a level is being given, otherwise for the next
+    /// presentation.
     Lower,
-    /// Give the present level once more.
+    /// Give the present level once more, for the length of a presentation.
     Again,
-    /// Answer the step's question with yes.
+    /// Answer the open question with yes.
     Yes,
-    /// Answer the step's question with no.
+    /// Answer the open question with no.
     No,
-    /// Name the movements that the point causes.
+    /// Answer the question which movements the electrode causes.
     Moves {
         /// Names of the movements; empty if nothing moves.
         moves: Vec<String>,
     },
-    /// Report that the level was too much: silence at once, and never that level again at this
-    /// electrode.
+    /// Report that the level was too much. Stimulation ends at once, and the level is never given
+    /// again at this electrode.
     TooMuch,
-    /// Take the last accepted level as the limit, without trying higher levels.
+    /// Take the highest level that the wearer accepted as the limit, without trying higher ones.
     Enough,
-    /// Leave this electrode out.
+    /// Leave this electrode out of the calibration.
     Skip,
-    /// End everything, with silence at once.
+    /// End stimulation at once, and the whole calibration.
     Abort,
 }
 
-/// Reason why a line is not an order.
+/// Reason why a line of input is not a command.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum OrderError {
-    /// The line is not a valid order (E678).
+    /// The line is not a valid command, for the given reason (E678).
     #[error(
         "E678 the line is not a valid order ({0}); nothing was changed; send one JSON object \
          per line, such as {{\"order\":\"raise\"}}"
@@ -52,10 +53,10 @@ pub enum OrderError {
 }
 
 impl Order {
-    /// Parses a line of JSON.
+    /// Parses a line of input, which must be the JSON form of one command.
     ///
     /// # Errors
-    /// The line is not a valid order.
+    /// The line is not a valid command.
     pub fn parse(line: &str) -> Result<Self, OrderError> {
         let nonsense =
             |why: String| OrderError::Nonsense(crate::session::escape_control_chars(&why));
@@ -84,27 +85,29 @@ impl Order {
         Ok(order)
     }
 
-    /// Returns whether the order can make the device give more than before.
+    /// Returns whether the command can make the device give a level.
     #[must_use]
     pub const fn raises(&self) -> bool {
         matches!(self, Self::Raise | Self::Again)
     }
 
-    /// Returns whether the order lowers or ends, and is therefore carried out in every state.
+    /// Returns whether the command lowers the level or ends the calibration. Such a command is
+    /// carried out in every state.
     #[must_use]
     pub const fn lowers(&self) -> bool {
         matches!(self, Self::Lower | Self::TooMuch | Self::Abort)
     }
 }
 
-/// Reason why an order is not carried out now. Nothing was changed.
+/// Reason why a command was not carried out. The state is unchanged.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum Refusal {
-    /// The order is not possible in this state (E671).
+    /// The command is not possible in the present state, for the given reason (E671).
     #[error("E671 not now: {0}")]
     NotNow(String),
-    /// The result would put levels out of order; the step and the reason are given (E676).
-    #[error("E676 out of order at {0}: {1}")]
+    /// The result of a step contradicts the results of other steps (E676). The values are the
+    /// step's name and the reason.
+    #[error("E676 the result of step `{0}` contradicts the others: {1}")]
     OutOfOrder(&'static str, String),
 }
 
@@ -143,7 +146,7 @@ mod tests {
             r#"{"order":"raise"}{"order":"raise"}"#,
         ] {
             let told = Order::parse(nonsense).unwrap_err().to_string();
-            assert!(told.starts_with("E678 "), "{nonsense}: {told}");
+            assert!(told.starts_with("E678"), "{nonsense}: {told}");
         }
     }
 }

@@ -7,60 +7,64 @@ use serde::Deserialize;
 use std::collections::BTreeSet;
 use toml::Table;
 
-/// Longest host silence of a calibration, ms. `flexor selftest --keep-alives` measures what it must
-/// exceed, and docs/safety.md states what it must not exceed.
+/// Longest `host_timeout_ms` (host silence that ends stimulation) of a calibration, ms. `flexor
+/// selftest --keep-alives` measures the shortest useful value, and docs/safety.md states the
+/// longest that is safe.
 pub const HOST_TIMEOUT_MS: u16 = 100;
 
-/// Longest fall of the amplitude at the end of stimulation, ms.
+/// Longest `fall_ms` of a calibration: the time in which the amplitude falls when stimulation ends,
+/// ms.
 const FALL_MS: i64 = 50;
 
-/// Limits that are tighter in a calibration, with their maximum values, ms.
+/// Limits of the wearer that a calibration tightens, each with its largest value in ms.
 const MOST_MS: [(&str, i64); 2] = [
     ("host_timeout_ms", HOST_TIMEOUT_MS as i64),
     ("fall_ms", FALL_MS),
 ];
 
-/// Default rise of an amplitude from zero, ms: less than half of a presentation of 1 s.
+/// Default `rise_ms` of a calibration: the time in which an amplitude rises from zero, ms. It is
+/// less than half of a presentation of 1 s.
 const RISE_MS: i64 = 200;
 
-/// Electrode of the plan.
+/// Electrode to calibrate, as the plan describes it. Levels are in the channel's unit.
 #[derive(Clone, PartialEq, Debug)]
 pub struct PlannedElectrode {
     /// Channel of the electrode, counted from 1.
     pub channel: u8,
-    /// Place on the body, in words.
+    /// Position on the body, in words.
     pub place: String,
-    /// Area of the active electrode, mm².
+    /// Area of the active electrode, mm², from which the current density follows.
     pub area_mm2: u32,
-    /// Unit that the output stage controls.
+    /// Unit of the levels: mA for a current stage, V for a voltage stage.
     pub stage: Unit,
-    /// Output at full code, mA or V.
+    /// Output of the stage at the full DAC code, mA or V.
     pub full_scale: f64,
-    /// Width of a phase, µs.
+    /// Pulse width: the length of one phase, µs.
     pub width_us: u16,
-    /// Pulse rate, Hz.
+    /// Pulse rate of the train, Hz.
     pub frequency_hz: f64,
-    /// Lowest possible first level of the threshold's climb.
+    /// Level from which the search for the threshold begins at the lowest.
     pub start: Level,
-    /// Difference between two levels.
+    /// Difference from one level to the next in all steps but the placement.
     pub step: Level,
-    /// Difference between two levels while the electrode is placed.
+    /// Difference from one level to the next while the electrode is placed.
     pub coarse: Level,
-    /// Highest level that may be given.
+    /// Highest level that may be given at this electrode.
     pub ceiling: Level,
 }
 
-/// Plan of a calibration, checked for consistency.
+/// Plan of a calibration: the wearer, the limits, and the electrodes in order. It contains no
+/// mistakes.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Plan {
     /// Pseudonym of the wearer.
     pub wearer: String,
-    /// Limits as in a session's `[wearer]`, completed with the values that a calibration needs to
-    /// be safe.
+    /// Limits of the wearer, with the fields of a session's `[wearer]`. Those that keep a
+    /// calibration safe are filled in.
     pub limits: Table,
-    /// Length of a presentation, ms.
+    /// Time for which each presentation gives its level, ms.
     pub on_ms: u32,
-    /// Rest after a presentation, ms.
+    /// Pause without stimulation after each presentation, ms.
     pub off_ms: u32,
     /// Electrodes in the order of their calibration, one to ten.
     pub electrodes: Vec<PlannedElectrode>,
@@ -84,7 +88,7 @@ const fn one() -> f64 {
     1.0
 }
 
-/// Table `[[electrode]]` as the file contains it.
+/// Table `[[electrode]]` as the file of a plan contains it, without defaults.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ElectrodeDeclaration {
@@ -105,28 +109,31 @@ struct ElectrodeDeclaration {
     ceiling: f64,
 }
 
-/// Returns the default area, mm²: two pads of 5 × 5 cm (Lee 2020 §2.2.1).
+/// Returns the default area of an electrode, mm²: that of a pad of 5 × 5 cm (Lee 2020, §2.2.1).
 const fn area() -> u32 {
     2500
 }
 
-/// Returns the default phase width, µs (Lee 2020, table 1).
+/// Returns the default pulse width, µs (Lee 2020, table 1).
 const fn width() -> u16 {
     400
 }
 
-/// Returns the default pulse rate, Hz. Lee 2020, step 3, uses 30 Hz and states that the threshold
-/// changes by less than 0.5 mA from 20 to 40 Hz. At the rate used here, an electrode that falls
-/// off, which three pulses show, is disconnected within 100 ms.
+/// Returns the default pulse rate, Hz. It is slightly above the 30 Hz of Lee 2020, step 3, so that
+/// an electrode that falls off is disconnected within 100 ms; the device notices this from three
+/// pulses. Lee states that the threshold changes by less than 0.5 mA from 20 to 40 Hz.
 const fn frequency() -> f64 {
     LEAST_HZ
 }
 
-/// Lowest pulse rate, Hz, at which three periods and the device's own delay are within 100 ms.
+/// Lowest pulse rate of a calibration, Hz: three periods and the device's own delay take less than
+/// 100 ms.
 const LEAST_HZ: f64 = 32.0;
-/// Highest pulse rate, Hz; of faster trains the device does not read every pulse.
+/// Highest pulse rate of a calibration, Hz. In faster trains the device does not measure the
+/// current of every pulse.
 const MOST_HZ: f64 = 50.0;
-/// Time from the third pulse's phase to silence, ms: its reading, and two windows of the device.
+/// Longest time from the third pulse on a loose electrode until the output is disconnected, ms: the
+/// measurement of the current, and two windows of the pulse tape.
 const TO_SILENCE_MS: f64 = 2.0;
 const _: () = assert!(3.0 * 1000.0 / LEAST_HZ + TO_SILENCE_MS < 100.0);
 
@@ -139,10 +146,10 @@ enum Stage {
 }
 
 impl Plan {
-    /// Parses the text of a plan.
+    /// Parses the text of a plan. `name` is its file name in error messages.
     ///
     /// # Errors
-    /// Lists every mistake that the plan shows by itself.
+    /// Lists every mistake in the plan that can be found without the device's rules.
     pub fn parse(name: &str, text: &str) -> Result<Self, CalibrationError> {
         let refused =
             |told: Vec<String>| CalibrationError::Plan(name.to_owned(), told.join("\n  "));
@@ -168,13 +175,14 @@ impl Plan {
         }
     }
 
-    /// Creates a plan from the electrodes of a wearer file, with the file's limits as ceilings.
-    /// Where the file's rate is outside 32 to 50 Hz, the nearest rate within that range is used,
-    /// because only there an electrode that falls off is silent within 100 ms.
+    /// Creates the plan of a drift check from the electrodes of a wearer file. The limits of the
+    /// electrodes are the highest levels. If the rate of an electrode in the file is outside 32 to
+    /// 50 Hz, the plan uses the nearest rate within this range, because only there an electrode
+    /// that falls off is disconnected within 100 ms.
     ///
     /// # Errors
-    /// The file has no electrodes, an electrode whose values leave nothing to find, or an electrode
-    /// whose threshold holds at no such rate.
+    /// The file has no electrodes, or the thresholds of an electrode do not hold at any rate from
+    /// 32 to 50 Hz.
     pub fn from_wearer(wearer: &Wearer) -> Result<Self, CalibrationError> {
         let mut told = Vec::new();
         let limits = wearer_limits(wearer).map_err(|why| {
@@ -219,13 +227,13 @@ impl Plan {
         }
     }
 
-    /// Returns the length of a presentation, µs.
+    /// Returns the time for which each presentation gives its level, µs.
     #[must_use]
     pub fn on_us(&self) -> u64 {
         u64::from(self.on_ms) * 1000
     }
 
-    /// Returns the rest after a presentation, µs.
+    /// Returns the pause without stimulation after each presentation, µs.
     #[must_use]
     pub fn off_us(&self) -> u64 {
         u64::from(self.off_ms) * 1000
@@ -260,7 +268,7 @@ fn millis(name: &str, seconds: f64, [least, most]: [f64; 2], told: &mut Vec<Stri
     (seconds * 1e3).round() as u32 // saturates
 }
 
-/// Returns a wearer's limits, made as tight as a calibration needs them.
+/// Returns the limits of a wearer file, with those lowered that a calibration needs to be lower.
 fn tighten_limits(mut limits: Table) -> Table {
     for (name, most) in MOST_MS {
         let said = limits.get(name).and_then(toml::Value::as_integer);
@@ -269,8 +277,8 @@ fn tighten_limits(mut limits: Table) -> Table {
     limits
 }
 
-/// Completes the plan's limits with those that a calibration needs, and reports limits that are too
-/// loose.
+/// Fills in the limits that a plan leaves out and a calibration needs. Adds a message to `told` for
+/// each limit of the plan that is too large for a calibration.
 fn complete_limits(mut limits: Table, told: &mut Vec<String>) -> Table {
     for (name, most) in MOST_MS {
         let said = limits.entry(name).or_insert(most.into());
@@ -284,8 +292,9 @@ fn complete_limits(mut limits: Table, told: &mut Vec<String>) -> Table {
     limits
 }
 
-/// Returns the default start, step and coarse step, in mA or V. For currents the step is that of
-/// Lee 2020 (step 3); the other values are assumed.
+/// Returns the default lowest level of the threshold search, step between levels, and step during
+/// placement, in mA or V. The step for currents is that of Lee 2020 (step 3); the other values are
+/// assumed.
 const fn default_levels(unit: Unit) -> [f64; 3] {
     match unit {
         Unit::Milliampere => [4.0, 0.5, 2.0],
@@ -293,7 +302,7 @@ const fn default_levels(unit: Unit) -> [f64; 3] {
     }
 }
 
-/// Returns the default output at full code, mA or V.
+/// Returns the default output of a stage at the full DAC code, mA or V.
 const fn full_scale(unit: Unit) -> f64 {
     match unit {
         Unit::Milliampere => 100.0,
@@ -301,7 +310,7 @@ const fn full_scale(unit: Unit) -> f64 {
     }
 }
 
-/// Returns the table `[limits]` of a wearer file.
+/// Returns the limits of a wearer as the table `[limits]` of a wearer file.
 fn wearer_limits(wearer: &Wearer) -> Result<Table, String> {
     let text = wearer.to_toml();
     let file: Table = toml::from_str(&text).map_err(|why| why.message().to_owned())?;
@@ -387,8 +396,8 @@ fn check_electrode(plan: &PlannedElectrode, told: &mut Vec<String>) {
     }
 }
 
-/// Returns the rate at which an electrode of a wearer file is checked, Hz, or the reason why there
-/// is none.
+/// Returns the pulse rate at which the drift check tests an electrode of a wearer file, Hz.
+/// Otherwise returns why its thresholds hold at no possible rate.
 fn rate(electrode: &Electrode) -> Result<f64, String> {
     let [from_hz, to_hz] = electrode.holds_hz;
     let nearest = electrode.frequency_hz.clamp(LEAST_HZ, MOST_HZ);

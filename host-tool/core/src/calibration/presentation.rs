@@ -10,19 +10,19 @@ enum State {
     Rest { until_us: u64 },
 }
 
-/// The state of the presentation: whether a level is being given, and whether a question about it
-/// is open.
+/// Presentation of one level, which consists of stimulation, a question to the operator, and a
+/// pause for the muscle.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Presentation {
     state: State,
     on_us: u64,
     off_us: u64,
-    /// Whether the operator must still answer the question about the last level.
+    /// Whether the operator has not yet answered the question about the last level.
     pub has_question: bool,
 }
 
 impl Presentation {
-    /// Creates a presentation that is ready, with the plan's times for level and rest.
+    /// Creates a presentation that can be started, with the times of the plan.
     pub fn new(plan: &Plan) -> Self {
         Self {
             state: State::Ready,
@@ -32,24 +32,24 @@ impl Presentation {
         }
     }
 
-    /// Makes the presentation ready for another electrode, without an open question.
+    /// Prepares the presentation for another electrode, without pause and without question.
     pub const fn reset(&mut self) {
         (self.state, self.has_question) = (State::Ready, false);
     }
 
-    /// Returns whether a level is being given.
+    /// Returns whether a level is being given at present.
     pub const fn is_stimulating(&self) -> bool {
         matches!(self.state, State::On { .. })
     }
 
-    /// Starts the presentation of a level at `t_us`.
+    /// Begins to give a level at `t_us`.
     pub const fn start(&mut self, t_us: u64) {
         let until_us = t_us.saturating_add(self.on_us);
         self.state = State::On { until_us };
     }
 
-    /// Ends the presentation at `t_us`, before its time, without asking about the level. If a level
-    /// was being given, the muscle rests from `t_us` on.
+    /// Ends the presentation early, at `t_us`, without a question about its level. If a level was
+    /// being given, the pause for the muscle begins at `t_us`.
     pub const fn end(&mut self, t_us: u64) {
         if self.is_stimulating() {
             self.start_rest(t_us);
@@ -57,14 +57,14 @@ impl Presentation {
         self.has_question = false;
     }
 
-    /// Begins the pause after a presentation, without stimulation until `off_us` have passed.
+    /// Begins the pause for the muscle at `t_us`.
     const fn start_rest(&mut self, t_us: u64) {
         let until_us = t_us.saturating_add(self.off_us);
         self.state = State::Rest { until_us };
     }
 
-    /// Advances the time to `t_us`. Returns `true` if the level has just ended; the question about
-    /// it is then open.
+    /// Advances the time to `t_us`. Returns `true` if the time of the level has just ended. The
+    /// pause then begins, and the operator must answer a question.
     pub const fn advance_to(&mut self, t_us: u64) -> bool {
         match self.state {
             State::On { until_us } if t_us >= until_us => {
@@ -83,8 +83,8 @@ impl Presentation {
     /// Checks whether a level may be given at `t_us`.
     ///
     /// # Errors
-    /// A [`Refusal`] with the reason: a question is open, a level is being given, or the muscle
-    /// still rests.
+    /// A [`Refusal`] with the reason: a question is open, a level is being given, or the pause for
+    /// the muscle has not ended.
     pub fn check_ready(&self, t_us: u64) -> Result<(), Refusal> {
         match self.state {
             _ if self.has_question => Err(Refusal::not_now("answer the question first")),
@@ -99,7 +99,8 @@ impl Presentation {
         }
     }
 
-    /// Returns the current phase and the time until it ends, s; 0 when ready.
+    /// Returns the phase of the presentation at `t_us`, and the time until it ends, s; 0 when a
+    /// level may be given.
     pub fn phase(&self, t_us: u64) -> (Phase, f64) {
         let remaining_s = |until_us: u64| until_us.saturating_sub(t_us) as f64 / 1e6;
         match self.state {

@@ -5,8 +5,8 @@ use crate::run::merge_sessions;
 use crate::session::{Session, Unit};
 use toml::{Table, Value};
 
-/// Returns the sessions of the plan's electrodes, in the plan's order. They are validated like any
-/// session, and their amplitude is 0.
+/// Returns a session for each electrode of the plan, in the plan's order, with which the device is
+/// configured. The sessions are checked like any session, and all amplitudes are 0.
 ///
 /// # Errors
 /// Lists everything that the device would refuse, for all electrodes at once.
@@ -30,8 +30,7 @@ pub fn sessions(plan: &Plan) -> Result<Vec<Session>, CalibrationError> {
     }
 }
 
-/// Returns one session with all of the plan's electrodes, for a caller that opens a simulated
-/// board.
+/// Returns one session with all electrodes of the plan, for which a simulated board can be built.
 ///
 /// # Errors
 /// The errors of [`sessions`], or two electrodes that need different boards.
@@ -46,7 +45,7 @@ pub fn board_session(plan: &Plan) -> Result<Session, CalibrationError> {
     worn.ok_or_else(|| refused("the plan has no [[electrode]]".to_owned()))
 }
 
-/// Returns the text of the session file for an electrode.
+/// Returns the text of the session file with which the device is configured for an electrode.
 fn session_text(plan: &Plan, planned: &PlannedElectrode) -> String {
     let (kind, full_scale) = match planned.stage {
         Unit::Milliampere => ("current", "full_scale_ma"),

@@ -2,28 +2,30 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Step of the calibration of one electrode.
+/// Step of the calibration of one electrode. The steps are carried out in this order.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Step {
-    /// Test pulses, so that the electrode can be moved until the right muscle contracts (Lee 2020,
-    /// step 2).
+    /// Placement: test pulses, while the electrode is moved until the right muscle contracts (Lee
+    /// 2020, step 2).
     #[default]
     Placement,
-    /// Search for the lowest level that causes movement, by small steps, twice (Lee 2020, step 3).
+    /// Search for the motor threshold, the lowest level that causes a movement. The level rises in
+    /// small steps, and a movement must be seen twice (Lee 2020, step 3).
     Threshold,
-    /// Search for the highest level that the person accepts.
+    /// Search for the highest level that the wearer accepts.
     Comfort,
-    /// Choice of the smallest level in use, set by hand (Sierotowicz 2023, comfort levels).
+    /// Choice of the smallest level to use in sessions, by the operator (Sierotowicz 2023, comfort
+    /// levels).
     Minimum,
-    /// Choice of the largest level in use, set by hand.
+    /// Choice of the largest level to use in sessions, by the operator.
     Maximum,
-    /// Naming of the movements that the point causes.
+    /// Naming of the movements that the electrode causes.
     Points,
 }
 
 impl Step {
-    /// All steps, in their order.
+    /// All steps, in the order in which they are carried out.
     pub const ALL: [Self; 6] = [
         Self::Placement,
         Self::Threshold,
@@ -33,7 +35,7 @@ impl Step {
         Self::Points,
     ];
 
-    /// Returns the name of the step in files and lines of JSON.
+    /// Returns the name of the step in journals and JSON, for example "placement".
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -46,7 +48,7 @@ impl Step {
         }
     }
 
-    /// Returns the question that is asked after each presentation.
+    /// Returns the question that the operator must answer after each presentation of the step.
     #[must_use]
     pub const fn question(self) -> &'static str {
         match self {
@@ -59,7 +61,7 @@ impl Step {
         }
     }
 
-    /// Returns the task of the step, addressed to the operator.
+    /// Returns what the operator has to do in the step, as an instruction.
     #[must_use]
     pub const fn task(self) -> &'static str {
         match self {
@@ -72,7 +74,7 @@ impl Step {
         }
     }
 
-    /// Returns the following step; `None` after the last.
+    /// Returns the step after this one; `None` after the last step.
     #[must_use]
     pub fn next(self) -> Option<Self> {
         Self::ALL.into_iter().find(|step| *step > self)

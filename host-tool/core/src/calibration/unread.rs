@@ -1,9 +1,9 @@
 //! Splits input into lines of orders, even if it arrives in pieces, is too long, or is not text.
 
-/// Longest line that is read, bytes; a longer line is no order.
+/// Greatest length of a line of input that is kept, bytes. A longer line is not a valid command.
 const LONGEST: usize = 16_384;
 
-/// Received part of an unfinished line.
+/// Beginning of a line of input whose end has not arrived yet.
 #[derive(Debug, Default)]
 pub struct PartialLine {
     bytes: Vec<u8>,
@@ -11,9 +11,9 @@ pub struct PartialLine {
 }
 
 impl PartialLine {
-    /// Returns the lines that end in `bytes`, whatever they contain; with `is_last` also the
-    /// unfinished rest. A line that is too long is cut, and ends in a character that makes it an
-    /// invalid order.
+    /// Adds `bytes` of input and returns the lines that end in them, whatever they contain. With
+    /// `is_last`, the rest without a line end is also returned. A line that is too long is cut, and
+    /// a character is added that makes it an invalid command.
     pub fn take_lines(&mut self, bytes: &[u8], is_last: bool) -> Vec<String> {
         let mut lines = Vec::new();
         for byte in bytes {

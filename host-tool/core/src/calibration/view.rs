@@ -3,67 +3,67 @@
 use super::{ElectrodeResult, Level, MovementVerdict, Step};
 use serde::Serialize;
 
-/// Phase of the present presentation.
+/// Phase of a presentation, in which a level is given and the muscle then pauses.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Phase {
-    /// Silent; a level may be given.
+    /// No stimulation; a level may be given unless a question is open.
     #[default]
     Ready,
     /// A level is being given.
     On,
-    /// Silent, because the muscle rests.
+    /// No stimulation, because the muscle must pause after the last level.
     Rest,
-    /// Every electrode is done.
+    /// The calibration is over: every electrode is complete or left out.
     Done,
 }
 
-/// State that an operator sees at any time.
+/// State of a calibration as an operator sees it. Levels are in the channel's unit.
 #[derive(Clone, PartialEq, Debug, Default, Serialize)]
 pub struct View {
-    /// Number of the electrode in the plan, counted from 1.
+    /// Number of the present electrode in the plan, counted from 1.
     pub electrode: usize,
-    /// Number of electrodes in the plan.
+    /// Number of electrodes in the plan, for "electrode 2 of 5".
     pub of: usize,
-    /// Channel of the electrode, counted from 1.
+    /// Channel of the present electrode, counted from 1.
     pub channel: u8,
-    /// Place on the body, in words.
+    /// Position of the present electrode on the body, in words.
     pub place: String,
     /// Unit of the levels, "mA" or "V".
     pub unit: &'static str,
-    /// Present step.
+    /// Present step of the calibration at this electrode.
     pub step: Step,
-    /// Phase of the present presentation.
+    /// Phase of the present or last presentation.
     pub phase: Phase,
-    /// Time left in this phase, s.
+    /// Time until this phase ends, s; 0 if it does not end by itself.
     pub left_s: f64,
-    /// Level given last, or chosen.
+    /// Level that was given last, or from which the step starts.
     pub level: Level,
-    /// Level given at this moment; 0 in silence.
+    /// Level that is being given at this moment; 0 if there is no stimulation.
     pub given: Level,
-    /// Level that a raise would give; `None` if a raise is not possible.
+    /// Level that the command to raise would give; `None` if it is not possible.
     pub raise: Option<Level>,
-    /// Level that an order to repeat would give; `None` if that is not possible.
+    /// Level that the command to repeat would give; `None` if it is not possible.
     pub again: Option<Level>,
-    /// Highest level that may be given here.
+    /// Highest level that may be given at this electrode at present.
     pub top: Level,
-    /// Question that awaits an answer, if any.
+    /// Question that the operator must answer; `None` if no question is open.
     pub question: Option<&'static str>,
-    /// Whether something moved once, so that the same level must be given again to confirm.
+    /// Whether a movement was seen once, so that the same level must be given again to confirm it.
     pub confirms: bool,
-    /// Results at this electrode so far.
+    /// Results of the steps at this electrode so far.
     pub found: ElectrodeResult,
-    /// Reading of the instrument, N; `None` without an instrument.
+    /// Latest force reading of the instrument, N; `None` without an instrument.
     pub reading_n: Option<f64>,
-    /// Whether the instrument has been read at rest for long enough; also true without an
-    /// instrument.
+    /// Whether the instrument has been read for long enough since the last stimulation; true
+    /// without an instrument.
     pub is_rested: bool,
-    /// Instrument's verdict on the last presentation.
+    /// The instrument's verdict on the last presentation; `None` if it has not judged it.
     pub judged: Option<MovementVerdict>,
     /// Movements of a simulated wearer that were visible in the last presentation.
     pub moving: Vec<&'static str>,
-    /// Whether a simulated wearer complains that the level is too much.
+    /// Whether a simulated wearer complains at present that the level is too much.
     pub complains: bool,
-    /// Time since the device was opened, s of the device's time.
+    /// Time since the device was opened, in the device's time, s.
     pub t_s: f64,
 }

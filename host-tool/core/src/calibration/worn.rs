@@ -6,10 +6,11 @@ use firmware::safety::WearerSpec;
 use firmware::units::Amplitude;
 use std::path::Path;
 
-/// Returns, for each electrode of the plan, the head under which its last step was completed.
+/// Returns, for each electrode of the plan, the head of the run in which its last step was
+/// completed.
 ///
-/// A journal has one head for each time that the calibration was begun or resumed. An electrode
-/// whose last step is not among the entries `before` gets the current head, `now`.
+/// A journal has one head for each run, because a calibration can be resumed. An electrode whose
+/// last step is not among the entries `before` has the head of the present run, `now`.
 fn completion_heads<'a>(plan: &Plan, before: &'a [Entry], now: &'a Head) -> Vec<&'a Head> {
     let mut heads = vec![now; plan.electrodes.len()];
     let mut begun = now;
@@ -34,8 +35,8 @@ fn completion_heads<'a>(plan: &Plan, before: &'a [Entry], now: &'a Head) -> Vec<
 
 /// Returns the wearer with every electrode whose calibration is complete, sorted by channel.
 ///
-/// `before` are the journal entries from before this run, `head` is the head of this run, and
-/// `found` has one entry for each electrode of the plan.
+/// `before` are the journal entries of earlier runs, and `head` is the head of this run. `found`
+/// has the results for each electrode of the plan.
 pub fn compose_wearer(
     plan: &Plan,
     before: &[Entry],
@@ -66,8 +67,8 @@ pub fn compose_wearer(
     wearer
 }
 
-/// Returns the electrode as the wearer file has it; `None` if it was left out or
-/// a step has no result.
+/// Returns the electrode as the wearer file describes it; `None` if the electrode was left out or a
+/// step has no result.
 fn electrode(planned: &PlannedElectrode, found: &ElectrodeResult) -> Option<Electrode> {
     if !found.is_complete() {
         return None;
@@ -93,7 +94,8 @@ fn electrode(planned: &PlannedElectrode, found: &ElectrodeResult) -> Option<Elec
     })
 }
 
-/// Returns the history entry of an electrode that was calibrated under `head`.
+/// Returns the entry of the wearer file's history that says how an electrode was calibrated. `head`
+/// is the head of the run in which this was completed.
 fn history(planned: &PlannedElectrode, head: &Head) -> History {
     History {
         at: head.at.clone(),
@@ -108,9 +110,11 @@ fn history(planned: &PlannedElectrode, head: &Head) -> History {
     }
 }
 
-/// Checks whether the wearer file of this plan would be valid, before any stimulation.
+/// Checks, before any stimulation, whether a calibration with this plan can end with a valid wearer
+/// file.
 ///
-/// Composes the file with the plan's start levels and ceilings as results, and parses it.
+/// To do so, it composes a wearer file in which the plan's lowest and highest levels are the
+/// results, and parses it.
 ///
 /// # Errors
 /// [`CalibrationError::Plan`] with every reason for which the file would be refused.
@@ -135,13 +139,12 @@ pub fn check_planned_wearer(
         .map_err(|error| CalibrationError::Plan(plan.wearer.clone(), error.lines()))
 }
 
-/// Replaces the wearer file at `out` as a whole, after checking that the new text reads back
-/// unchanged.
+/// Replaces the wearer file at `out` as a whole, after checking that the new text can be read back
+/// without a difference.
 ///
 /// # Errors
-/// [`CalibrationError::Wrong`] if the new text cannot be parsed or does not read back unchanged,
-/// and [`CalibrationError::Write`] if the file cannot be written. The old file stays in both
-/// cases.
+/// [`CalibrationError::Wrong`] if the new text cannot be parsed or differs after reading back.
+/// [`CalibrationError::Write`] if the file cannot be written. The old file stays in both cases.
 pub fn write(files: &dyn Files, out: &Path, wearer: &Wearer) -> Result<(), CalibrationError> {
     let text = wearer.to_toml();
     let name = out.display().to_string();

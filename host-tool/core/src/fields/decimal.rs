@@ -1,6 +1,6 @@
 //! Decimal numbers as they are written in a file, so that 28.1 V is exactly 28 100 mV.
 
-/// The number `digits` · 10^`exponent`.
+/// Exact decimal number as written in a file: `digits` · 10^`exponent`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Decimal {
     digits: i128,
@@ -8,7 +8,7 @@ pub(crate) struct Decimal {
 }
 
 impl Decimal {
-    /// Returns a whole number as a decimal.
+    /// Returns the decimal with the value of a whole number.
     pub(crate) const fn from_integer(digits: i128) -> Self {
         Self {
             digits,
@@ -16,8 +16,8 @@ impl Decimal {
         }
     }
 
-    /// Reads a TOML float. Returns `None` if it is not finite or has more than about 38 digits,
-    /// which no quantity here needs.
+    /// Reads a TOML float exactly. Returns `None` if it is not finite or has more than about 38
+    /// digits, more than any quantity needs.
     pub(crate) fn parse(text: &str) -> Option<Self> {
         let text = text.replace('_', "");
         let (mantissa, exponent) = match text.split_once(['e', 'E']) {
@@ -32,7 +32,7 @@ impl Decimal {
         })
     }
 
-    /// The nearest floating-point number.
+    /// Returns the number as a float, which may be rounded.
     pub(crate) fn value(self) -> f64 {
         self.digits as f64 * 10_f64.powi(self.exponent)
     }
@@ -54,12 +54,13 @@ impl Decimal {
     }
 }
 
-/// Formats `value` · 10^−`places` for people.
+/// Formats `value` · 10^−`places` as a decimal number without trailing zeros, for example "28.1"
+/// for 28 100 and 3 places.
 pub(crate) fn format_scaled(value: i64, places: i32) -> String {
     (value as f64 / 10_f64.powi(places)).to_string()
 }
 
-/// Formats a range whose bounds are in 10^−`places`, for example "0.5 to 200".
+/// Formats the range from `min` to `max`, which are in 10^−`places`, for example "0.5 to 200".
 pub(crate) fn format_range(min: i64, max: i64, places: i32) -> String {
     format!(
         "{} to {}",
@@ -68,8 +69,9 @@ pub(crate) fn format_range(min: i64, max: i64, places: i32) -> String {
     )
 }
 
-/// Returns the TOML number in `text` times 10^`power`, as the nearest float to the exact product; a
-/// multiplication of floats could be off in the last digit.
+/// Returns the TOML number in `text` times 10^`power`. The result is the float that is nearest to
+/// the exact product, whereas a product of two floats could be off in the last digit. Returns
+/// `None` if `text` is not a number.
 pub(crate) fn parse_scaled(text: &str, power: i32) -> Option<f64> {
     let text = text.replace('_', "");
     for (prefix, radix) in [("0x", 16), ("0o", 8), ("0b", 2)] {
@@ -88,8 +90,8 @@ pub(crate) fn parse_scaled(text: &str, power: i32) -> Option<f64> {
     format!("{mantissa}e{exponent}").parse().ok()
 }
 
-/// Formats `value` · 10^`power` as TOML, with the fewest digits from which [`parse_scaled`] gives
-/// `value` again.
+/// Formats `value` · 10^`power` as a TOML number. It has the fewest digits from which
+/// [`parse_scaled`], with the opposite power, gives `value` again.
 pub(crate) fn format_toml_number(value: f64, power: i32) -> String {
     let text = format!("{value:e}");
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));

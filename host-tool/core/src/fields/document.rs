@@ -9,16 +9,16 @@ use super::error::{Place, Problem};
 use super::refused::SessionError;
 use super::visible::{blank_control_chars, escape_control_chars};
 
-/// Longest quotation of a value in a message, characters.
+/// Length at which the quotation of a value in a message is cut off, characters.
 const LONGEST_GIVEN: usize = 100;
 
-/// The text of a session or wearer file, with the errors found so far.
+/// The text of a session or wearer file, with the errors that were found in it so far.
 pub(crate) struct Document {
     name: String,
     pub(crate) text: Arc<str>,
     told: RefCell<Vec<SessionError>>,
-    /// Numbers outside the range of their field. They are reported unless a rule between fields
-    /// refuses the same field more precisely.
+    /// Errors about numbers outside the range of their field. Each is reported in the end, unless
+    /// another error at the same place says more precisely what is allowed.
     doubts: RefCell<Vec<SessionError>>,
 }
 
@@ -32,12 +32,13 @@ impl Document {
         }
     }
 
-    /// Adds all errors of another file.
+    /// Adds all errors of another file, for example those of the wearer file that a session names.
     pub(crate) fn report_all(&self, e: SessionError) {
         self.told.borrow_mut().extend(e.into_errors());
     }
 
-    /// Collects a mistake of the file, so that all are reported together.
+    /// Adds an error at a place of this file. All errors are reported together when the file has
+    /// been read.
     pub(crate) fn report(&self, problem: Problem, place: Place) {
         let error = SessionError::at(problem, &self.name, &self.text, place);
         self.told.borrow_mut().push(error);
@@ -64,7 +65,8 @@ impl Document {
         SessionError::combine(told)
     }
 
-    /// Returns the text of the file at `span`, at most one line and [`LONGEST_GIVEN`] characters.
+    /// Returns the text of the file at `span` as a quotation: its first line, cut off after
+    /// [`LONGEST_GIVEN`] characters.
     pub(crate) fn excerpt(&self, span: &Range<usize>) -> String {
         let text = self.text.get(span.clone()).unwrap_or_default();
         let line = text.lines().next().unwrap_or_default().trim();

@@ -3,27 +3,29 @@
 use std::fmt;
 use std::ops::Range;
 
-/// Maximum number of errors that are reported one by one.
+/// Largest number of errors of a file that are reported one by one. Further errors are only
+/// counted.
 pub(crate) const MOST: usize = 200;
 
 /// Place of an error in a file.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Place {
-    /// Path of the field.
+    /// Path of the field with the error, for example "channel.train.width_us".
     pub(crate) field: String,
-    /// Text of the value in the file.
+    /// Text of the field's value in the file, or "left out".
     pub(crate) given: String,
-    /// Byte range in the text.
+    /// Range of bytes in the text of the file that the error message marks.
     pub(crate) span: Range<usize>,
 }
 
-/// Declares [`Problem`]: number, fields, message, and a remedy if the message does not contain it.
-/// A message may name its place.
+/// Declares [`Problem`] from a list. Each entry has a number, a name, values, a message, and a
+/// remedy, which is empty if the message contains it. In the messages, the first two names of the
+/// list stand for the path of the field and for its text in the file.
 macro_rules! problems {
     (at $path:ident, $given:ident: $($number:literal $name:ident { $($field:ident: $type:ty),* } $message:literal $remedy:literal)*) => {
         /// A reason for which a session or wearer file is refused. This is the only list of the
-        /// numbers 400–499, 630–639, 650–669 and 750–758; they are stable. `allowed`
-        /// describes the values that the field may have.
+        /// error numbers 400–499, 630–639, 650–669 and 750–758, which never change their meaning.
+        /// In all variants, `allowed` describes the values that the field may have.
         #[derive(Clone, PartialEq, Debug)]
         #[expect(missing_docs, reason = "each message explains its fields")]
         pub enum Problem {
@@ -31,10 +33,11 @@ macro_rules! problems {
         }
 
         impl Problem {
-            /// Every number of the list, in its order.
+            /// Error numbers of all variants, in the order of the list.
             pub const NUMBERS: &[u16] = &[$($number),*];
 
-            /// Returns the stable number, 400–499, 630–639, 650–669 or 750–758.
+            /// Returns the error number, which never changes its meaning: 400–499, 630–639, 650–669
+            /// or 750–758.
             #[must_use]
             pub const fn number(&self) -> u16 {
                 match self {
@@ -42,7 +45,7 @@ macro_rules! problems {
                 }
             }
 
-            /// Returns the message for an error at this place.
+            /// Returns the message, which quotes the field and its value at `place`.
             pub(super) fn message(&self, place: &Place) -> String {
                 let Place { field: $path, given: $given, .. } = place;
                 match self {
@@ -53,7 +56,8 @@ macro_rules! problems {
                 }
             }
 
-            /// Returns the remedy, or an empty text if the message contains it.
+            /// Returns what the user should do about the problem, or an empty text if the message
+            /// says so.
             const fn remedy(&self) -> &'static str {
                 match self {
                     $(Self::$name { .. } => $remedy,)*
@@ -314,7 +318,7 @@ problems! {
         "lower it, or the share at this angle"
 }
 
-/// Bound on the rms current of all channels together.
+/// Origin of the limit on the rms current of all channels together.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum SumBound {
     /// The wearer's `max_sum_rms_ma`.
@@ -333,7 +337,8 @@ impl fmt::Display for SumBound {
 }
 
 impl Problem {
-    /// Returns the remedy, if the message does not contain it.
+    /// Returns what the user should do about the problem: the remedy, or the names that are
+    /// possible. Returns `None` if the message says so.
     pub(super) fn help(&self) -> Option<String> {
         match self {
             Self::UnknownField { close, known, .. } | Self::UnknownChoice { close, known, .. } => {
@@ -353,7 +358,7 @@ impl Problem {
         }
     }
 
-    /// Returns the text that is written under the place in the file.
+    /// Returns the short text that is written under the marked place when the file is shown.
     pub(super) fn label(&self) -> String {
         match self {
             Self::UnknownField { .. } => "unknown".into(),

@@ -11,8 +11,9 @@ use super::field::Section;
 use super::refused::SessionError;
 use super::table::Table;
 
-/// Checks a text against the fields of `section` and passes it to `read`, which returns the content
-/// or reports errors. A text that is not valid TOML is not passed to `read`.
+/// Checks `text` against the fields of `section` and passes it to `read`, which returns the content
+/// or reports errors. `name` is the file name in error messages. A text that is not valid TOML is
+/// not passed to `read`.
 ///
 /// # Errors
 /// All errors of the text, each once.
@@ -49,7 +50,8 @@ pub(crate) fn parse<T>(
     }
 }
 
-/// What to do about a comma between digits at `at`, where TOML expects the end of the value.
+/// Returns advice about a decimal comma. It is empty unless there is a comma between two digits at
+/// `at`, where TOML expects the end of the value.
 fn decimal_comma(text: &str, at: usize) -> &'static str {
     let (before, after) = text.split_at_checked(at).unwrap_or(("", ""));
     let is_between = before.ends_with(|c: char| c.is_ascii_digit())
@@ -62,7 +64,7 @@ fn decimal_comma(text: &str, at: usize) -> &'static str {
     }
 }
 
-/// Returns the text of a session or wearer file, or the reason why it cannot be read.
+/// Returns the text of the session or wearer file at `path`, or the reason why it cannot be read.
 pub(crate) fn read_text(path: &Path) -> Result<String, String> {
     let text = input::read_text(path, input::LONGEST_TYPED);
     text.map_err(|why| format!("{}: {why}", path.display()))

@@ -3,9 +3,9 @@
 use super::decimal::format_scaled;
 use super::field::{Condition, Field, Kind, Need, Number, Section};
 
-/// Returns the fields of the table at `path` of a file as a Markdown table, or `None` if there is
-/// no such table. Each part of a path is the name of a field, followed by `=` and a word if the
-/// field is declared several times.
+/// Returns the fields of one table of a file as a Markdown table, or `None` if there is no such
+/// table. In `path`, dots separate the names of the fields that lead to the table. If a field is
+/// declared several times, `=` and the word that selects the declaration follow the name.
 pub(crate) fn fields_as_markdown(file: &'static Section, path: &str) -> Option<String> {
     let section = section(file, path)?;
     let mut text = String::from("| field | unit, range | default | meaning |\n|---|---|---|---|\n");
@@ -39,7 +39,7 @@ fn section(file: &'static Section, path: &str) -> Option<&'static Section> {
     })
 }
 
-/// Returns the unit and range of a field for the manual, for example "mA, 0.1–100".
+/// Returns the type, unit and range of a field for the manual, for example "mA, 0.1–100".
 fn unit_and_range(field: &Field) -> String {
     match &field.kind {
         Kind::Text(None) => "text".into(),
@@ -79,7 +79,8 @@ fn range(number: &Number) -> String {
     parts.join(", ")
 }
 
-/// Formats a number for people, for example "86 400" or "−180".
+/// Formats a number with a space between groups of three digits and with a true minus sign, for
+/// example "86 400" or "−180".
 fn grouped(number: &str) -> String {
     let (whole, fraction) = number
         .split_once('.')

@@ -7,12 +7,12 @@ use super::error::{MOST, Place, Problem};
 use super::visible::escape_control_chars;
 use miette::{Diagnostic, LabeledSpan, NamedSource, Severity, SourceCode};
 
-/// Longest line that is shown around an error, bytes.
+/// Length of a line, in bytes, above which the lines around an error are not shown.
 const LONGEST_LINE: usize = 1_000;
 /// The errors for which a session or wearer file is refused: the first one, with its file and
 /// place, and all further ones.
 ///
-/// `miette` renders all of them; [`fmt::Display`] gives only the message of the first.
+/// `miette` renders all of them. [`fmt::Display`] gives only the message of the first.
 #[derive(Clone)]
 pub struct SessionError(Box<Inner>);
 
@@ -23,12 +23,12 @@ struct Inner {
     code: String,
     file: Option<NamedSource<Arc<str>>>,
     label: Option<LabeledSpan>,
-    /// Further errors of the same file.
+    /// Further errors of the same file; empty in the further errors themselves.
     further: Vec<SessionError>,
 }
 
 impl SessionError {
-    /// Returns the error for a problem at a place in a file's text.
+    /// Returns the error for a problem at a place of the file called `name`, whose text is `text`.
     pub(crate) fn at(problem: Problem, name: &str, text: &Arc<str>, place: Place) -> Self {
         let label = Some(problem.label());
         let mut error = Self::without_place(problem);
@@ -41,8 +41,8 @@ impl SessionError {
         error
     }
 
-    /// Combines all errors, sorted by their place in the file; `None` if there are none. Errors
-    /// beyond [`MOST`] are only counted.
+    /// Combines all errors of a file, sorted by their place, into one value; `None` if there are
+    /// none. Only the first [`MOST`] are kept, and the others are counted.
     pub(crate) fn combine(mut errors: Vec<Self>) -> Option<Self> {
         errors.sort_by_key(Self::offset);
         let count = errors.len().saturating_sub(MOST);
@@ -56,13 +56,14 @@ impl SessionError {
         Some(first)
     }
 
-    /// Returns the errors one by one.
+    /// Splits the value into its errors, each without further ones.
     pub(crate) fn into_errors(mut self) -> impl Iterator<Item = Self> {
         let further = std::mem::take(&mut self.0.further);
         std::iter::once(self).chain(further)
     }
 
-    /// Returns the offset of the error in the file, bytes.
+    /// Returns the byte of the file at which the error is; the largest number for an error without
+    /// a place.
     pub(crate) fn offset(&self) -> usize {
         self.0
             .label
@@ -75,7 +76,7 @@ impl SessionError {
         std::iter::once(self).chain(&self.0.further)
     }
 
-    /// Returns the error for a problem that has no place in a text.
+    /// Returns the error for a problem that does not belong to a place in a file.
     pub(crate) fn without_place(problem: Problem) -> Self {
         Self(Box::new(Inner {
             code: format!("E{}", problem.number()),
@@ -87,7 +88,8 @@ impl SessionError {
         }))
     }
 
-    /// Returns line and column in the file, from 1, or `None` for an error without a place.
+    /// Returns the line and the column of the error in the file, both from 1, or `None` for an
+    /// error without a place.
     #[must_use]
     pub fn line_and_column(&self) -> Option<(usize, usize)> {
         let (file, label) = self.0.file.as_ref().zip(self.0.label.as_ref())?;
@@ -97,7 +99,7 @@ impl SessionError {
         Some((line, column))
     }
 
-    /// Returns whether the lines around the error are short enough to be shown to people.
+    /// Returns whether the lines around the error are short enough to be shown.
     fn can_show_source(&self) -> bool {
         let text = self.0.file.as_ref().map(|file| &**file.inner());
         let lines = text.unwrap_or_default().lines();
@@ -107,7 +109,8 @@ impl SessionError {
         about.map(str::len).max().unwrap_or(0) <= LONGEST_LINE
     }
 
-    /// Returns number, file, line, column, problem and help in one line, for machines.
+    /// Returns this error, without the further ones, as one line for programs: error number, file,
+    /// line, column, message and remedy.
     #[must_use]
     pub fn one_line(&self) -> String {
         let place = self.0.file.as_ref().zip(self.line_and_column());
@@ -116,8 +119,9 @@ impl SessionError {
         self.format_at(&place.unwrap_or_default())
     }
 
-    /// Returns number, problem and help in one line, without a place, for a text that no person
-    /// wrote.
+    /// Returns this error, without the further ones, as one line without its place: error number,
+    /// message and remedy. It is for texts that a program wrote, in which a line number does not
+    /// help.
     #[must_use]
     pub fn summary(&self) -> String {
         self.format_at("")
@@ -129,14 +133,14 @@ impl SessionError {
         format!("{code} {place}{self}{}", help.unwrap_or_default())
     }
 
-    /// Returns all errors, one line each.
+    /// Returns all errors as text, one line each.
     #[must_use]
     pub fn lines(&self) -> String {
         let lines: Vec<String> = self.errors().map(Self::one_line).collect();
         lines.join("\n")
     }
 
-    /// Returns the problem for which the file was refused.
+    /// Returns the problem of this error, without those of the further ones.
     #[must_use]
     pub fn problem(&self) -> &Problem {
         &self.0.problem

@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use super::field::{Condition, Field, Kind, Need, Number, Section};
 
-/// Returns the schema of a file with these fields.
+/// Returns the JSON schema (draft 7) of a file whose top-level fields `section` declares.
 pub(crate) fn json_schema(title: &str, section: &Section) -> Value {
     let mut all = table(section);
     all["$schema"] = "http://json-schema.org/draft-07/schema#".into();
@@ -72,8 +72,8 @@ fn table(section: &Section) -> Value {
     all
 }
 
-/// Returns the condition that a choice is one of `words`, or that its default is if the choice is
-/// left out.
+/// Returns the JSON schema condition that the field `tag` has one of `words` as its value, or as
+/// its default if it is left out.
 fn choice_condition(section: &Section, tag: &str, words: &[&str]) -> Value {
     let given = json!({ "properties": { tag: { "enum": words } } });
     let declared = section.iter().find(|f| f.name == tag).map(|f| &f.need);
@@ -134,7 +134,7 @@ fn range(number: &Number) -> Value {
     own
 }
 
-/// Returns a number of 10^−`places` as JSON, as an integer if it is whole.
+/// Returns `value` · 10^−`places` as a JSON number, without decimal point if it is whole.
 fn units(value: i64, places: i32) -> Value {
     let steps = 10_i64.pow(places.unsigned_abs());
     match value % steps {

@@ -7,7 +7,8 @@ fn is_terminal_control(c: char) -> bool {
     c.is_control() && c != '\t' || turns || embeds
 }
 
-/// Returns a line in which such characters are replaced by escapes such as `\u{1b}`.
+/// Returns a line in which control characters and direction marks are replaced by escapes such as
+/// `\u{1b}`, so that it is safe to print.
 #[must_use]
 pub fn escape_control_chars(line: &str) -> String {
     let mut text = String::with_capacity(line.len());
@@ -20,8 +21,9 @@ pub fn escape_control_chars(line: &str) -> String {
     text
 }
 
-/// Returns a text in which such characters, except for tabs and line ends, are replaced by others
-/// of the same length, so that all places in it stay the same.
+/// Returns a text in which control characters and direction marks are replaced by harmless
+/// characters. Tabs and line ends stay. Each replacement has as many bytes as the original, so that
+/// all places in the text stay the same.
 pub(super) fn blank_control_chars(text: &str) -> String {
     let blank = |c: char| match c.len_utf8() {
         _ if !is_terminal_control(c) || c == '\n' => c,

@@ -1,7 +1,7 @@
 //! The experimenter's filter: a moving average over 40 ms (Lee 2020, §2.3.2), whose gain is -3 dB
 //! at 11.1 Hz. No other module implements it.
 
-/// Number of samples of 1 ms in the window.
+/// Length of the moving average's window: 40 samples of 1 ms.
 pub const WINDOW: usize = 40;
 
 /// Returns the mean of every [`WINDOW`] consecutive samples: `result[i]` is the mean of
@@ -24,8 +24,8 @@ pub fn moving_average(samples: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Applies the transpose of [`moving_average`] as a matrix: turns the averages of `samples` samples back
-/// into that many numbers.
+/// Applies the transpose of the matrix that [`moving_average`] multiplies by. Converts the averages
+/// of a record to a vector with one number for each of its `samples` samples.
 pub(super) fn moving_average_transpose(averages: &[f64], samples: usize) -> Vec<f64> {
     let nothing = vec![0.0; WINDOW - 1];
     let padded: Vec<f64> = nothing

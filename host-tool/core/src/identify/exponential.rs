@@ -5,18 +5,19 @@ use nalgebra::storage::Owned;
 use nalgebra::{DVector, Dyn, OMatrix, U2, Vector2};
 use serde::{Deserialize, Serialize};
 
-/// Exponential relation of peak force and amplitude: F_PK(I) = a·e^(bI).
+/// Peak force of a muscle as an exponential function of amplitude: F_PK(I) = a·e^(bI).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Exponential {
-    /// Factor a, N.
+    /// Factor a, N: the extrapolated peak force at 0 mA.
     pub a_n: f64,
-    /// Exponent b, 1/mA.
+    /// Coefficient b in the exponent, 1/mA.
     pub b_per_ma: f64,
 }
 
 impl Exponential {
-    /// Fits the exponential by least squares to amplitudes in mA and peaks in N. Returns `None`
-    /// unless peaks at two or more amplitudes are above 0 and the fit is finite.
+    /// Fits the exponential by least squares to points of amplitude, mA, and peak force, N. Returns
+    /// `None` if fewer than two points have a force above 0, if the first and the last of these
+    /// have the same amplitude, or if the fit does not give finite numbers.
     #[must_use]
     pub fn fit(points: &[(f64, f64)]) -> Option<Self> {
         let above: Vec<_> = points.iter().filter(|(_, n)| *n > 0.0).collect();
@@ -40,13 +41,14 @@ impl Exponential {
             .then_some(own)
     }
 
-    /// Returns the peak force at `ma` milliamperes, N.
+    /// Returns the peak force at the amplitude `ma`, N.
     #[must_use]
     pub fn at(&self, ma: f64) -> f64 {
         self.a_n * (self.b_per_ma * ma).exp()
     }
 
-    /// Returns A at `ma` over A at `reference_ma` (equation 6).
+    /// Returns the ratio of the force scale A at the amplitude `ma` to A at `reference_ma`
+    /// (equation 6).
     #[must_use]
     pub fn gain(&self, ma: f64, reference_ma: f64) -> f64 {
         (self.b_per_ma * (ma - reference_ma)).exp()
@@ -55,7 +57,7 @@ impl Exponential {
 
 struct Problem<'a> {
     points: &'a [(f64, f64)],
-    /// Present values of ln a and b.
+    /// Values of ln a and b at the present iteration of the solver.
     now: Vector2<f64>,
 }
 
@@ -92,18 +94,19 @@ impl LeastSquaresProblem<f64, Dyn, U2> for Problem<'_> {
     }
 }
 
-/// Agreement of an estimate with a measurement, in the paper's measures.
+/// Agreement between an estimate and a measurement, in the three measures of the paper.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Agreement {
-    /// Coefficient of determination.
+    /// Coefficient of determination R²; 1 if estimate and measurement are equal.
     pub r2: f64,
     /// Root mean square error, N.
     pub rmse_n: f64,
-    /// Root mean square error over the largest measured force, %.
+    /// Root mean square error as a percentage of the largest measured force.
     pub nrmse_percent: f64,
 }
 
-/// Returns the agreement of estimated and measured forces, N; both slices have the same length.
+/// Returns the agreement of estimated forces with measured ones, N. Both slices have the same
+/// length.
 #[must_use]
 pub fn agreement(estimated: &[f64], measured: &[f64]) -> Agreement {
     let n = measured.len().max(1) as f64;

@@ -9,25 +9,27 @@ use hal_sim::random::Random;
 use levenberg_marquardt::LevenbergMarquardt;
 use serde::{Deserialize, Serialize};
 
-/// Seeds of the starts, tried in this order until [`AGREE`] of them end at the same minimum.
+/// Seeds of the random start values. A fit tries them in this order until [`AGREE`] of its starts
+/// end at the same minimum.
 pub const START_SEEDS: [u64; 6] = [1, 2, 3, 4, 5, 6];
-/// Number of starts that must end at the same minimum.
+/// Number of starts that must end at the same minimum before a fit stops trying further ones.
 const AGREE: usize = 2;
-/// Largest difference of two sums of squares at the same minimum, as a share of the smaller.
+/// Largest difference between two sums of squares that count as the same minimum, as a share of the
+/// smaller sum.
 const ALIKE: f64 = 1e-6;
 /// Half width of a 95 % interval, in standard errors.
 const HALF_95: f64 = 1.959_963_984_540_054;
-/// Ranges in which starts are drawn, evenly in the logarithm: K, τc, τ1, τ2 (s). They are wider
-/// than the range of the subjects of Lee 2020, table 4. A follows from the other constants and the
-/// record.
+/// Ranges of the random start values of K, τc, τ1 and τ2 (s), which are uniform in the logarithm.
+/// They are wider than the ranges over the subjects of Lee 2020, table 4. The start value of A
+/// follows from the other constants and the record.
 const STARTS: [[f64; 2]; 4] = [[0.01, 0.6], [8e-3, 40e-3], [4e-3, 100e-3], [20e-3, 300e-3]];
-/// Tolerance of the solver.
+/// Relative tolerance at which the Levenberg–Marquardt solver stops.
 const TOLERANCE: f64 = 1e-10;
 
-/// Estimate of a constant with its interval, in SI units.
+/// Estimate of one constant with its 95 % interval, in SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
-    /// Best estimate.
+    /// Most likely value of the constant.
     pub value: f64,
     /// Lower end of the 95 % interval.
     pub low: f64,
@@ -36,37 +38,38 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Returns whether the interval contains `truth`.
+    /// Returns whether the 95 % interval contains `truth`, the true value in a simulation.
     #[must_use]
     pub fn covers(&self, truth: f64) -> bool {
         (self.low..=self.high).contains(&truth)
     }
 }
 
-/// Method of fitting.
+/// Method by which constants are fitted to records.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Fit {
-    /// Form in which records and model are compared.
+    /// Form in which measured force and model are compared.
     pub weighting: Weighting,
 }
 
-/// Result of a fit.
+/// Constants of a muscle that were fitted to force, with their uncertainty.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ForceFit {
     /// Fitted constants: A in N/s, K, τc, τ1, τ2 in s.
     pub constants: Constants,
-    /// Covariance of the logarithms of the constants.
+    /// Covariance matrix of the logarithms of the constants, in the order of [`super::NAMES`].
     pub covariance: [[f64; PARAMETERS]; PARAMETERS],
-    /// Standard deviation of a sample's white noise, N, computed from the residuals.
+    /// Standard deviation of the white noise in one sample, N, estimated from the residuals.
     pub noise_n: f64,
-    /// Number of starts that were tried.
+    /// Number of sets of start values that were tried.
     pub starts: usize,
-    /// Names of the constants that these data cannot determine.
+    /// Names of the constants that the records do not determine, because their intervals are too
+    /// wide.
     pub untold: Vec<String>,
 }
 
 impl ForceFit {
-    /// Returns the constants with their intervals, in the order of [`super::NAMES`].
+    /// Returns each constant with its 95 % interval, in the order of [`super::NAMES`].
     #[must_use]
     pub fn estimates(&self) -> [Estimate; PARAMETERS] {
         std::array::from_fn(|i| {
@@ -81,15 +84,16 @@ impl ForceFit {
 }
 
 impl Fit {
-    /// Fits the constants that all `records` have in common.
+    /// Fits one set of constants to all `records`, which must come from the same muscle.
     ///
     /// # Errors
-    /// E640, E641, E643 for any record; E644.
+    /// E640, E641 or E643 if a record is not usable; E644 if the fit fails.
     pub fn fit_records(self, records: &[ForceRecord]) -> Result<ForceFit, IdentifyError> {
         self.fit_from_starts(records, &START_SEEDS.map(start))
     }
 
-    /// Fits the constants from one start, at which another fit of these records has ended.
+    /// Fits the constants from a single set of start values, for example the result of an earlier
+    /// fit of the same records.
     ///
     /// # Errors
     /// The errors of [`Self::fit_records`].

@@ -7,36 +7,39 @@ use nalgebra::SMatrix;
 
 type Square = SMatrix<f64, PARAMETERS, PARAMETERS>;
 
-/// Largest half width of a 95 % interval, as a share of the constant, at which the data determine
-/// the constant.
+/// Largest half width of a constant's 95 % interval at which the constant counts as determined by
+/// the data, as a share of the constant.
 pub const UNTOLD: f64 = 0.5;
-/// Smallest ratio of the smallest to the largest eigenvalue, for information scaled to a diagonal
-/// of 1. Below it, the data practically do not depend on some direction.
+/// Smallest ratio of an eigenvalue of the information to the largest one, after scaling to a
+/// diagonal of 1. Smaller eigenvalues are raised to this ratio. They belong to combinations of
+/// constants on which the data practically do not depend.
 const SINGULAR: f64 = 1e-10;
 /// Half width of a 95 % interval, in standard errors.
 const HALF_95: f64 = 1.959_963_984_540_054;
 
-/// Cramér-Rao bound.
+/// Cramér–Rao bound: the smallest uncertainty that any unbiased estimator of the constants can
+/// have.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bound {
-    /// Smallest covariance of the logarithms of the constants that an unbiased estimator can have.
+    /// Covariance matrix of the logarithms of the constants at the bound.
     pub covariance: [[f64; PARAMETERS]; PARAMETERS],
-    /// Names of the constants that such data cannot determine.
+    /// Names of the constants that even the best estimator cannot determine from such data.
     pub untold: Vec<&'static str>,
 }
 
 impl Bound {
-    /// Returns the smallest standard deviation of each constant, as a share of the constant.
+    /// Returns the smallest possible standard deviation of each constant, as a share of the
+    /// constant.
     #[must_use]
     pub fn errors(&self) -> [f64; PARAMETERS] {
         std::array::from_fn(|i| self.covariance[i][i].max(0.0).sqrt())
     }
 }
 
-/// Returns the bound for `records` of a muscle with these constants, under white noise of `noise_n`
-/// newtons per sample, with offset and drift of each record unknown. Only the times of the pulses
-/// and the number of samples matter; the readings are ignored. Returns `None` if the force does not
-/// depend on one of the constants.
+/// Returns the bound for records of a muscle with these constants. The noise is white, with a
+/// standard deviation of `noise_n` newtons per sample, and the offset and drift of each record are
+/// unknown. Only the times of the pulses and the number of samples in `records` matter; the
+/// readings are ignored. Returns `None` if the force does not depend on one of the constants.
 #[must_use]
 pub fn cramer_rao_bound(
     constants: Constants,
@@ -51,7 +54,9 @@ pub fn cramer_rao_bound(
     })
 }
 
-/// Inverts the information. It is scaled to a diagonal of 1 first, so that units do not matter.
+/// Inverts Fisher's information matrix, which is first scaled to a diagonal of 1 so that the units
+/// of the constants do not matter. Returns `None` if the data do not depend on one of the
+/// constants.
 pub(super) fn inverse(information: &Square) -> Option<Square> {
     let scale = information.diagonal().map(|value| 1.0 / value.sqrt());
     if !scale.iter().all(|scale| scale.is_finite() && *scale > 0.0) {
@@ -69,8 +74,8 @@ pub(super) fn inverse(information: &Square) -> Option<Square> {
     Some(Square::from_fn(|i, j| own[(i, j)] * scale[i] * scale[j]))
 }
 
-/// Returns the names of the constants that are not determined, according to the covariance of their
-/// logarithms.
+/// Returns the names of the constants whose 95 % intervals are too wide ([`UNTOLD`]). `covariance`
+/// is that of the logarithms of the constants.
 #[must_use]
 pub fn undetermined_constants(covariance: &Square) -> Vec<&'static str> {
     let is_untold = |i: &usize| {

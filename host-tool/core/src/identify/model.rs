@@ -11,39 +11,43 @@
 
 use super::record::{ForceRecord, SAMPLE_US};
 
-/// Number of constants.
+/// Number of constants of the model: A, K, τc, τ1 and τ2.
 pub const PARAMETERS: usize = 5;
-/// Names of the constants, in the order of all arrays, as in a session's `channel.muscle`.
+/// Names of the constants as fields of a session's `channel.muscle`, in the order of all arrays of
+/// this module.
 pub const NAMES: [&str; PARAMETERS] = ["a_n_per_s", "k", "tau_c_ms", "tau1_ms", "tau2_ms"];
-/// Units of the constants in a session's `channel.muscle`.
+/// Units of the constants in a session's `channel.muscle`, in the order of [`NAMES`].
 pub const UNITS: [&str; PARAMETERS] = ["N/s", "", "ms", "ms", "ms"];
 
 /// Constants of a muscle: A in N/s, K, τc, τ1 and τ2 in s; all above 0.
 pub type Constants = [f64; PARAMETERS];
 
-/// Nodes of the two-point Gauss rule on 0 to 1.
+/// Positions of the two nodes of Gauss's integration rule within a step from 0 to 1.
 const NODES: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
-/// Means from node i to the end of a function that is linear between the nodes.
+/// Weights for the mean of a rate between a node and the end of the step. For a rate that is linear
+/// in time, r₁ at the first node and r₂ at the second, the mean is r₁ + (r₂ − r₁) · weight.
 const RISE: [f64; 2] = [0.683_012_701_892_219_3, 1.183_012_701_892_219_3];
 
-/// State of the model: C and F now, and their derivatives with respect to the logarithm of each
-/// constant.
+/// State of the model: calcium C and force F at the present time, and their derivatives with
+/// respect to the logarithms of the constants.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensitive {
     constants: Constants,
-    /// C, and dC/d ln τc.
+    /// Calcium C, and its derivative dC/d ln τc.
     calcium: [f64; 2],
     /// Muscle force at the present time, N.
     pub force_n: f64,
-    /// Derivatives of the force with respect to the logarithm of each constant, N.
+    /// Derivatives of the force with respect to the logarithms of the constants, N, in the order of
+    /// [`NAMES`].
     pub slopes_n: [f64; PARAMETERS],
 }
 
-/// Values that depend only on the length of a step.
+/// Values that depend only on the length of a time step, computed once for many steps.
 #[derive(Debug, Clone, Copy)]
 struct Span {
     s: f64,
-    /// Share of C that remains at the nodes and at the end of the step.
+    /// Share of calcium that remains at the first node, at the second node and at the end of the
+    /// step.
     left: [f64; 3],
 }
 
@@ -57,8 +61,9 @@ impl Span {
     }
 }
 
-/// Values at a node: bound share x, rate of decay, and their derivatives with respect to ln K and
-/// ln τc; those of the rate also with respect to ln τ1 and ln τ2.
+/// Values at a node of the integration rule: the share x of calcium-bound cross-bridges, and the
+/// rate of decay of force. With them, the derivatives of x with respect to ln K and ln τc, and
+/// those of the rate with respect to ln K, ln τc, ln τ1 and ln τ2.
 struct Node {
     bound: f64,
     rate: f64,
@@ -67,7 +72,7 @@ struct Node {
 }
 
 impl Sensitive {
-    /// Creates a muscle at rest.
+    /// Creates the model of a muscle at rest, without calcium and force.
     #[must_use]
     pub const fn new(constants: Constants) -> Self {
         Self {
@@ -78,12 +83,12 @@ impl Sensitive {
         }
     }
 
-    /// Applies a pulse now.
+    /// Applies a stimulation pulse at the present time.
     pub const fn apply_pulse(&mut self) {
         self.calcium[0] += 1.0;
     }
 
-    /// Lets `s` seconds pass, of the order of a millisecond.
+    /// Advances the model by `s` seconds, which should be about a millisecond.
     pub fn advance(&mut self, s: f64) {
         if s > 0.0 {
             self.advance_span(&Span::new(s, self.constants[2]));
@@ -147,8 +152,8 @@ impl Sensitive {
     }
 }
 
-/// Returns the force at every sample of `record`, N, and its derivatives with respect to the
-/// logarithm of each constant; both include the record's gain.
+/// Simulates the pulses of `record`. Returns the force at each sample, N, and its derivatives with
+/// respect to the logarithms of the constants. Both are multiplied by the gain of the record.
 #[must_use]
 pub fn simulate_record(
     constants: Constants,

@@ -10,20 +10,21 @@ use levenberg_marquardt::LeastSquaresProblem;
 use nalgebra::storage::Owned;
 use nalgebra::{DVector, Dyn, OMatrix, SMatrix, SVector, U5};
 
-/// Form in which records and model are compared.
+/// Form in which the fit compares measured force with the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Weighting {
-    /// Compares the samples themselves. White noise that a moving average made correlated is white
-    /// again when the average is undone: this is generalised least squares of the averaged record,
-    /// and as good as any estimator can be.
+    /// Compares the samples themselves. If their noise is white, no unbiased estimator is more
+    /// precise. For a record that was averaged, this is generalised least squares: undoing the
+    /// moving average makes its correlated noise white again.
     Whitened,
-    /// Compares averages with the averaged model, all with the same weight: the paper's method
-    /// (equation 7), but through the filter. Its intervals take the correlation into account (a
-    /// sandwich estimator).
+    /// Compares moving averages of the samples with moving averages of the model, all with the same
+    /// weight: the paper's method (equation 7), but with the filter applied to both. The intervals
+    /// take the correlation of the averages into account, by a sandwich estimator.
     Averaged,
 }
 
-/// Straight lines of a record: two orthogonal directions of length 1.
+/// Basis of all straight lines (offset and drift) over the samples of a record: two orthogonal
+/// vectors of length 1.
 #[derive(Debug, Clone)]
 struct Straight([Vec<f64>; 2]);
 
@@ -42,7 +43,7 @@ impl Straight {
         Self([constant, slope.iter().map(|slope| slope / length).collect()])
     }
 
-    /// Removes the straight part from `all`.
+    /// Removes from `all` the straight line that fits it best.
     fn remove_from(&self, all: &mut [f64]) {
         for direction in &self.0 {
             let along: f64 = direction
@@ -57,19 +58,20 @@ impl Straight {
     }
 }
 
-/// Records, the form of their comparison, and the present state of the search.
+/// Least-squares problem: the records, the form of comparison, and the constants that the solver is
+/// trying.
 pub(super) struct Problem<'a> {
     records: &'a [ForceRecord],
     weighting: Weighting,
     straight: Vec<Straight>,
-    /// Measured values as compared, one record after the other.
+    /// Measured values in the form in which they are compared, one record after the other.
     measured: Vec<f64>,
     logarithms: [f64; PARAMETERS],
     residuals: Vec<f64>,
     slopes: Vec<[f64; PARAMETERS]>,
 }
 
-/// Range of each constant in the search: A in N/s, K, τc, τ1, τ2 in s.
+/// Lowest and highest value of each constant in the search: A in N/s, K, τc, τ1 and τ2 in s.
 const RANGE: [[f64; 2]; PARAMETERS] = [
     [1e-2, 1e5],
     [1e-5, 1e2],
@@ -110,12 +112,12 @@ impl<'a> Problem<'a> {
         problem
     }
 
-    /// Returns the constants at the present state of the search.
+    /// Returns the constants that the solver is trying at present.
     pub fn constants(&self) -> Constants {
         self.logarithms.map(f64::exp)
     }
 
-    /// Returns the sum of squared residuals, N².
+    /// Returns the sum of the squared residuals at the present constants, N².
     pub fn sum_of_squares(&self) -> f64 {
         self.residuals
             .iter()
@@ -123,12 +125,12 @@ impl<'a> Problem<'a> {
             .sum()
     }
 
-    /// Returns the number of records.
+    /// Returns the number of records, each of which has an offset and a drift of its own.
     pub fn records(&self) -> usize {
         self.records.len()
     }
 
-    /// Returns the number of values that are compared.
+    /// Returns the number of values that are compared, in all records together.
     pub fn count(&self) -> usize {
         self.measured.len()
     }
@@ -158,7 +160,7 @@ impl<'a> Problem<'a> {
         both.for_each(|(own, measured)| *own -= measured);
     }
 
-    /// Sets the start's A to the value that fits best with the other constants unchanged.
+    /// Changes the present A to the value that fits best while the other constants stay.
     pub fn scale(&mut self) {
         // The derivative dF/d ln A is F.
         let force = self.slopes.iter().map(|slope| slope[0]);
@@ -173,7 +175,8 @@ impl<'a> Problem<'a> {
         self.move_to(logarithms);
     }
 
-    /// Returns Fisher's information about the logarithms of the constants, for noise of 1 N.
+    /// Returns Fisher's information matrix about the logarithms of the constants, for white noise
+    /// of 1 N.
     pub fn information(&self) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
         let mut sum = SMatrix::zeros();
         for slopes in &self.slopes {
@@ -183,8 +186,10 @@ impl<'a> Problem<'a> {
         sum
     }
 
-    /// Returns JᵀWWᵀJ, and the trace of the noise that averaging leaves. For white noise of 1 N,
-    /// the expected sum of squares is the second value minus the share that the constants take.
+    /// Returns two quantities for white noise of 1 N in the samples, which averaging correlates.
+    /// The first is the matrix JᵀWWᵀJ, where J are the derivatives and W the average. The second is
+    /// the expected sum of squares of the averaged noise, without its straight line. The fit
+    /// reduces this sum by the part that the constants can follow.
     pub fn averaged_noise(&self) -> (SMatrix<f64, PARAMETERS, PARAMETERS>, f64) {
         let (mut meat, mut trace) = (SMatrix::zeros(), 0.0);
         let mut begin = 0;
@@ -217,7 +222,7 @@ impl<'a> Problem<'a> {
 }
 
 /// Returns values in the form in which they are compared: averaged if `weighting` asks for it, and
-/// without their straight part.
+/// without the straight line that fits them best.
 fn prepare_values(all: &[f64], weighting: Weighting, straight: &Straight) -> Vec<f64> {
     let mut own = match weighting {
         Weighting::Whitened => all.to_vec(),

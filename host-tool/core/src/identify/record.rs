@@ -4,35 +4,41 @@ use super::error::IdentifyError;
 
 /// Time between two samples, µs (Lee 2020, §2.3.2: 1 kHz).
 pub const SAMPLE_US: u32 = 1_000;
-/// Number of equal consecutive samples that show a stuck sensor; white noise repeats none.
+/// Number of consecutive equal samples from which the sensor counts as stuck at the end of its
+/// range. White noise does not repeat a value so often.
 const STUCK: usize = 8;
-/// Shortest rest before the first pulse, and shortest decay after the last pulse, µs.
+/// Shortest time without stimulation that a record must have before the first pulse, µs.
 const REST_US: u32 = 100_000;
+/// Shortest time without stimulation that a record must have after the last pulse, µs.
 const DECAY_US: u32 = 500_000;
-/// Time after the first pulse in which force has not risen everywhere, µs.
+/// Time after the first pulse that the check of the force's sign leaves out, µs, because the force
+/// may not have risen yet.
 const RISE_US: u32 = 100_000;
-/// Fall of the reading, in standard errors, above which the sensor counts as upside down.
+/// Fall of the mean reading during stimulation, in standard errors, above which the sensor counts
+/// as upside down.
 const CLEARLY: f64 = 6.0;
 
-/// Force during a train and its decay.
+/// Measured force during a train of pulses and during the decay after it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ForceRecord {
-    /// Times of the pulses, µs after the first sample, ascending.
+    /// Times of the pulses, µs after the first sample, in rising order.
     pub pulses_us: Vec<u32>,
     /// Measured force, N, one sample every [`SAMPLE_US`].
     pub samples_n: Vec<f64>,
-    /// Ratio of this train's A to the fitted A: 1 at the same amplitude.
+    /// Ratio of the force scale A in this record to the A that is fitted. It is 1 for a train at
+    /// the amplitude for which A is fitted.
     pub gain: f64,
 }
 
-/// Properties of a usable record, as [`ForceRecord::check_quality`] returns them.
+/// Properties of the rest before the train in a usable record; [`ForceRecord::check_quality`]
+/// returns them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sound {
-    /// Mean of the rest before the train, N.
+    /// Mean reading before the train, N.
     pub rest_n: f64,
-    /// Standard deviation of a sample during that rest, N.
+    /// Standard deviation of the readings before the train, N.
     pub noise_n: f64,
-    /// Number of samples of that rest.
+    /// Number of samples before the train.
     pub rest: usize,
 }
 
@@ -44,7 +50,7 @@ impl ForceRecord {
         ((first / SAMPLE_US) as usize).min(self.samples_n.len())
     }
 
-    /// Returns the samples minus the mean of the rest before the train, N.
+    /// Returns the samples minus the mean reading before the train, N.
     #[must_use]
     pub fn relative_to_rest(&self) -> Vec<f64> {
         let rest = self.rest_samples();
@@ -55,11 +61,12 @@ impl ForceRecord {
             .collect()
     }
 
-    /// Checks whether the record can be fitted, and returns its properties at rest.
+    /// Checks whether the record can be used for a fit, and returns the properties of the rest
+    /// before the train.
     ///
     /// # Errors
-    /// E643: too little rest or decay, or a sample that is not a number. E640: the sensor
-    /// saturates. E641: the sensor is upside down.
+    /// E643: the rest or the decay is too short, the pulses are out of order, or a sample is not a
+    /// number. E640: the sensor saturates. E641: the sensor is upside down.
     pub fn check_quality(&self) -> Result<Sound, IdentifyError> {
         let too_short = |what: &str| IdentifyError::TooShort {
             what: what.to_owned(),
@@ -121,7 +128,7 @@ impl ForceRecord {
     }
 }
 
-/// Returns mean and variance; both are 0 for no values.
+/// Returns the mean and the variance of `all`; both are 0 without values.
 fn moments(all: &[f64]) -> (f64, f64) {
     let n = all.len().max(1) as f64;
     let mean = all.iter().sum::<f64>() / n;

@@ -3,25 +3,26 @@
 use super::model::{Constants, Sensitive};
 use serde::{Deserialize, Serialize};
 
-/// Force above which time counts, N (Lee 2020, §3.3).
+/// Force at which the response of a muscle counts as begun, N (Lee 2020, §3.3).
 pub const BEGINS_N: f64 = 0.015;
-/// Time step of the paper's integration, s (§2.4); the paper's times are whole multiples of it.
+/// Time step of the paper's integration, s (§2.4). The times that the paper reports are whole
+/// multiples of it.
 const GRID_S: f64 = 2e-4;
 
-/// Time after a train in which its peak is searched, s.
+/// Time after the end of a train in which its peak force may still come, s.
 const AFTER_S: f64 = 0.1;
 
-/// Peak and rise times of force. Times are in s from the moment at which force exceeds
-/// [`BEGINS_N`].
+/// Peak and rise times of the force that a train evokes. Times are in s from the moment at which
+/// the force exceeds [`BEGINS_N`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Response {
-    /// Largest force, N.
+    /// Largest force of the response, N.
     pub peak_n: f64,
-    /// Time to 10 % of the peak, s.
+    /// Time until the force reaches 10 % of the peak, s.
     pub t10_s: f64,
-    /// Time to 50 % of the peak, s.
+    /// Time until the force reaches 50 % of the peak, s.
     pub t50_s: f64,
-    /// Time to 90 % of the peak, s.
+    /// Time until the force reaches 90 % of the peak, s.
     pub t90_s: f64,
 }
 
@@ -32,8 +33,8 @@ impl Response {
         self.t90_s - self.t10_s
     }
 
-    /// Computes the response of force sampled every `step_s` seconds; `None` if it does not exceed
-    /// [`BEGINS_N`].
+    /// Computes the response from force samples at intervals of `step_s` seconds; `None` if the
+    /// force never exceeds [`BEGINS_N`].
     #[must_use]
     pub fn from_force(force_n: &[f64], step_s: f64) -> Option<Self> {
         let peak_n = force_n.iter().copied().fold(0.0, f64::max);
@@ -49,14 +50,16 @@ impl Response {
     }
 }
 
-/// Returns the response of the model's force during `lasts_s` of a train with `period_s` (both
-/// above 0), from its first pulse on, as the paper computes it (§3.3, §4.3).
+/// Returns the response of the model to a train of length `lasts_s` with a pulse every `period_s`
+/// (both above 0), computed as in the paper (§3.3, §4.3). `None` if the force never exceeds
+/// [`BEGINS_N`].
 #[must_use]
 pub fn response(constants: Constants, period_s: f64, lasts_s: f64) -> Option<Response> {
     Response::from_force(&force_course(constants, period_s, lasts_s), GRID_S)
 }
 
-/// Returns the responses at several gains of A, from a single computation of the force.
+/// Returns the response for each of `gains`, by which the force scale A is multiplied. The force is
+/// computed only once.
 #[must_use]
 pub fn responses(
     constants: Constants,
@@ -71,8 +74,8 @@ pub fn responses(
     gains.iter().map(scaled).collect()
 }
 
-/// Returns the force on the time grid, N, until the last pulse has acted, because the peak may come
-/// after the train.
+/// Returns the model's force at every step of the paper's time grid, N. The last step is 0.1 s
+/// after the train, because the peak may come after the last pulse.
 fn force_course(constants: Constants, period_s: f64, lasts_s: f64) -> Vec<f64> {
     let steps = ((lasts_s + AFTER_S) / GRID_S).round() as u64;
     let mut muscle = Sensitive::new(constants);

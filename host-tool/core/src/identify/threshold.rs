@@ -11,14 +11,14 @@ use super::average::moving_average;
 use super::error::IdentifyError;
 use serde::{Deserialize, Serialize};
 
-/// Force of the paper's rule, N: "if the force … exceeds the threshold value (0.015 N)" (Lee 2020,
-/// §2.3.3, step 3).
+/// Force above which the paper's rule counts a contraction, N: "if the force … exceeds the
+/// threshold value (0.015 N)" (Lee 2020, §2.3.3, step 3).
 const PAPER_N: f64 = 0.015;
 
-/// Layout of the record of one try, in samples of 1 ms.
+/// Times within the record of one try (a train at one amplitude), in samples of 1 ms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
-    /// Rest before the first pulse.
+    /// Time without stimulation before the first pulse.
     pub before: usize,
     /// Time from the first pulse until force has reached its plateau.
     pub rise: usize,
@@ -26,13 +26,13 @@ pub struct Layout {
     pub train: usize,
     /// Time from the train's end until force has decayed.
     pub decay: usize,
-    /// Length of the whole record.
+    /// Length of the whole record, from the time before the train to the time after the decay.
     pub samples: usize,
 }
 
 impl Default for Layout {
-    /// Returns the default layout: 0.5 s of rest, a train of one second whose force has risen after
-    /// 0.3 s, 0.5 s of decay, 0.5 s of rest.
+    /// Returns the default times: 0.5 s without stimulation, a train of 1 s in which the force
+    /// reaches its plateau after 0.3 s, 0.5 s of decay, and 0.5 s without stimulation.
     fn default() -> Self {
         Self {
             before: 500,
@@ -47,41 +47,43 @@ impl Default for Layout {
 /// Parameters of a search for the motor threshold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Detector {
-    /// Step of the amplitude, mA; above 0.
+    /// Difference between one amplitude of the search and the next, mA; above 0.
     pub step_ma: f64,
-    /// Largest amplitude, mA.
+    /// Largest amplitude that the search tries, mA.
     pub most_ma: f64,
-    /// Probability that any step of a whole search shows force without there being any; between 0
-    /// and 1, exclusive.
+    /// Accepted probability of a false alarm in a whole search, between 0 and 1, exclusive: that
+    /// the search reports a threshold although the muscle exerts no force at any amplitude.
     pub false_alarm: f64,
-    /// Layout of the record of each try.
+    /// Times within the record of each try.
     pub layout: Layout,
 }
 
-/// Force that one pulse of the search evoked, and whether it stands out from noise.
+/// Force that one try of the search evoked, and whether it stands out from noise.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TryResult {
     /// Amplitude that was tried, mA.
     pub ma: f64,
-    /// Force of the plateau minus the line through the rest, N.
+    /// Mean force on the plateau of the train, N, above the straight line through the samples
+    /// without stimulation before and after.
     pub force_n: f64,
-    /// Standard error of that force, N.
+    /// Standard error of `force_n`, N.
     pub error_n: f64,
-    /// Whether the force is above the level that noise can reach.
+    /// Whether `force_n` exceeds [`Detector::level`], so that it is unlikely to be noise.
     pub shows: bool,
 }
 
 /// Motor threshold, and the tries that led to it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ThresholdEstimate {
-    /// Motor threshold I_MT, mA.
+    /// Motor threshold I_MT, mA: the first amplitude at which two tries in a row show force.
     pub threshold_ma: f64,
-    /// Every try, in the order of time.
+    /// All tries of the search, from the first to the last.
     pub tries: Vec<TryResult>,
 }
 
 impl Detector {
-    /// Returns the level that a try must exceed twice in a row, in standard errors.
+    /// Returns the force that each of two successive tries must exceed, in standard errors of the
+    /// try. It follows from the accepted probability of a false alarm.
     #[must_use]
     pub fn level(&self) -> f64 {
         let steps = (self.most_ma / self.step_ma).floor().max(1.0);
@@ -99,7 +101,8 @@ impl Detector {
         high
     }
 
-    /// Judges the samples of a try at `ma` milliamperes.
+    /// Computes the force of a try at the amplitude `ma` from its samples, and decides whether it
+    /// stands out from noise.
     #[must_use]
     pub fn judge(&self, ma: f64, samples_n: &[f64]) -> TryResult {
         let Layout {
@@ -133,8 +136,8 @@ impl Detector {
         }
     }
 
-    /// Searches step by step; `attempt` stimulates at an amplitude, in mA, and returns the samples,
-    /// in N.
+    /// Searches the motor threshold from the smallest amplitude upward. `attempt` stimulates at an
+    /// amplitude, in mA, and returns the force samples, in N.
     ///
     /// # Errors
     /// E645: no threshold up to the largest amplitude. Errors of `attempt` are returned unchanged.
@@ -167,7 +170,7 @@ impl Detector {
     }
 }
 
-/// Straight line through points, and the scatter about it.
+/// Straight line fitted to points, and the scatter of the points about it.
 struct Line {
     n: f64,
     middle: f64,
@@ -202,7 +205,8 @@ impl Line {
         }
     }
 
-    /// Returns the line's value at `x`, and the variance of that value for noise of 1.
+    /// Returns the line's value at `x`, and the variance of this value if the points have a
+    /// variance of 1.
     fn at(&self, x: f64) -> (f64, f64) {
         let away = x - self.middle;
         let part = 1.0 / self.n + away * away / self.square.max(1e-300);
@@ -210,8 +214,8 @@ impl Line {
     }
 }
 
-/// Applies the paper's bare rule to the samples of a try: returns whether any 40 ms mean from the
-/// first pulse to the train's end exceeds the mean of the rest before by 0.015 N.
+/// Applies the paper's rule to the samples of a try: returns whether the mean over any 40 ms of the
+/// train exceeds the mean before the train by 0.015 N.
 #[must_use]
 pub fn bare_rule(samples_n: &[f64], layout: &Layout) -> bool {
     let rest = layout.before.min(samples_n.len());
@@ -221,7 +225,8 @@ pub fn bare_rule(samples_n: &[f64], layout: &Layout) -> bool {
     moving_average(&train).iter().any(|value| *value > PAPER_N)
 }
 
-/// Checks that amplitudes, lowest first, rise.
+/// Checks that each amplitude, mA, is above 0 and above the amplitude before it. Each comes with
+/// its name for messages.
 ///
 /// # Errors
 /// E642: an amplitude does not exceed the amplitude before it.

@@ -2,12 +2,12 @@
 
 use nalgebra::{SMatrix, SVector};
 
-/// Maximum number of iterations; beyond, a torque counts as out of reach.
+/// Maximum number of iterations. Torques that need more count as out of reach.
 const MOST_ROUNDS: usize = 500;
-/// Largest error of the torque, as a share of the wanted torque plus 1 N·m.
+/// Largest torque error of a solution, as a share of the wanted torque plus 1 N·m.
 const MISSED: f64 = 1e-11;
 
-/// Error for torques that no activations can give (E761).
+/// Error for joint torques that no activations of the muscles can give (E761).
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
     "E761 no activations between their lower bounds and 1 give the torques {wanted_nm:?} N·m \
@@ -21,20 +21,21 @@ pub struct OutOfReach {
     pub missed_nm: f64,
 }
 
-/// Muscles that act about `J` joints in one posture.
+/// Muscles that act about `J` joints, with their strength and moment arms in one posture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Muscles<const J: usize> {
-    /// Torque of each muscle about each joint at full activation, N·m: force at this length and
-    /// speed times moment arm.
+    /// Torque of each muscle about each joint at full activation, N·m: its force at the present
+    /// length and speed, times its moment arm.
     pub full_nm: Vec<[f64; J]>,
-    /// Lower bound of each muscle's activation, 0 to 1.
+    /// Smallest activation that each muscle must have, 0 to 1.
     pub least: Vec<f64>,
 }
 
 impl<const J: usize> Muscles<J> {
-    /// Returns the same muscles with active antagonists. A muscle that turns a joint against the
-    /// wanted torque gets at least `share` (0 to 1) of the common activation that all agonists of
-    /// that joint would need.
+    /// Returns the same muscles with co-contraction: a larger `least` for the antagonists. A muscle
+    /// that turns a joint against the wanted torque must have at least a part of the activation
+    /// that all agonists of that joint would need in common. The part is `share` (0 to 1), times
+    /// the portion of the muscle's torque that acts on this joint.
     #[must_use]
     pub fn with_co_contraction(mut self, share: f64, wanted_nm: [f64; J]) -> Self {
         for joint in 0..J {
@@ -60,13 +61,14 @@ impl<const J: usize> Muscles<J> {
         self
     }
 
-    /// Returns the activations k with the smallest Σ k² for which Σ k·`full_nm` = `wanted_nm` and
-    /// each k is between its lower bound and 1 (Buatier de Mongeot, equations 1 and 2;
-    /// Crowninshield and Brand 1981).
+    /// Returns the activations k with the smallest Σ k² for which the muscles give the wanted
+    /// torques: Σ k·`full_nm` = `wanted_nm`, with each k between its lower bound and 1 (Buatier de
+    /// Mongeot, equations 1 and 2; Crowninshield and Brand 1981).
     ///
-    /// The dual problem has `J` unknowns λ, with k = clamp(`full_nm`·λ). It is maximised by Newton
-    /// steps over the muscles between their bounds or, where those do not increase it, by steps
-    /// over all muscles, which always do.
+    /// The function maximises the dual problem, which has `J` unknowns λ with k =
+    /// clamp(`full_nm`·λ). It uses Newton steps over the muscles that are between their bounds.
+    /// Where such a step does not increase the dual objective, it uses a step over all muscles,
+    /// which always increases it.
     ///
     /// # Errors
     /// [`OutOfReach`] if no activations give the torques.
@@ -101,7 +103,8 @@ impl<const J: usize> Muscles<J> {
         })
     }
 
-    /// Returns the dual variables after one step; `None` if the step cannot be computed.
+    /// Returns the dual variables λ after one maximisation step from `dual`, where the torques
+    /// still miss the wanted ones by `left`. Returns `None` if the step cannot be computed.
     fn step_dual(
         &self,
         rows: &[SVector<f64, J>],
@@ -131,7 +134,7 @@ impl<const J: usize> Muscles<J> {
             .sum()
     }
 
-    /// Returns the value of the dual objective.
+    /// Returns the objective of the dual problem at `dual`, which the wanted activations maximise.
     fn dual_objective(
         &self,
         rows: &[SVector<f64, J>],

@@ -9,26 +9,26 @@ use super::RecruitmentError;
 use firmware::limb::LINES;
 use nalgebra::{SMatrix, SVector};
 
-/// Square matrix with as many unknowns as lines.
+/// Square matrix with one row and one column for each line of action.
 pub(super) type Square = SMatrix<f64, LINES, LINES>;
 type Column = SVector<f64, LINES>;
 
-/// Maximum number of iterations. Solved problems need about as many as there are unknowns between
-/// their bounds.
+/// Maximum number of iterations. A problem that has a solution needs about as many as there are
+/// unknowns between their bounds.
 const MOST_TURNS: usize = 40 * LINES;
 
-/// Problem: minimise ½·xᵀ·H·x − cᵀ·x with 0 ≤ x ≤ `upper`.
+/// Bounded quadratic problem: minimise ½·xᵀ·H·x − cᵀ·x with 0 ≤ x ≤ `upper`.
 #[derive(Clone, Debug)]
 pub struct Bounded {
     /// Matrix H, symmetric and positive definite.
     pub curvature: SMatrix<f64, LINES, LINES>,
-    /// Vector c.
+    /// Vector c of the linear term.
     pub slope: SVector<f64, LINES>,
-    /// Upper bounds, at least 0; 0 keeps an unknown at 0.
+    /// Upper bound of each unknown, 0 or more. An unknown whose bound is 0 stays at 0.
     pub upper: SVector<f64, LINES>,
 }
 
-/// Position of an unknown relative to its bounds.
+/// State of an unknown: at its lower bound, free between the bounds, or at its upper bound.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum BoundState {
     Lower,
@@ -37,13 +37,13 @@ enum BoundState {
 }
 
 impl Bounded {
-    /// Returns the unique minimum. Each iteration frees the bound that holds the objective up most,
-    /// and stops at bounds on the way (Stark & Parker 1995, "Bounded-variable least squares", on
-    /// the normal equations).
+    /// Returns the unique minimum. Each iteration releases from its bound the unknown that lowers
+    /// the objective most, and then moves towards the minimum until an unknown meets a bound (Stark
+    /// & Parker 1995, "Bounded-variable least squares", applied to the normal equations).
     ///
     /// # Errors
-    /// [`RecruitmentError::NotConverged`]: the curvature is not positive definite, or an input is not a
-    /// finite number.
+    /// [`RecruitmentError::NotConverged`]: the matrix H is not positive definite, or an input is
+    /// not a finite number.
     pub fn solve(&self) -> Result<SVector<f64, LINES>, RecruitmentError> {
         let mut numbers = self.curvature.iter().chain(&self.slope).chain(&self.upper);
         if !numbers.all(|number| number.is_finite()) {
@@ -63,7 +63,8 @@ impl Bounded {
         Err(RecruitmentError::NotConverged)
     }
 
-    /// Returns the unknown whose release from its bound would lower the objective most.
+    /// Returns the index of the unknown whose release from its bound would lower the objective
+    /// most, or `None` at the minimum. `still` is the size of a gradient that counts as 0.
     fn bound_to_release(
         &self,
         x: &Column,
@@ -86,7 +87,8 @@ impl Bounded {
         most.map(|(n, _)| n)
     }
 
-    /// Moves to the minimum of the free unknowns, or to the bounds on the way.
+    /// Moves `x` to the minimum over the free unknowns. An unknown that meets a bound on the way
+    /// stays at this bound.
     fn move_to_minimum(
         &self,
         x: &mut Column,
@@ -116,7 +118,8 @@ impl Bounded {
         Ok(())
     }
 
-    /// Returns the minimum over the free unknowns, with the others unchanged.
+    /// Returns the minimum over the free unknowns, without regard to bounds, while the other
+    /// unknowns keep their values.
     fn free_minimum(
         &self,
         x: &Column,

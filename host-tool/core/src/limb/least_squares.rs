@@ -5,27 +5,26 @@ use super::{Bounded, Forces, PostureMatrices, RecruitmentError, WrenchVector};
 use firmware::limb::{LINES, Limb, Number, Orders};
 use nalgebra::SVector;
 
-/// Weights of the terms that the least squares minimise.
+/// Weights of the terms in the sum that the recruitment minimises.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights {
-    /// Weight of the squared error of the force at the hand, per N²; 0 or more.
+    /// Weight of the squared error of the force at the hand, 1/N²; 0 or more.
     pub force: f64,
-    /// Weight of the squared error of the nine joint torques, per (N·m)²; 0 or more. It includes
+    /// Weight of the squared errors of the nine joint torques, 1/(N·m)²; 0 or more. These include
     /// torques that have no effect at the hand.
     pub torque: f64,
-    /// Weight of each line's squared effort, which is its force as a share of the line's most;
-    /// above 0. It prefers little current, and makes the solution unique where one muscle could
-    /// replace another.
+    /// Weight of the squared effort of each line; above 0. The effort is the line's force divided
+    /// by its largest force. The term prefers solutions with little current, and makes the solution
+    /// unique where one muscle could replace another.
     pub effort: f64,
     /// Weight of the squared change of each line's effort since the last solution; 0 or more. It
-    /// keeps lines from switching.
+    /// prevents sudden switching between muscles.
     pub change: f64,
 }
 
 impl Weights {
-    /// Weights that were declared in advance and not tuned. An error of 1 N at the hand counts as
-    /// much as one of 1 N·m at a joint, and the full effort of one muscle as much as an error of
-    /// 0.3 N.
+    /// Weights that were fixed in advance and not tuned. An error of 1 N at the hand counts as much
+    /// as one of 1 N·m at a joint. Full effort of one muscle counts as much as an error of 0.3 N.
     pub const DECLARED: Self = Self {
         force: 1.0,
         torque: 1.0,
@@ -33,15 +32,15 @@ impl Weights {
         change: 0.0,
     };
 
-    /// [`Self::DECLARED`] with a weight on change, for one solution every 5 ms. A muscle takes
-    /// about 100 ms to rise, and a change by a twentieth of its most from one solution to the next
-    /// counts as much as an error of 1 N.
+    /// Weights of [`Self::DECLARED`] with a weight on change, for one solution every 5 ms. A muscle
+    /// takes about 100 ms to rise. A change of its effort by a twentieth from one solution to the
+    /// next therefore counts as much as an error of 1 N.
     pub const SMOOTH: Self = Self {
         change: 400.0,
         ..Self::DECLARED
     };
 
-    /// Checks that every weight is finite and in its range.
+    /// Checks that every weight is finite and within its range.
     fn check(&self) -> Result<(), RecruitmentError> {
         let rules = [
             ("force", self.force, self.force >= 0.0, "0 or more"),
@@ -62,28 +61,28 @@ impl Weights {
     }
 }
 
-/// Recruitment by least squares for one arm. Remembers the last solution, so that the next one can
-/// change smoothly.
+/// Recruitment of one arm's muscles by least squares. It remembers the last solution, so that
+/// forces can change smoothly from one solution to the next.
 #[derive(Clone, Debug)]
 pub struct LeastSquares {
     weights: Weights,
-    /// Greatest force of each line, N.
+    /// Largest force of each line, N; 0 for lines that the arm does not have.
     most: Forces,
     last: Option<Forces>,
 }
 
-/// The solution for a wanted wrench.
+/// Muscle forces for a wanted wrench (force and torque at the hand).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
-    /// Force of each line, N.
+    /// Force along each line of action, N.
     pub forces: Forces,
-    /// Wrench at the hand that these forces make according to the model of the arm, N and N·m.
+    /// Wrench at the hand that `forces` cause according to the model of the arm, N and N·m.
     pub given: WrenchVector,
 }
 
 impl Solution {
-    /// Returns the size of the difference between wanted and given force at the hand, N. Torques do
-    /// not count.
+    /// Returns the magnitude of the difference between the wanted force at the hand and the given
+    /// one, N. Differences of torque do not count.
     #[must_use]
     pub fn force_error_n(&self, wanted: &WrenchVector) -> f64 {
         (self.given - wanted).fixed_rows::<3>(0).norm()
@@ -91,10 +90,11 @@ impl Solution {
 }
 
 impl LeastSquares {
-    /// Creates a recruitment for one arm, without a last solution.
+    /// Creates the recruitment of one arm. The weight on change has no effect until there is a
+    /// first solution.
     ///
     /// # Errors
-    /// [`RecruitmentError::Weight`] if a weight is out of its range.
+    /// [`RecruitmentError::Weight`] if a weight is outside its range.
     pub fn new<N: Number + super::ToDouble>(
         limb: &Limb<N>,
         weights: Weights,
@@ -116,8 +116,8 @@ impl LeastSquares {
         self.last = None;
     }
 
-    /// Returns the forces whose wrench is nearest to the wanted one, and remembers them. They may
-    /// miss the wanted wrench: [`Solution::given`] is the wrench that they make.
+    /// Returns the muscle forces whose wrench is nearest to the wanted one, and remembers them as
+    /// the last solution. Their wrench, [`Solution::given`], may differ from the wanted one.
     ///
     /// # Errors
     /// [`RecruitmentError::NotConverged`] if an input is not finite.
@@ -134,12 +134,12 @@ impl LeastSquares {
         })
     }
 
-    /// Like [`Self::recruit`], but refuses a wrench if the force at the hand would miss the wanted
-    /// force by more than `tolerance_n`, N. A refused solution is not remembered.
+    /// Returns the same as [`Self::recruit`], but refuses a wanted force that the force at the hand
+    /// would miss by more than `tolerance_n`, N. A refused solution is not remembered.
     ///
     /// # Errors
-    /// [`RecruitmentError::Beyond`] with the largest share of the wanted force that would not be refused;
-    /// [`RecruitmentError::NotConverged`] if an input is not finite.
+    /// [`RecruitmentError::Beyond`] with the largest force in the wanted direction that would not
+    /// be refused; [`RecruitmentError::NotConverged`] if an input is not finite.
     pub fn recruit_within(
         &mut self,
         posed: &PostureMatrices,
@@ -171,7 +171,8 @@ impl LeastSquares {
         })
     }
 
-    /// Returns the bounded quadratic problem whose minimum is the solution for `wanted`.
+    /// Returns the bounded quadratic problem whose minimum is the vector of line forces for
+    /// `wanted`.
     #[must_use]
     pub fn problem(&self, posed: &PostureMatrices, wanted: &WrenchVector) -> Bounded {
         let Weights {
@@ -204,16 +205,16 @@ impl LeastSquares {
     }
 }
 
-/// Returns the amplitudes of the channels for the forces of the lines, N. Forces above a line's
-/// most get the amplitude of its most.
+/// Returns the amplitudes with which the channels' muscles have these forces, N. For a force above
+/// the largest of its line, the amplitude is that of the largest force.
 #[must_use]
 pub fn amplitudes(limb: &Limb, forces: &Forces) -> Orders {
     let forces: [f32; LINES] = forces.data.0[0].map(|force| force as f32);
     limb.orders(&forces)
 }
 
-/// Returns a wrench that has a force and no torque. The components, N, point backward, to the right
-/// and upward.
+/// Returns a wrench that consists of a force without torque. The components of the force, N, point
+/// backward, to the right and upward.
 #[must_use]
 pub fn force(components: [f64; 3]) -> WrenchVector {
     let [x, y, z] = components;

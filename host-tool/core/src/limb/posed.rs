@@ -4,29 +4,34 @@ use super::{RecruitmentError, ToDouble};
 use firmware::limb::{AXES, Jacobians, LINES, Number};
 use nalgebra::{SMatrix, SVector};
 
-/// Torques about the axes, N·m, one per axis.
+/// Torques about the nine axes of the arm, N·m.
 pub type Torques = SVector<f64, AXES>;
-/// Forces of the lines, N, one per line; 0 for lines that do not exist.
+/// Forces along the lines of action, N; 0 for lines that the arm does not have.
 pub type Forces = SVector<f64, LINES>;
-/// Force and torque at the hand: N, N, N, N·m, N·m, N·m.
+/// Wrench at the hand: three components of force, N, then three of torque, N·m.
 pub type WrenchVector = SVector<f64, 6>;
 
-/// Matrices that turn forces of muscles into torques, and torques into a wrench.
+/// Matrices of the arm in one posture, which convert muscle forces to joint torques, and joint
+/// torques to a wrench at the hand.
 #[derive(Clone, Debug)]
 pub struct PostureMatrices {
-    /// Matrix R: torque about each axis per newton of each line, m; one column per line.
+    /// Matrix R of moment arms, m: the torque about each axis (row) per newton along each line
+    /// (column).
     pub levers: SMatrix<f64, AXES, LINES>,
-    /// Matrix J_armᵀ: the torques that a wrench at the hand needs.
+    /// Matrix J_armᵀ, which converts a wrench at the hand to the joint torques that exert it.
     pub arm: SMatrix<f64, AXES, 6>,
-    /// Matrix (J_arm·J_armᵀ)⁻¹·J_arm: the wrench whose torques are nearest to given torques.
+    /// Matrix (J_arm·J_armᵀ)⁻¹·J_arm, which converts joint torques to the wrench that needs the
+    /// nearest torques.
     pub given: SMatrix<f64, 6, AXES>,
 }
 
 impl PostureMatrices {
-    /// Computes the matrices from the device's Jacobians, in any type of number.
+    /// Computes the matrices from the Jacobians that the device's own code computes, in any type of
+    /// number.
     ///
     /// # Errors
-    /// [`RecruitmentError::Singular`]: at this posture some wrench needs no torque at all.
+    /// [`RecruitmentError::Singular`] if the arm exerts some wrench without any torque in this
+    /// posture.
     pub fn new<N: Number + ToDouble>(jacobians: &Jacobians<N>) -> Result<Self, RecruitmentError> {
         let mut levers = SMatrix::<f64, AXES, LINES>::zeros();
         for (mut column, line) in levers.column_iter_mut().zip(jacobians.muscles()) {
@@ -57,18 +62,19 @@ impl PostureMatrices {
         })
     }
 
-    /// Returns the torques that a wrench needs, N·m.
+    /// Returns the joint torques that exert a wrench at the hand, N·m.
     #[must_use]
     pub fn torques(&self, wrench: &WrenchVector) -> Torques {
         self.arm * wrench
     }
 
-    /// Returns the wrench at the hand while lines pull with `forces`, N and N·m.
+    /// Returns the wrench at the hand, N and N·m, while the muscles pull along their lines with
+    /// `forces`, N.
     ///
-    /// The arm has nine axes and one hand, so three motions of the arm leave the hand in place;
-    /// torques that cause them are met by the support of the arm. This function returns the wrench
-    /// whose torques are nearest to those of the muscles; a clamped arm with its own stiffnesses
-    /// would give another wrench.
+    /// The arm has nine axes but the hand only six degrees of freedom, so three motions of the arm
+    /// leave the hand in place. The support of the arm takes up torques that would cause these
+    /// motions. This function returns the wrench whose torques are nearest to those of the muscles.
+    /// A clamped arm with its own stiffnesses would exert another wrench.
     #[must_use]
     pub fn wrench(&self, forces: &Forces) -> WrenchVector {
         self.given * (self.levers * forces)

@@ -2,23 +2,23 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Number of terms of the polynomial.
+/// Number of terms of a quartic.
 pub const TERMS: usize = 5;
 
-/// Quartic over a range of angles, and its residuals against the points it was fitted to.
+/// Quartic polynomial of a joint angle, with its residuals at the points to which it was fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quartic {
-    /// Smallest and largest angle of the fitted points, degrees.
+    /// Smallest and largest angle of the fitted points, °.
     pub range_deg: [f64; 2],
     /// Coefficients of u⁰ to u⁴, with u = −1 at the smallest angle and 1 at the largest.
     pub coefficients: [f64; TERMS],
-    /// Root mean square of the residuals.
+    /// Root mean square of the residuals, in the unit of the fitted values.
     pub rms: f64,
-    /// Largest absolute residual.
+    /// Largest absolute residual, in the unit of the fitted values.
     pub most: f64,
 }
 
-/// Error for points that no quartic can be fitted to (E762); contains their number.
+/// Error for points to which no quartic can be fitted (E762). The value is the number of points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "E762 a quartic needs finite values at five or more different angles; {0} points were given"
@@ -34,11 +34,12 @@ impl Quartic {
         most: 0.0,
     };
 
-    /// Fits a quartic by least squares to `points`, degrees and values (equation 3 of Buatier de
-    /// Mongeot, in a variable that keeps its digits).
+    /// Fits a quartic by least squares to `points`, each an angle in ° and a value. This is
+    /// equation 3 of Buatier de Mongeot, but in a scaled variable that avoids rounding errors.
     ///
     /// # Errors
-    /// E762.
+    /// [`NoQuartic`] if there are fewer than five points, a number is not finite, or all angles are
+    /// equal.
     pub fn fit(points: &[(f64, f64)]) -> Result<Self, NoQuartic> {
         let refused = NoQuartic(points.len());
         let finite = |pair: &(f64, f64)| pair.0.is_finite() && pair.1.is_finite();
@@ -74,7 +75,8 @@ impl Quartic {
         Ok(found)
     }
 
-    /// Returns the value at an angle in degrees; beyond the range, the value at the range's end.
+    /// Returns the value at an angle in °. Outside the range of the fitted angles, this is the
+    /// value at the nearer end of the range.
     #[must_use]
     pub fn at(&self, deg: f64) -> f64 {
         let u = scaled(self.range_deg, deg).clamp(-1.0, 1.0);
@@ -84,8 +86,8 @@ impl Quartic {
             .fold(0.0, |sum, a| sum * u + a)
     }
 
-    /// Returns the coefficients of powers of the angle in degrees, a₀ to a₄: equation 3 as it is
-    /// printed.
+    /// Returns the coefficients a₀ to a₄ of the powers of the angle in °, as equation 3 of Buatier
+    /// de Mongeot is printed.
     #[must_use]
     pub fn degree_coefficients(&self) -> [f64; TERMS] {
         let [low, high] = self.range_deg;

@@ -4,12 +4,12 @@
 use core::ops::{Add, Div, Mul, Neg, Sub};
 use firmware::limb::Number;
 
-/// Number in double precision.
+/// Number in double precision, with which the device's own geometry code can be tested.
 #[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Default)]
 pub struct Exact(pub f64);
 
-/// Number in single precision, like the device's, with sine, cosine and root correct to the last
-/// place.
+/// Number in single precision, like the device's, but with sine, cosine and root correct to the
+/// last place. It shows which errors of the device come from its approximate functions.
 #[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Default)]
 pub struct Single(pub f32);
 
@@ -75,7 +75,7 @@ impl Number for Single {
     }
 }
 
-/// Conversion of either type of number, or the device's, to double precision for comparison.
+/// Conversion of [`Exact`], [`Single`] or the device's `f32` to double precision, for comparison.
 pub trait ToDouble {
     /// Returns the same number in double precision.
     fn to_double(self) -> f64;

@@ -4,7 +4,8 @@ use super::unit::Unit;
 use firmware::muscle::{CalciumForceSpec, FatigueSpec};
 use firmware::units::Amplitude;
 
-/// An electrode and the muscle under it. Amplitudes are thousandths of the unit.
+/// An electrode of a wearer, with its thresholds and the muscle under it. Amplitudes are in
+/// thousandths of the electrode's unit (mA or V).
 #[derive(Clone, PartialEq, Debug)]
 pub struct Electrode {
     /// Channel to which the electrode is connected, 1–10.
@@ -13,70 +14,74 @@ pub struct Electrode {
     pub place: String,
     /// Area of the electrode, mm²: 10–20 000.
     pub area_mm2: u32,
-    /// Quantity that the output stage controls, and unit of the amplitudes.
+    /// Unit of the amplitudes: mA for a current stage, V for a voltage stage.
     pub unit: Unit,
-    /// Load through which the voltage is judged against current limits, Ω; for a voltage stage.
+    /// Load with which the voltages of a voltage stage are converted to currents, to check them
+    /// against current limits, Ω.
     pub load_ohm: u32,
-    /// Pulse width at which the thresholds hold, µs.
+    /// Pulse width for which the thresholds and limits hold, µs.
     pub width_us: u16,
     /// Pulse rate at which the thresholds were found, Hz.
     pub frequency_hz: f64,
     /// Lowest and highest pulse rate at which the thresholds are assumed to hold, Hz.
     pub holds_hz: [f64; 2],
-    /// Smallest amplitude that moves: the motor threshold I_MT.
+    /// Motor threshold I_MT: the smallest amplitude that makes the muscle contract visibly.
     pub motor_threshold: Amplitude,
-    /// Largest amplitude that the wearer accepts: I_PT.
+    /// Largest amplitude that the wearer accepts, I_PT. Sessions cannot exceed it.
     pub limit: Amplitude,
-    /// Largest amplitude that the wearer accepts at once, without a rise; 0 for none.
+    /// Largest amplitude that the wearer accepts at once. A larger one must rise gradually from 0
+    /// (`rise_ms`); 0 means that every amplitude must.
     pub start: Amplitude,
-    /// Smallest amplitude that is used, as an operator set it.
+    /// Smallest amplitude that a session uses by default, as an operator set it.
     pub minimum: Option<Amplitude>,
-    /// Largest amplitude that is used, as an operator set it.
+    /// Largest amplitude that a session uses by default, as an operator set it.
     pub maximum: Option<Amplitude>,
     /// Movements that the electrode causes, in words.
     pub moves: Vec<String>,
-    /// Thresholds at other pulse widths.
+    /// Curve of the thresholds over pulse width; `None` if the thresholds are known at one width
+    /// only.
     pub strength_duration: Option<StrengthDuration>,
-    /// Model of the muscle under the electrode.
+    /// Model of the muscle under the electrode; `None` if the muscle was not identified.
     pub muscle: Option<Muscle>,
-    /// 95 % intervals of the numbers for which they are known.
+    /// Intervals of 95 % confidence for those numbers of the electrode for which they are known.
     pub intervals: Vec<Interval>,
 }
 
-/// Thresholds over pulse width: rheobase · (1 + chronaxie / width), for rectangular pulses of
-/// constant current (Lapicque; Geddes 2004).
+/// Strength–duration curve: the threshold at a pulse width is rheobase · (1 + chronaxie / width),
+/// for rectangular pulses of constant current (Lapicque; Geddes 2004).
 #[derive(Clone, PartialEq, Debug)]
 pub struct StrengthDuration {
-    /// Threshold of an endless pulse, thousandths of the unit.
+    /// Threshold of an endless pulse, thousandths of the electrode's unit.
     pub rheobase: Amplitude,
     /// Pulse width at which the threshold is twice the rheobase, ns.
     pub chronaxie_ns: u32,
-    /// Largest amplitudes that the wearer accepts, as (width in µs, amplitude) with rising widths;
-    /// linear in between.
+    /// Largest amplitudes that the wearer accepts at other widths, as (width in µs, amplitude). The
+    /// widths rise, and the amplitude is linear between them.
     pub upper: Vec<(u16, Amplitude)>,
 }
 
-/// Model of a muscle (Lee 2020, equations 2, 3 and 5).
+/// Force and recruitment model of a muscle (Lee 2020, equations 2, 3 and 5).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Muscle {
     /// Parameters of the force model: A, K and the time constants.
     pub force: CalciumForceSpec,
-    /// Amplitude at which A holds, thousandths of the unit.
+    /// Amplitude at which the force scale A was measured, thousandths of the electrode's unit.
     pub reference: Amplitude,
-    /// Slope b of the recruitment, millionths per unit.
+    /// Slope b of the recruitment over amplitude, millionths per mA or V.
     pub slope_micro: u32,
-    /// Fatigue of the muscle, if it is known.
+    /// Fatigue of the muscle; `None` if it is unknown.
     pub fatigue: Option<FatigueSpec>,
 }
 
-/// A 95 % interval of one number of an electrode.
+/// Interval of 95 % confidence for one number of an electrode.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Interval {
-    /// Name of the number, one of [`super::INTERVALS_OF`], in whose unit the interval is.
+    /// Name of the number, one of [`super::INTERVALS_OF`]. Both ends of the interval are in the
+    /// unit of that number in the file.
     pub of: &'static str,
-    /// Lower end of the interval.
+    /// Lower end of the interval, at most `high`.
     pub low: f64,
-    /// Upper end of the interval.
+    /// Upper end of the interval, at least `low`.
     pub high: f64,
 }
 
@@ -85,13 +90,14 @@ pub struct Interval {
 pub enum WidthError {
     /// The thresholds at that width are unknown, because there is no strength–duration curve.
     NoCurve,
-    /// This threshold, thousandths of the unit, is not below the known limit.
+    /// The threshold at that width would not be below the largest amplitude that the wearer
+    /// accepts. The value is this threshold, in thousandths of the electrode's unit.
     AboveLimit(Amplitude),
 }
 
 impl StrengthDuration {
-    /// Returns the factor by which the amplitude at `from_us` must be multiplied at `to_us` for the
-    /// same effect.
+    /// Returns the factor between amplitudes of the same effect: an amplitude at the width
+    /// `from_us`, multiplied by it, has the same effect at the width `to_us`.
     #[must_use]
     pub fn factor(&self, from_us: u16, to_us: u16) -> f64 {
         let chronaxie_us = f64::from(self.chronaxie_ns) * 1e-3;
@@ -99,8 +105,8 @@ impl StrengthDuration {
         need(to_us) / need(from_us)
     }
 
-    /// Returns the largest accepted amplitude at a pulse width, or `None` outside the widths of the
-    /// curve.
+    /// Returns the largest amplitude that the wearer accepts at a pulse width, from the points in
+    /// `upper`. Returns `None` outside the widths of the points.
     #[must_use]
     pub fn upper_at(&self, width_us: u16) -> Option<Amplitude> {
         let next = self.upper.partition_point(|&(us, _)| us < width_us);
@@ -116,13 +122,16 @@ impl StrengthDuration {
 }
 
 impl Electrode {
-    /// Returns the electrode at another pulse width, by its strength–duration curve. Thresholds,
-    /// and the amplitudes that an operator set, are multiplied by the factor of the curve. The
-    /// limit is multiplied too for longer pulses; for shorter ones it stays, unless `upper` of the
-    /// curve gives it there. The muscle responds in the same way at the multiplied amplitude.
+    /// Converts the electrode to another pulse width with its strength–duration curve.
+    ///
+    /// The threshold, and the minimum and maximum that an operator set, are multiplied by the
+    /// factor of the curve. The limit is the one in `upper` of the curve, if it covers the width.
+    /// Otherwise the limit is multiplied for longer pulses, and stays for shorter ones. The muscle
+    /// responds to the multiplied amplitude as it did before.
     ///
     /// # Errors
-    /// There is no such curve, or the threshold at that width is not below the known limit.
+    /// The electrode has no strength–duration curve, or the threshold at the new width is not below
+    /// the limit there.
     pub fn at_width(&self, width_us: u16) -> Result<Self, WidthError> {
         if width_us == self.width_us {
             return Ok(self.clone());
@@ -157,8 +166,8 @@ impl Electrode {
         })
     }
 
-    /// Returns the haptic range of Lee 2020, section 2.4: I_MT to 1.5 · I_MT, thousandths of the
-    /// unit.
+    /// Returns the smallest and the largest amplitude of the haptic range of Lee 2020, section 2.4:
+    /// I_MT and 1.5 · I_MT, in thousandths of the electrode's unit.
     #[must_use]
     pub fn haptic_range(&self) -> [Amplitude; 2] {
         let threshold = self.motor_threshold;

@@ -18,10 +18,11 @@ use crate::fields::field::{
 use crate::fields::field::{LONGEST, LONGEST_NOTES};
 use crate::fields::{fields_as_markdown, json_schema};
 
-/// Section of all top-level fields of a wearer file.
+/// Section that declares all fields of a wearer file, with the sections of its tables nested
+/// inside.
 pub(super) static FILE: LazyLock<Section> = LazyLock::new(file);
 
-/// Sources of a wearer's numbers, and their words in files.
+/// Sources of a wearer's numbers, and the words for them in wearer files.
 pub(super) const EVIDENCE: [(&str, Evidence); 4] = [
     ("printed", Evidence::Printed),
     ("simulated", Evidence::Simulated),
@@ -29,7 +30,7 @@ pub(super) const EVIDENCE: [(&str, Evidence); 4] = [
     ("assumed", Evidence::Assumed),
 ];
 
-/// Numbers of an electrode that may have an interval.
+/// Names of the numbers of an electrode for which a file may give an interval of 95 % confidence.
 pub const INTERVALS_OF: [&str; 10] = [
     "motor_threshold",
     "limit",
@@ -43,25 +44,26 @@ pub const INTERVALS_OF: [&str; 10] = [
     "slope_per_unit",
 ];
 
-/// Returns the JSON schema of a wearer file, draft 7.
+/// Returns the JSON schema (draft 7) of a wearer file, for editors of TOML.
 #[must_use]
 pub fn schema() -> Value {
     json_schema("Flexor wearer", &FILE)
 }
 
-/// Returns the fields of a table of a wearer file as a Markdown table; see
-/// [`crate::session::manual`].
+/// Returns the fields of the table at `path` of a wearer file as a Markdown table. The syntax of
+/// `path` is that of [`crate::session::manual`].
 #[must_use]
 pub fn manual(path: &str) -> Option<String> {
     fields_as_markdown(&FILE, path)
 }
 
-/// Returns the kind of a pulse rate.
+/// Returns the kind of a field that holds a pulse rate, Hz.
 fn rate() -> Kind {
     Kind::Real(Number::rate_from_period("", TrainSpec::PERIOD_US))
 }
 
-/// Returns the kind of an amplitude in the electrode's unit.
+/// Returns the kind of a field that holds an amplitude in the electrode's unit. `bound` describes
+/// how other fields restrict it.
 fn amplitude(bound: &'static str) -> Kind {
     bounded_number(UNIT, 3, ChannelSpec::LIMIT, bound)
 }
@@ -162,7 +164,7 @@ fn elbow() -> Section {
     ]
 }
 
-/// Returns the field for the time of an entry.
+/// Returns the field `at`, which holds the time of an entry of `history` or `check`.
 fn time_field() -> Field {
     field(
         "at",

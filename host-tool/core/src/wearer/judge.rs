@@ -12,7 +12,8 @@ use crate::fields::decimal::format_scaled;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// Reports the amplitudes and widths of an electrode that are not in rising order.
+/// Reports amplitudes, rates and widths of an electrode that contradict each other's order, for
+/// example a motor threshold that is not below the limit.
 pub(super) fn check_order(t: &Table<'_>, electrode: &Electrode) {
     let disordered =
         |name: &str, why: String| t.report(name, Problem::ThresholdsDisordered { why });
@@ -70,7 +71,7 @@ pub(super) fn check_order(t: &Table<'_>, electrode: &Electrode) {
     }
 }
 
-/// Reports where an electrode at its limit exceeds the wearer's limits, and the values of its
+/// Reports an electrode that, at its limit, exceeds the wearer's limits. Reports also values of its
 /// muscle that the device would refuse.
 pub(super) fn check_limits(t: &Table<'_>, electrode: &Electrode, draft: &mut Draft) {
     let spec = electrode.channel_spec();
@@ -94,7 +95,8 @@ pub(super) fn check_limits(t: &Table<'_>, electrode: &Electrode, draft: &mut Dra
     }
 }
 
-/// Returns the rms current of a channel at its limit for any wearer, mA, as text for people.
+/// Returns, as text, the rms current of a channel at its amplitude limit, mA. The wearer's limits
+/// do not matter.
 fn rms_ma(spec: &ChannelSpec) -> String {
     let widest = ChannelSpec {
         area_mm2: ChannelSpec::AREA_MM2.max.cast_unsigned(),
@@ -110,7 +112,9 @@ fn rms_ma(spec: &ChannelSpec) -> String {
 }
 
 impl Electrode {
-    /// Returns a channel of biphasic pulses that may reach its limit, at the highest rate.
+    /// Returns a channel with which the electrode can be checked against the wearer's limits:
+    /// biphasic pulses at the highest rate for which the thresholds hold, up to the electrode's
+    /// limit.
     fn channel_spec(&self) -> ChannelSpec {
         let stage = match self.unit {
             Unit::Milliampere => StageSpec::Current {
@@ -133,7 +137,8 @@ impl Electrode {
         }
     }
 
-    /// Returns the muscle under the electrode as the device receives it.
+    /// Returns the muscle under the electrode as the device receives it, or `None` if the file has
+    /// none.
     fn muscle_spec(&self) -> Option<MuscleSpec> {
         let muscle = self.muscle?;
         Some(MuscleSpec {

@@ -10,32 +10,37 @@ use crate::fields::field::Need::Required;
 use crate::fields::field::{Kind, Number, Section, channel_number, field, list, number_in, one_of};
 use crate::fields::table::Table;
 
-/// A right arm: its bones, the ranges of its joints, and its muscles.
+/// A right arm: its bones, the ranges of its joints, and the lines along which its muscles pull.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Limb {
-    /// Vectors along the bones from joint to joint, as [`LimbSpec::offsets_um`].
+    /// Vectors along the bones, µm: from the thorax's origin to the first joint, from joint to
+    /// joint, and to the hand, as [`LimbSpec::offsets_um`].
     pub offsets_um: [[i32; 3]; JOINTS + 1],
-    /// Ranges of the joint angles, as [`LimbSpec::ranges_mdeg`].
+    /// Lowest and highest angle of each of the nine axes, in 0.001°, as [`LimbSpec::ranges_mdeg`].
     pub ranges_mdeg: [(i32, i32); AXES],
-    /// Lines of the muscles, sorted by channel.
+    /// Line of action of each muscle, sorted by channel.
     pub lines: Vec<Line>,
 }
 
-/// Line along which the muscle under an electrode pulls, and its strength.
+/// Line of action: the path along which the muscle under an electrode pulls, with the muscle's
+/// strength.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Line {
     /// Channel of the electrode, 1–10.
     pub channel: u8,
-    /// Joint at which the recruitment takes the muscle into account.
+    /// Joint for which the device considers this muscle when it recruits muscles for a force. The
+    /// line must cross this joint.
     pub joint: JointName,
-    /// Points from origin to insertion, two to six.
+    /// Points of the path from the muscle's origin to its insertion, two to six. Each is fixed to a
+    /// segment of the arm.
     pub vias: Vec<ViaSpec>,
-    /// Force per amplitude above the motor threshold, mN per mA or V.
+    /// Force of the muscle per amplitude above its motor threshold, mN per mA or V.
     pub gain_mn_per_unit: u32,
 }
 
 impl Line {
-    /// Returns the line as the device receives it, with force between these two amplitudes.
+    /// Returns the line as the device receives it. The muscle's force begins at the amplitude
+    /// `threshold` and is largest at `limit`.
     #[must_use]
     pub fn spec(&self, threshold: Amplitude, limit: Amplitude) -> LineSpec {
         LineSpec {
@@ -49,9 +54,9 @@ impl Line {
     }
 }
 
-/// Fields of [`Limb::offsets_um`].
+/// Names of the fields that hold the vectors of [`Limb::offsets_um`], in the same order.
 pub(super) const WAYS: [&str; JOINTS + 1] = ["to_sc_mm", "to_gh_mm", "to_el_mm", "to_hand_mm"];
-/// Fields of [`Limb::ranges_mdeg`].
+/// Names of the fields that hold the ranges of [`Limb::ranges_mdeg`], in the same order.
 pub(super) const RANGES: [&str; AXES] = [
     "sc_protraction_deg",
     "sc_elevation_deg",
@@ -63,21 +68,23 @@ pub(super) const RANGES: [&str; AXES] = [
     "el_bend_deg",
     "el_pronation_deg",
 ];
-/// Joints and their names in wearer files.
+/// Joints of the arm, and their names in wearer files.
 pub(super) const JOINT_WORDS: [(&str, JointName); JOINTS] = [
     ("sternoclavicular", JointName::Sternoclavicular),
     ("glenohumeral", JointName::Glenohumeral),
     ("elbow", JointName::Elbow),
 ];
-/// Segments of the arm and their names in wearer files, in order.
+/// Segments of the arm from the thorax to the forearm: names in wearer files, and numbers in the
+/// protocol.
 pub(super) const SEGMENTS: [(&str, u8); JOINTS + 1] = [
     ("thorax", 0),
     ("girdle", 1),
     ("upper-arm", 2),
     ("forearm", 3),
 ];
-/// Descriptions of lists of numbers, for messages.
+/// Description of a field that holds three numbers, for error messages.
 const TRIPLE: &str = "a list of three numbers";
+/// Description of a field that holds two numbers, for error messages.
 const PAIR: &str = "a list of two numbers";
 
 /// Returns the fields of `[limb]`.
@@ -107,7 +114,9 @@ pub(super) fn fields() -> Section {
     all
 }
 
-/// Reads `[limb]`, and reports everything in it that the device would refuse.
+/// Reads `[limb]`, and reports everything in it that the device would refuse. `are_whole` is
+/// whether all electrodes of the file could be read; only then is a line without an electrode an
+/// error.
 pub(super) fn read(t: &Table<'_>, electrodes: &[Electrode], are_whole: bool) -> Option<Limb> {
     let ways = WAYS.map(|name| read_triple(t, name));
     let ranges = RANGES.map(|name| read_pair(t, name));
@@ -183,7 +192,8 @@ fn read_line(t: &Table<'_>) -> Option<Line> {
     })
 }
 
-/// Returns the three numbers in a field, in the device's steps; reports a list of another length.
+/// Returns the three numbers in the field `name`, in the device's steps (µm or mN). Reports a list
+/// of another length.
 pub(crate) fn read_triple(t: &Table<'_>, name: &str) -> Option<[i32; 3]> {
     let all = wholes(t, name);
     let found = <[i32; 3]>::try_from(all).ok();
@@ -202,8 +212,8 @@ fn read_pair(t: &Table<'_>, name: &str) -> Option<(i32, i32)> {
     found.map(|[low, high]| (low, high))
 }
 
-/// Returns whether no error of this list has been reported yet: it has numbers, or it is empty and
-/// the whole table has no error.
+/// Returns whether the list `name` has no error yet that was reported: it has numbers, or it is
+/// empty and the whole table is without error.
 fn has_no_reported_error(t: &Table<'_>, name: &str) -> bool {
     !t.integers(name).is_empty() || t.is_valid()
 }

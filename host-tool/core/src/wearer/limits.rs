@@ -10,7 +10,7 @@ use crate::fields::field::Need::{Or, OrWord};
 use crate::fields::field::{Kind, Section, field, number_in};
 use crate::fields::table::Table;
 
-/// Returns the fields of the limits, whose defaults are the device's own.
+/// Returns the fields that hold a wearer's limits. The default of each is the device's own limit.
 #[rustfmt::skip]
 pub(crate) fn limits() -> Section {
     type W = WearerSpec;
@@ -34,7 +34,7 @@ pub(crate) fn limits() -> Section {
     ]
 }
 
-/// Returns the limits in a table, with the device's own for those that it leaves out.
+/// Returns the limits that a table gives. A limit that the table leaves out is the device's own.
 pub(crate) fn read_limits(t: &Table<'_>) -> WearerSpec {
     WearerSpec {
         max_current_ua: t.integer("max_current_ma"),
@@ -55,8 +55,9 @@ pub(crate) fn read_limits(t: &Table<'_>) -> WearerSpec {
     }
 }
 
-/// Returns which of its own limits a channel exceeds, and by how much. `ma` returns the rms current
-/// of its train, as text for people.
+/// Returns the error for a channel that exceeds one of its own limits, with the value and the
+/// limit. Returns `None` if `e` is a mistake of another kind. `ma` returns the rms current of the
+/// channel's train as text.
 pub(crate) fn channel_limit_problem(
     spec: &ChannelSpec,
     unit: Unit,

@@ -38,7 +38,8 @@ use std::path::Path;
 /// Schema version of the wearer files that this program reads and writes.
 pub const SCHEMA: u16 = 1;
 
-/// A person, or a simulated wearer, as far as stimulation depends on it.
+/// A person, or a simulated wearer, with the properties that stimulation depends on: the content of
+/// a wearer file.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Wearer {
     /// Pseudonym: 1 to 64 letters, digits and hyphens.
@@ -47,39 +48,41 @@ pub struct Wearer {
     pub evidence: Evidence,
     /// Paper and table, procedure, or assumption behind the numbers; 1 to 200 characters.
     pub source: String,
-    /// Further remarks, up to 4000 characters.
+    /// Further remarks, at most 4000 characters.
     pub note: Option<String>,
-    /// Limits of what the device may do to the wearer, as in a session's `[wearer]`.
+    /// Limits on what the device may do to the wearer, such as current, charge and duration.
     pub limits: WearerSpec,
     /// Electrodes, at most ten, sorted by channel.
     pub electrodes: Vec<Electrode>,
-    /// Size of the forearm, for simulated forearms of this size.
+    /// Dimensions of the forearm, from which a simulated forearm of this wearer is built.
     pub forearm: Option<Forearm>,
-    /// Muscles of the elbow.
+    /// Electrodes and strength of the muscles that move the elbow.
     pub elbow: Option<Elbow>,
-    /// Right arm, for forces at the hand.
+    /// Model of the right arm, which sessions with forces at the hand need.
     pub limb: Option<Limb>,
-    /// Changes of this file, oldest first; entries are only ever appended.
+    /// Changes of the wearer file, oldest first. Entries are appended and never removed.
     pub history: Vec<History>,
-    /// Drift checks, oldest first; entries are only ever appended.
+    /// Checks of whether thresholds have drifted, oldest first. Entries are appended and never
+    /// removed.
     pub checks: Vec<DriftCheck>,
 }
 
-/// Source of a wearer's numbers.
+/// Source of a wearer's numbers, which says how far they can be trusted.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Evidence {
     /// The numbers are printed in a paper.
     Printed,
-    /// The numbers were found on a simulated wearer, and are no evidence about people.
+    /// The numbers were found on a simulated wearer, so they are no evidence about people.
     Simulated,
     /// The numbers were found on a person, with a board.
     Measured,
-    /// The numbers are assumed; nobody found them.
+    /// The numbers are assumed; no measurement or simulation gave them.
     Assumed,
 }
 
 impl Evidence {
-    /// Returns the word for this source in files: "printed", "simulated", "measured", "assumed".
+    /// Returns the word for this source in wearer files: "printed", "simulated", "measured" or
+    /// "assumed".
     #[must_use]
     pub fn word(self) -> &'static str {
         let found = fields::EVIDENCE
@@ -89,77 +92,78 @@ impl Evidence {
     }
 }
 
-/// Size of a forearm, and the positions of the finger's electrodes on it.
+/// Dimensions of a forearm, with the thresholds and positions of the finger's three electrodes on
+/// it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Forearm {
     /// Distance from the elbow to the tip of the hand, m: 0.30–0.60.
     pub reach_m: f64,
     /// Circumference of the forearm, m: 0.15–0.45.
     pub around_m: f64,
-    /// Thresholds of electrode A, electrode B and the extensor's electrode, V. If the file leaves
-    /// them out, the motor thresholds of its channels 1 to 3 are used, provided that they are
-    /// voltages.
+    /// Thresholds of electrode A, electrode B and the extensor's electrode, V. If this is `None`,
+    /// the motor thresholds of channels 1 to 3 are used, provided that they are voltages.
     pub thresholds_v: Option<[f64; 3]>,
-    /// Centres of these electrodes, mm: along the forearm from the elbow, and around it from the
-    /// palmar midline, positive towards the thumb.
+    /// Centres of electrode A, electrode B and the extensor's electrode, mm. The first number is
+    /// the distance along the forearm from the elbow. The second is the distance around it from the
+    /// palmar midline, positive towards the thumb. `None` if they are to be searched.
     pub pads_mm: Option<[[f64; 2]; 3]>,
 }
 
-/// Electrodes of the elbow, and the strength of its muscles.
+/// Electrodes that move the elbow, and the strength of its muscles.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Elbow {
-    /// Channel of the triceps, 1–10.
+    /// Channel of the electrode on the triceps, 1–10.
     pub triceps: u8,
-    /// Channel of the biceps, 1–10.
+    /// Channel of the electrode on the biceps, 1–10.
     pub biceps: u8,
-    /// Torque of the whole triceps at 50 Hz, N·m.
+    /// Torque of the fully recruited triceps at 50 Hz, N·m; `None` if unknown.
     pub triceps_nm: Option<f64>,
-    /// Torque of the whole biceps at 50 Hz, N·m.
+    /// Torque of the fully recruited biceps at 50 Hz, N·m; `None` if unknown.
     pub biceps_nm: Option<f64>,
 }
 
-/// One change of a wearer's file. Texts have 1 to 200 characters.
+/// Entry of the history: one change of a wearer file. Each text has 1 to 200 characters.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct History {
-    /// Time of the change: RFC 3339, or a device's time.
+    /// Time of the change: RFC 3339, or the time of a simulated device.
     pub at: String,
-    /// Author of the change: a pseudonym, or a program.
+    /// Person (by pseudonym) or program that made the change.
     pub by: String,
     /// Description of the change.
     pub what: String,
-    /// Name of the device that was used, if any.
+    /// Name of the device with which the new values were found, if any.
     pub device: Option<String>,
-    /// Version of the device's firmware.
+    /// Firmware version of that device.
     pub firmware: Option<String>,
-    /// Seed of a simulated device.
+    /// Seed of the device, if it was simulated.
     pub seed: Option<u64>,
 }
 
-/// A check of whether a threshold has drifted since it was found.
+/// Drift check: a new search for a threshold, to see whether it has changed since it was found.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct DriftCheck {
-    /// Time of the check: RFC 3339, or a device's time; 1 to 200 characters.
+    /// Time of the check: RFC 3339, or the time of a simulated device; 1 to 200 characters.
     pub at: String,
     /// Channel whose threshold was checked, 1–10.
     pub channel: u8,
-    /// Threshold in the file, thousandths of the unit.
+    /// Threshold in the wearer file, thousandths of `unit`.
     pub expected: Amplitude,
-    /// Threshold that was found, thousandths of the unit; `None` if nothing moved.
+    /// Threshold that the check found, thousandths of `unit`; `None` if nothing moved.
     pub found: Option<Amplitude>,
     /// Unit of both thresholds.
     pub unit: Unit,
-    /// Whether the found threshold is close enough to the expected one.
+    /// Whether the found threshold was close enough to the expected one.
     pub accepted: bool,
-    /// Person who checked, by pseudonym, or program.
+    /// Person (by pseudonym) or program that carried out the check.
     pub by: Option<String>,
-    /// Name of the device that was used, if any.
+    /// Name of the device with which the threshold was searched, if any.
     pub device: Option<String>,
-    /// Seed of a simulated device.
+    /// Seed of the device, if it was simulated.
     pub seed: Option<u64>,
 }
 
 impl Wearer {
-    /// Returns a wearer with these facts only, within the device's own limits.
+    /// Returns a wearer without electrodes, history or checks, with the device's own limits.
     #[must_use]
     pub fn new(name: &str, evidence: Evidence, source: &str) -> Self {
         Self {
@@ -177,17 +181,17 @@ impl Wearer {
         }
     }
 
-    /// Reads and checks a wearer file.
+    /// Reads and checks the wearer file at `path`.
     ///
     /// # Errors
-    /// E650 if the file cannot be read; E651 if it has another schema; otherwise all errors in it,
-    /// each with line and field.
+    /// E650 if the file cannot be read; E651 if it has another schema; E665 if it is no wearer
+    /// file; otherwise all errors in it, each with line and field.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, SessionError> {
         let path = path.as_ref();
         Self::parse(&path.display().to_string(), &Self::text(path)?)
     }
 
-    /// Reads and checks the text of a wearer file called `name`.
+    /// Reads and checks the text of a wearer file. `name` is the file name in error messages.
     ///
     /// # Errors
     /// As [`Wearer::read`].
@@ -203,13 +207,14 @@ impl Wearer {
         read::text(path)
     }
 
-    /// Returns the text of the whole file; [`Wearer::parse`] returns the same wearer from it.
+    /// Returns the text of a complete wearer file, from which [`Wearer::parse`] returns an equal
+    /// wearer.
     #[must_use]
     pub fn to_toml(&self) -> String {
         write::to_toml(self)
     }
 
-    /// Returns the electrode of a channel, 1–10, or `None` if the file has none there.
+    /// Returns the electrode on a channel (1–10), or `None` if the wearer file has none there.
     #[must_use]
     pub fn electrode(&self, channel: u8) -> Option<&Electrode> {
         self.electrodes
@@ -218,7 +223,8 @@ impl Wearer {
     }
 
     /// Returns the thresholds of electrode A, electrode B and the extensor's electrode on the
-    /// forearm, V: those of `[forearm]`, or else those of channels 1 to 3.
+    /// forearm, V: those of `[forearm]`, or else the motor thresholds of channels 1 to 3. Returns
+    /// `None` if one of these is missing or a current.
     #[must_use]
     pub fn forearm_thresholds_v(&self) -> Option<[f64; 3]> {
         let volts = |channel| {

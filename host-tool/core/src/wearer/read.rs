@@ -23,7 +23,7 @@ use crate::fields::error::{Place, Problem};
 use crate::fields::table::Table;
 use crate::fields::{SessionError, escape_control_chars, parse as parse_file, read_text};
 
-/// Returns the text of a wearer file.
+/// Returns the text of the file at `path`, without checking it.
 ///
 /// # Errors
 /// E650 if the file cannot be read.
@@ -32,8 +32,8 @@ pub(super) fn text(path: &Path) -> Result<String, SessionError> {
         .map_err(|reason| SessionError::without_place(Problem::WearerUnreadable { reason }))
 }
 
-/// Returns whether a text is meant as a wearer file: it has a `schema` or an `evidence`, which no
-/// session has.
+/// Returns whether a text is meant as a wearer file. Its top-level table then has a `schema` or an
+/// `evidence`, which no session has.
 #[must_use]
 pub fn is_wearer_file(text: &str) -> bool {
     let (root, _) = DeTable::parse_recoverable(text);
@@ -43,11 +43,11 @@ pub fn is_wearer_file(text: &str) -> bool {
         .any(|text| root.contains_key(*text))
 }
 
-/// Returns the wearer that `text`, called `name`, describes.
+/// Returns the wearer that `text` describes. `name` is the file name in error messages.
 ///
 /// # Errors
-/// All errors of the text. For a file of another schema, only that error. For any other kind of
-/// file only E665, so that nothing of an unrelated file is shown.
+/// All errors of the text. For a wearer file of another schema, only E651. For any other kind of
+/// file only E665, so that no content of an unrelated file is shown.
 pub(super) fn parse(name: &str, text: &str) -> Result<Wearer, SessionError> {
     if !is_wearer_file(text) {
         let file = escape_control_chars(name);
@@ -67,7 +67,8 @@ pub(super) fn parse(name: &str, text: &str) -> Result<Wearer, SessionError> {
     }
 }
 
-/// Returns the place at which a file declares another schema.
+/// Returns the place at which a file declares another schema than [`SCHEMA`]; `None` if it does
+/// not.
 fn other_schema(text: &str) -> Option<Place> {
     let (root, _) = DeTable::parse_recoverable(text);
     let found = root.get_ref().get("schema")?;
@@ -82,7 +83,7 @@ fn other_schema(text: &str) -> Option<Place> {
     })
 }
 
-/// Reads everything that can be read. If an error is reported, the result is `None` or an
+/// Reads the wearer and reports all errors in the table. After an error, the result is `None` or an
 /// incomplete wearer, which must not be used.
 fn read(t: &Table<'_>) -> Option<Wearer> {
     if let Some(name) = t.text("name")
@@ -155,12 +156,13 @@ pub(super) fn is_pseudonym(name: &str) -> bool {
     (1..=64).contains(&name.chars().count()) && name.chars().all(is_plain)
 }
 
-/// Returns an amplitude that may be left out.
+/// Returns the amplitude in the field `name`, or `None` if the field is left out.
 fn optional_amplitude(t: &Table<'_>, name: &str) -> Option<Amplitude> {
     t.has(name).then(|| Amplitude::new(t.integer(name)))
 }
 
-/// Reads one `[[electrode]]`, and checks it against itself and against the wearer's limits.
+/// Reads one `[[electrode]]`. Reports values that contradict each other or, through `draft`, the
+/// wearer's limits.
 fn read_electrode(t: &Table<'_>, draft: &mut Draft) -> Option<Electrode> {
     let strength_duration =
         t.optional_table("strength_duration", |s| Some(read_strength_duration(s)));

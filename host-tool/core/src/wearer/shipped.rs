@@ -13,7 +13,8 @@ pub const SHIPPED: [(&str, &str); 17] = wearers![
     "harris-1" "harris-2" "arm-1"
 ];
 
-/// Returns the text of the built-in wearer file of this name, with or without `.toml`.
+/// Returns the text of the built-in wearer file with this name (with or without `.toml`), or `None`
+/// if there is none.
 #[must_use]
 pub fn builtin_wearer(name: &str) -> Option<&'static str> {
     let name = name.strip_suffix(".toml").unwrap_or(name);

@@ -6,27 +6,28 @@ use crate::disk::{FileSystem, replace};
 use crate::fields::SessionError;
 use std::path::{Path, PathBuf};
 
-/// Reason why a wearer file was not written; the old file is unchanged.
+/// Reason why a wearer file was not written. The existing file is then unchanged.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    /// The file could not be written, because the disk is full or for another reason of the file
-    /// system.
+    /// The file system refused to write the file, for example because the disk is full.
     #[error("E664 cannot write {0}: {1}; free disk space or use another name; the old file stays")]
     Disk(PathBuf, std::io::Error),
-    /// The existing file is not a wearer file of this program.
+    /// The existing file cannot be read as a wearer file, so it is not replaced. The value lists
+    /// its errors.
     #[error("{0}; the file is unchanged: correct it, or use another name")]
     Unreadable(String),
-    /// The existing file belongs to another person, by its name.
+    /// The existing file is that of another wearer. The values are the path, the name in the file,
+    /// and the name of the new wearer.
     #[error("E654 {0} is the wearer file of {1}, not of {2}: use another file name")]
     Another(PathBuf, String, String),
-    /// The new content lacks history or checks of the existing file.
+    /// The new content lacks entries of the existing file's history or checks.
     #[error(
         "E655 {0} has entries of its history or checks that the new version lacks: read the file \
          again, and append to them"
     )]
     Forgets(PathBuf),
-    /// The new content is not a wearer file.
-    #[error("E656 the new content of {0} is not a valid wearer file: {1}")]
+    /// The new content is not a valid wearer file, for the reason given.
+    #[error("E656 the new content of {0} is not a valid wearer file: {1}; the old file stays")]
     Wrong(PathBuf, String),
 }
 
@@ -35,12 +36,13 @@ fn unreadable(error: &SessionError) -> StoreError {
 }
 
 impl Wearer {
-    /// Writes the file as a whole, so that a reader, a crash or a full disk never leaves half of
-    /// it. An existing file must belong to the same person, and the new history and checks must
-    /// begin with the existing ones. Comments in the file are lost ([`append`] keeps them).
+    /// Writes the wearer file as a whole. If the program crashes or the disk is full, the file is
+    /// either the old or the new one, never a part. An existing file must be that of the same
+    /// wearer, and the new history and checks must begin with the existing ones. Comments in the
+    /// existing file are lost; [`append`] keeps them.
     ///
     /// # Errors
-    /// [`StoreError`]; the old file stays.
+    /// [`StoreError`]; the existing file is then unchanged.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), StoreError> {
         let path = path.as_ref();
         if path.exists() {
@@ -50,7 +52,8 @@ impl Wearer {
         self.store(path, &self.to_toml())
     }
 
-    /// Checks whether this wearer may replace `old`.
+    /// Checks whether this wearer may replace `old` in the file: it must have the same name, and
+    /// the history and checks of `old` at the beginning of its own.
     fn check_may_replace(&self, path: &Path, old: &Self) -> Result<(), StoreError> {
         if old.name != self.name {
             let (known, new) = (old.name.clone(), self.name.clone());
@@ -64,7 +67,7 @@ impl Wearer {
         }
     }
 
-    /// Replaces the file with a text that is first parsed and compared with this wearer.
+    /// Replaces the file with `text`, after checking that the text reads as this wearer.
     fn store(&self, path: &Path, text: &str) -> Result<(), StoreError> {
         let name = path.display().to_string();
         let wrong = |why: String| StoreError::Wrong(path.to_owned(), why);
@@ -77,10 +80,11 @@ impl Wearer {
     }
 }
 
-/// Appends entries to a wearer's file, and keeps every byte that it already has.
+/// Appends entries to the history and checks of the wearer file at `path`. Every byte that the file
+/// already has stays. Returns the extended wearer.
 ///
 /// # Errors
-/// [`StoreError`]; the file stays as it was.
+/// [`StoreError`]; the file is then unchanged.
 pub fn append(
     path: impl AsRef<Path>,
     history: &[History],

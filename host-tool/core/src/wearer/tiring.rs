@@ -6,7 +6,7 @@ use crate::fields::field::Need::{Or, OrTold};
 use crate::fields::field::{Section, field, number_in};
 use crate::fields::table::Table;
 
-/// Returns the fields of `fatigue`.
+/// Returns the fields of a `fatigue` table.
 #[rustfmt::skip]
 pub(crate) fn fatigue() -> Section {
     type F = FatigueSpec;
@@ -19,7 +19,8 @@ pub(crate) fn fatigue() -> Section {
     ]
 }
 
-/// Reads `fatigue`; values that are left out are those of the quadriceps, scaled to A.
+/// Reads a `fatigue` table. Values that are left out are those of the quadriceps, scaled to the
+/// muscle's force scale `a_mn_per_s`.
 pub(crate) fn read_fatigue(t: &Table<'_>, a_mn_per_s: u32) -> FatigueSpec {
     let scaled = FatigueSpec::scaled_to(a_mn_per_s);
     FatigueSpec {

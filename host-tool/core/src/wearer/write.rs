@@ -11,7 +11,7 @@ use firmware::safety::WearerSpec;
 use firmware::units::Amplitude;
 use std::fmt::{Display, Write};
 
-/// Returns the text of the whole file.
+/// Returns the text of a complete wearer file.
 pub(super) fn to_toml(wearer: &Wearer) -> String {
     let mut out = Lines::default();
     out.field("schema", SCHEMA);
@@ -38,7 +38,7 @@ pub(super) fn to_toml(wearer: &Wearer) -> String {
     out.0 + &entries_to_toml(&wearer.history, &wearer.checks)
 }
 
-/// Returns the text that is appended to a file for these entries.
+/// Returns the TOML text of these entries, which can be appended to a wearer file.
 pub(super) fn entries_to_toml(history: &[History], checks: &[DriftCheck]) -> String {
     let mut out = Lines::default();
     for entry in history {
@@ -65,7 +65,7 @@ pub(super) fn entries_to_toml(history: &[History], checks: &[DriftCheck]) -> Str
     out.0
 }
 
-/// The lines of a file, joined in a text.
+/// Text of a TOML file, to which lines are added at the end.
 #[derive(Default)]
 struct Lines(String);
 
@@ -99,17 +99,18 @@ impl Lines {
     }
 }
 
-/// Returns a text as a TOML string.
+/// Returns a text in quotation marks, with escapes, as TOML writes it.
 fn quoted(text: &str) -> String {
     toml::Value::from(text).to_string()
 }
 
-/// Formats an amplitude in thousandths for people.
+/// Formats an amplitude in thousandths as a number in whole units, for example "28.1".
 fn milli(value: Amplitude) -> String {
     format_scaled(value.get().into(), 3)
 }
 
-/// Writes the limits that differ from the device's own; host silence and fall are always written.
+/// Writes `[limits]` with the limits that differ from the device's own. The limits on host silence
+/// and fall are always written.
 fn limits(out: &mut Lines, wearer_spec: &WearerSpec) {
     let own = WearerSpec::default();
     out.head("[limits]");
@@ -383,7 +384,7 @@ fn write_limb(out: &mut Lines, limb: &Limb) {
     }
 }
 
-/// Formats a list of thousandths as a TOML array.
+/// Formats numbers in thousandths as a TOML array of whole units.
 fn numbers(milli: &[i32]) -> String {
     let each: Vec<String> = milli
         .iter()

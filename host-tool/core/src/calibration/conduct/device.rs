@@ -8,11 +8,13 @@ use crate::run::describe_event;
 use firmware::link::{Event, Request};
 use firmware::safety::StopCause;
 
-/// Longest wait for the report that the outputs are disconnected after a stop, µs.
+/// Longest time for which the program waits, after a stop, for the device's report that the outputs
+/// are disconnected, µs.
 const STOP_US: u64 = 300_000;
 
 impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
-    /// Configures and arms one electrode, and starts its train at amplitude 0.
+    /// Configures and arms the electrode with the index `at` in the plan, and starts its train at
+    /// amplitude 0.
     pub(super) fn arm(&mut self, at: usize) -> Result<(), CalibrationError> {
         if self.is_armed {
             self.stop()?;
@@ -36,8 +38,8 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         self.record(&Entry::Armed { channel, check_ma })
     }
 
-    /// Returns the current that the sub-threshold pulse of arming measured on a channel, mA; `None`
-    /// if the device reported none.
+    /// Returns the current that the electrode check measured on a channel when the device was
+    /// armed, mA; `None` if the device reported none. The check uses a pulse below the threshold.
     pub(super) fn arming_current_ma(
         &mut self,
         channel: u8,
@@ -70,7 +72,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         Ok(())
     }
 
-    /// Asks for a stop, and waits until the outputs are reported disconnected.
+    /// Stops the device, and waits until it reports that the outputs are disconnected.
     pub(super) fn stop(&mut self) -> Result<(), Error> {
         self.is_armed = false;
         self.client.stop()?;
@@ -83,7 +85,8 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         Ok(())
     }
 
-    /// Waits until `until_us`, in the port's time, and sends keep-alives meanwhile.
+    /// Handles messages of the device until the time `until_us` of the port, and sends keep-alives
+    /// unless a separate thread does.
     pub(super) fn wait_until(&mut self, until_us: u64) -> Result<(), CalibrationError> {
         while self.client.port().now_us() < until_us {
             if !self.is_kept && self.client.port().now_us() >= self.due_us {
@@ -121,7 +124,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
     }
 }
 
-/// Returns advice for a device that ended stimulation with this event.
+/// Returns advice for the operator after the device ended stimulation with this event.
 fn advice(event: &Event) -> &'static str {
     match event {
         Event::Faulted(_) => {

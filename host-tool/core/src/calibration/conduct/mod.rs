@@ -17,51 +17,54 @@ use firmware::safety::StopCause;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// Time between two looks at operator and machine, µs.
+/// Time between two calls of the operator and the procedure, µs.
 const LOOK_US: u64 = 5_000;
 
-/// Procedure that is carried out step by step: it takes orders and time, and returns actions.
+/// Procedure on the plan's electrodes, either a calibration or a drift check. It receives commands
+/// and the time, and returns actions.
 pub(super) trait Procedure {
-    /// Returns the first actions.
+    /// Starts the procedure, and returns its first actions.
     fn begin(&mut self) -> Vec<Action>;
-    /// Lets time pass until `t_us`, and returns the actions that follow from it.
+    /// Advances the time to `t_us`, and returns the actions that are due, such as the end of a
+    /// level.
     fn advance_to(&mut self, t_us: u64) -> Vec<Action>;
-    /// Carries out an order at `t_us` completely, or refuses it and changes nothing.
+    /// Carries out a command at `t_us` completely and returns its actions, or refuses it and
+    /// changes nothing.
     fn execute_order(&mut self, t_us: u64, order: &Order) -> Result<Vec<Action>, Refusal>;
-    /// Discards the level that was given at `t_us`, or has just ended, because it was cut short.
-    /// The next raise gives the same level.
+    /// Discards the level that is being given at `t_us`, or about which a question is open, because
+    /// the stimulation was interrupted. The next raise gives the same level again.
     fn discard_level(&mut self, t_us: u64);
-    /// Returns the state that an operator sees at `t_us`.
+    /// Returns the state at `t_us` as an operator sees it.
     fn view(&self, t_us: u64) -> View;
-    /// Returns whether a level is being given.
+    /// Returns whether a level is being given at present.
     fn is_stimulating(&self) -> bool;
-    /// Returns whether every electrode is done.
+    /// Returns whether no electrode remains, so that the procedure is over.
     fn is_finished(&self) -> bool;
-    /// Writes the wearer file, and returns how many electrodes it contains; `None` if there was
-    /// nothing to write.
+    /// Writes the results to the wearer file. Returns the number of electrodes with results, or
+    /// `None` if there was nothing to write.
     fn write_wearer_file(&mut self) -> Result<Option<usize>, CalibrationError>;
 }
 
-/// Operator of a calibration, and the means to end it.
+/// Operator of a calibration or drift check, and the means to interrupt it.
 pub struct OperatorStation<'a> {
-    /// Source of the orders.
+    /// Source of the operator's commands.
     pub operator: &'a mut dyn Operator,
-    /// Signal that ends the calibration at once.
+    /// Signal, such as Ctrl-C, that ends the procedure at once; `None` if there is none.
     pub interruption: Option<Interruption>,
-    /// Whether a latched fault is acknowledged before the calibration.
+    /// Whether a latched fault of the device is acknowledged before the procedure begins.
     pub acknowledges: bool,
 }
 
-/// Extent of a calibration or check, whether or not it reached its end.
+/// Time and stimulation that a calibration or drift check took, whether or not it reached its end.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct ProcedureCost {
-    /// Duration in the device's time, s.
+    /// Duration in the device's time, s, from the opening of the device.
     pub t_s: f64,
-    /// Number of presentations.
+    /// Number of presentations, in each of which one level was given.
     pub given: usize,
 }
 
-/// Calibration under way on a device.
+/// Procedure that is in progress on a device.
 struct Conduct<'a, 'd, P, M> {
     client: Connection<P>,
     sessions: Vec<Session>,
@@ -69,27 +72,29 @@ struct Conduct<'a, 'd, P, M> {
     journal: &'a mut Journal,
     desk: &'a mut OperatorStation<'d>,
     instrument: Instrument,
-    /// Instrument's and wearer's state after the last presentation, for the view.
+    /// Latest observations for the operator's view: the reading and the verdict of the instrument,
+    /// and the reactions of a simulated wearer.
     seen: View,
-    /// Time of the next keep-alive, in the port's time, µs.
+    /// Time at which the next keep-alive is due, in the port's time, µs.
     due_us: u64,
-    /// Whether a separate thread sends the keep-alives.
+    /// Whether a separate thread sends the keep-alives, so that this one need not.
     is_kept: bool,
     read_us: u64,
     begun_us: u64,
     keep_alive_us: u64,
     is_armed: bool,
-    /// Whether the device was asked for a level above 0 that has not been taken back.
+    /// Whether the device may be giving a level above 0: one was requested, and no level of 0 was
+    /// accepted since.
     is_given: bool,
-    /// Reason why the device ended stimulation by itself.
+    /// Reason why the device ended stimulation by itself; `None` if it did not.
     ended: Option<StopCause>,
-    /// Times of this computer's recent stalls, µs.
+    /// Times of this computer's stalls within the last minute, µs.
     stalls: VecDeque<u64>,
     given: usize,
 }
 
-/// Carries out `machine` on the plan's electrodes through `port`, and returns the port unless it
-/// was lost. The device is asked to stop first, however the calibration ended.
+/// Carries out the procedure `machine` on the device behind `port`, and returns the port unless it
+/// was lost. Before it returns, the device is asked to stop, however the procedure ended.
 pub(super) fn conduct<P: Port, M: Procedure>(
     port: P,
     plan: &Plan,
@@ -177,7 +182,8 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         self.poll_all()
     }
 
-    /// Stops the device in every case, then records the reason for the end in the journal.
+    /// Stops the device if it is armed. Then records in the journal why the procedure ended early,
+    /// if it did.
     fn close(
         mut self,
         result: Result<(), CalibrationError>,
@@ -203,7 +209,8 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         self.client.port().now_us().saturating_sub(self.begun_us)
     }
 
-    /// Looks once at device, instrument, operator and machine.
+    /// Runs one cycle: reads the instrument, advances the procedure, and carries out the operator's
+    /// commands.
     fn poll_all(&mut self) -> Result<(), CalibrationError> {
         self.read_instrument();
         let t_us = self.t_us();
@@ -289,7 +296,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         Ok(())
     }
 
-    /// Reads the instrument, and the reactions of a simulated wearer.
+    /// Reads the instrument and the reactions of a simulated wearer, if a reading is due.
     fn read_instrument(&mut self) {
         let now_us = self.client.port().now_us();
         if now_us < self.read_us {
@@ -346,13 +353,15 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
     }
 }
 
-/// Returns the host timeout that every electrode's session has, ms.
+/// Returns the host silence after which the device ends stimulation, ms. It is the same in the
+/// sessions of all electrodes.
 fn host_timeout_ms(sessions: &[Session]) -> u16 {
     let first = sessions.first();
     first.map_or(HOST_TIMEOUT_MS, |session| session.wearer.host_timeout_ms)
 }
 
-/// Describes the electrode and the step in words.
+/// Describes the present place in the procedure, for example "electrode 2 of 5 (channel 3),
+/// threshold".
 fn describe_position(view: &View) -> String {
     match view.phase {
         Phase::Done => "the end".to_owned(),

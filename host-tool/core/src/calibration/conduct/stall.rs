@@ -12,14 +12,15 @@ use firmware::link::Event;
 use firmware::safety::StopCause;
 use std::time::Duration;
 
-/// Maximum number of stalls within [`WITHIN_US`]; more end the calibration.
+/// Largest number of stalls within [`WITHIN_US`] after which the calibration continues.
 const MOST: usize = 5;
 
-/// Period in which stalls are counted: one minute of the device's time, µs.
+/// Time within which stalls are counted, µs: one minute of the device's time.
 const WITHIN_US: u64 = 60_000_000;
 
 impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
-    /// Continues after a stall of this computer, which lasted for `pause`.
+    /// Continues at the present electrode and step after a stall of this computer. `pause` is the
+    /// longest time between two keep-alives.
     ///
     /// # Errors
     /// There were too many stalls, or the device failed again.
@@ -51,8 +52,8 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         self.arm(view.electrode.saturating_sub(1))
     }
 
-    /// Returns the pause of this computer that made the device end stimulation and so led to
-    /// `error`; `None` if the cause was another.
+    /// Returns the pause between keep-alives of this computer that made the device end stimulation
+    /// and so led to `error`. Returns `None` if `error` has another cause.
     ///
     /// # Errors
     /// The device is lost.
@@ -81,7 +82,8 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         Ok(keeper.and_then(|keeper| keeper.explaining_pause(timeout)))
     }
 
-    /// Remembers the first reason why the device ended stimulation, if `event` reports an end.
+    /// Remembers why the device ended stimulation, if `event` reports this. Only the first reason
+    /// counts.
     pub(super) fn note_end(&mut self, event: &Event) {
         if let Event::Stopping(cause) | Event::Stopped(cause) = event {
             self.ended.get_or_insert(*cause);

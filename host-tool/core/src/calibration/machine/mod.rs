@@ -9,49 +9,55 @@ use super::journal::Entry;
 use super::presentation::Presentation;
 use super::{ElectrodeResult, Level, Order, Plan, PlannedElectrode, Refusal, Step};
 
-/// Action for the caller to carry out, in the order given.
+/// Action that the caller carries out on the device, the journal or the wearer file. Several
+/// actions are carried out in the sequence in which they are returned.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Action {
-    /// Configure and arm this electrode (index into the plan) at amplitude 0.
+    /// Configure and arm the electrode with this index in the plan, at amplitude 0.
     Arm(usize),
-    /// Give this channel, counted from 1, this level from now on; level 0 is silence.
+    /// Set the channel (counted from 1) to this level from now on; level 0 ends the stimulation.
     Give(u8, Level),
     /// Add an entry to the journal.
     Record(Entry),
-    /// Write the wearer file, because an electrode is done.
+    /// Write the wearer file, because an electrode is complete or left out.
     Write,
-    /// Show the operator a refusal that does not answer an order.
+    /// Show the operator that a result was refused, although the command that led to it was carried
+    /// out.
     Tell(Refusal),
-    /// Silence the device at once and end, because the operator aborted.
+    /// End stimulation at once, and the calibration, because the operator aborted it.
     Abort,
 }
 
-/// State of the procedure, which calibrates the plan's electrodes one after the other.
+/// State machine of the calibration, which takes the electrodes of the plan one after the other
+/// through all steps.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Machine {
     plan: Plan,
     found: Vec<ElectrodeResult>,
-    /// Highest level allowed at each electrode, below the levels that were too much.
+    /// Highest level that may still be given at each electrode: below every level that was too
+    /// much.
     caps: Vec<Level>,
-    /// Index of the present electrode; `None` when all are done.
+    /// Index of the present electrode in the plan; `None` when all electrodes are done.
     at: Option<usize>,
     step: Step,
-    /// Level given last, or chosen.
+    /// Level that was given last, or from which the step starts.
     level: Level,
     presentation: Presentation,
-    /// In the threshold step: level that moved something once.
+    /// In the threshold step: the level at which a movement was seen once and must be confirmed.
     moved: Option<Level>,
-    /// In the threshold step: first level of this climb.
+    /// In the threshold step: the first level that was given since the search last began from
+    /// below.
     first: Option<Level>,
-    /// Values of `level` and `first` before the latest presentation.
+    /// Values of `level` and `first` before the latest presentation, which are restored if it is
+    /// discarded.
     before: (Level, Option<Level>),
-    /// In the comfort step: highest level that the wearer accepted.
+    /// In the comfort step: the highest level that the wearer has accepted so far.
     accepted: Option<Level>,
 }
 
 impl Machine {
-    /// Creates the procedure after the entries of a journal, at the first electrode that is not
-    /// done.
+    /// Creates the state after the given entries of a journal. It begins with the first electrode
+    /// that is neither complete nor left out.
     #[must_use]
     pub fn new(plan: Plan, entries: &[Entry]) -> Self {
         let mut machine = Self {
@@ -73,7 +79,7 @@ impl Machine {
         machine
     }
 
-    /// Returns the first actions.
+    /// Starts the procedure, and returns its first actions.
     pub fn begin(&mut self) -> Vec<Action> {
         // An earlier course may have found results that it could no longer write.
         let is_owed = self.found.iter().any(ElectrodeResult::is_complete);
@@ -85,31 +91,32 @@ impl Machine {
         actions
     }
 
-    /// Returns whether every electrode is done or left out.
+    /// Returns whether every electrode is complete or left out.
     #[must_use]
     pub const fn is_finished(&self) -> bool {
         self.at.is_none()
     }
 
-    /// Returns the plan that the procedure follows.
+    /// Returns the plan with the electrodes that are calibrated.
     #[must_use]
     pub const fn plan(&self) -> &Plan {
         &self.plan
     }
 
-    /// Returns the results by electrode of the plan.
+    /// Returns the results of each electrode, in the order of the plan.
     #[must_use]
     pub fn results(&self) -> &[ElectrodeResult] {
         &self.found
     }
 
-    /// Returns whether a level is being given.
+    /// Returns whether a level is being given at present.
     #[must_use]
     pub const fn is_stimulating(&self) -> bool {
         self.presentation.is_stimulating()
     }
 
-    /// Lets time pass until `t_us`, and returns the actions that follow from it.
+    /// Advances the time to `t_us`, and returns the actions that are due, such as the end of a
+    /// level.
     pub fn advance_to(&mut self, t_us: u64) -> Vec<Action> {
         match self.presentation.advance_to(t_us) {
             true => vec![Action::Give(self.channel(), Level(0))],
@@ -117,8 +124,8 @@ impl Machine {
         }
     }
 
-    /// Discards the level that was given at `t_us`, or has just ended, because it was cut short.
-    /// The next raise gives the same level.
+    /// Discards the level that is being given at `t_us`, or about which a question is open, because
+    /// the stimulation was interrupted. The next raise gives the same level again.
     pub fn discard_level(&mut self, t_us: u64) {
         if self.is_stimulating() || self.presentation.has_question {
             (self.level, self.first) = self.before;
@@ -126,11 +133,11 @@ impl Machine {
         }
     }
 
-    /// Carries out an order at `t_us` completely, or refuses it and changes nothing. Lowering, "too
-    /// much" and abort are always carried out.
+    /// Carries out a command at `t_us` completely and returns its actions, or refuses it and
+    /// changes nothing. The commands to lower, "too much" and abort are carried out in every state.
     ///
     /// # Errors
-    /// Returns a [`Refusal`] with the reason.
+    /// A [`Refusal`] with the reason.
     pub fn execute_order(&mut self, t_us: u64, order: &Order) -> Result<Vec<Action>, Refusal> {
         if *order == Order::Abort {
             return Ok(vec![Action::Abort]);
@@ -154,7 +161,8 @@ impl Machine {
         &self.plan.electrodes[at]
     }
 
-    /// Returns the difference between two levels of this step.
+    /// Returns the difference between successive levels in the present step: coarse for placement,
+    /// otherwise fine.
     fn level_step(&self, at: usize) -> Level {
         match self.step {
             Step::Placement => self.planned_electrode(at).coarse,
@@ -162,13 +170,15 @@ impl Machine {
         }
     }
 
-    /// Returns the highest level that this electrode may be given now.
+    /// Returns the highest level that may be given at this electrode at present: the wearer's limit
+    /// once it is known, but below every level that was too much.
     fn highest_level(&self, at: usize) -> Level {
         let limit = self.found[at].limit.unwrap_or(self.caps[at]);
         self.caps[at].min(limit)
     }
 
-    /// Returns the level that a raise would give; `None` if there is no higher level.
+    /// Returns the level that the command to raise would give; `None` if the present level is the
+    /// highest.
     fn next_level(&self, at: usize) -> Option<Level> {
         let next = self
             .level
@@ -242,8 +252,8 @@ impl Machine {
         }
     }
 
-    /// Ensures that `level` is not given again at this electrode, and removes results above the new
-    /// maximum.
+    /// Lowers the highest level of an electrode, so that `level` is not given again. Removes
+    /// results of this electrode that are above the new highest level.
     fn cap(&mut self, at: usize, level: Level) {
         let cap = level
             .saturating_sub(self.planned_electrode(at).step)
@@ -351,13 +361,14 @@ impl Machine {
         Ok(Vec::new())
     }
 
-    /// Sets the level so that the next raise of the threshold's climb gives `first`.
+    /// Restarts the search for the threshold from below, so that the next raise gives the level
+    /// `first`.
     fn climb_from(&mut self, at: usize, first: Level) {
         self.level = first.saturating_sub(self.planned_electrode(at).step);
         (self.moved, self.first) = (None, None);
     }
 
-    /// Stores the step's result, and goes on to the next step or electrode.
+    /// Stores the result of the present step, and goes on to the next step or the next electrode.
     fn store_result(&mut self, at: usize, value: Value) -> Result<Vec<Action>, Refusal> {
         self.found[at].store(self.step, &value)?;
         let (channel, step) = (self.channel(), self.step);

@@ -4,7 +4,8 @@ use super::Machine;
 use crate::calibration::Entry;
 
 impl Machine {
-    /// Applies an entry as if it happened again, without actions for the device.
+    /// Restores the effect of a journal entry on the results and on the highest levels, without
+    /// actions for the device.
     pub(super) fn replay(&mut self, entry: &Entry) {
         let of = |channel: u8| {
             let mut electrodes = self.plan.electrodes.iter();

@@ -4,7 +4,8 @@ use super::Machine;
 use crate::calibration::{Level, Phase, Step, View};
 
 impl Machine {
-    /// Returns the state that an operator sees at `t_us`.
+    /// Returns the state at `t_us` as an operator sees it. The readings and verdicts of the
+    /// instrument are missing; the caller adds them.
     #[must_use]
     pub fn view(&self, t_us: u64) -> View {
         let at = self

@@ -15,7 +15,7 @@ use super::document::Document;
 use super::error::{Place, Problem};
 use super::field::{Condition, Field, Need, Section};
 
-/// One table of the file.
+/// One table of a TOML file, with the fields that were read from it.
 pub(crate) struct Table<'a> {
     doc: &'a Document,
     path: String,
@@ -28,7 +28,7 @@ pub(crate) struct Table<'a> {
 /// A field that is present in the file.
 struct Entry<'a> {
     span: Range<usize>,
-    /// Value of the field; `None` if it has an error.
+    /// Value of the field; `None` if it has an error, which was reported.
     value: Option<Value<'a>>,
 }
 
@@ -37,26 +37,26 @@ enum Value<'a> {
     Texts(Vec<&'a str>),
     Flag(bool),
     Word(&'static str),
-    /// Number in the device's steps.
+    /// Number of the device's steps.
     Whole(i64),
     Real(f64),
-    /// Numbers in the device's steps, each with its place.
+    /// Numbers of the device's steps, each with its place in the text.
     Wholes(Vec<(i64, Range<usize>)>),
-    /// Places of the numbers of each pair.
+    /// Places in the text of the two numbers of each pair.
     Pairs(Vec<[Range<usize>; 2]>),
     Table(Table<'a>),
     Tables(Vec<Table<'a>>),
 }
 
-/// Access to the values of a table without errors.
+/// Access to the values of a table whose fields were checked.
 impl<'a> Table<'a> {
-    /// Returns whether no field of the table has an error by itself; tables within it count
-    /// separately.
+    /// Returns whether each field of the table is valid by itself. Tables within this table are not
+    /// considered.
     pub(crate) const fn is_valid(&self) -> bool {
         self.sound
     }
 
-    /// Returns whether the file has this field.
+    /// Returns whether the file has this field in this table, with or without an error.
     pub(crate) fn has(&self, name: &str) -> bool {
         self.entries.contains_key(name)
     }
@@ -65,7 +65,8 @@ impl<'a> Table<'a> {
         self.entries.get(name)?.value.as_ref()
     }
 
-    /// Returns the declaration of a field that applies in this table.
+    /// Returns the declaration of the field `name` that applies in this table. A name may have
+    /// several declarations with different conditions.
     fn field(&self, name: &str) -> Option<&'static Field> {
         let mut same = self.section.iter().filter(|field| field.name == name);
         same.find(|field| self.applies(field))
@@ -88,20 +89,23 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Returns the number in this field, or its default. If there is neither, or it does not fit in
-    /// `T`, returns the largest value of `T`, which no rule of the firmware accepts.
+    /// Returns the number of the device's steps in the field `name`, or its default. If there is
+    /// neither, or the number does not fit in `T`, returns the largest value of `T`, which no rule
+    /// of the firmware accepts.
     pub(crate) fn integer<T: WholeNumber>(&self, name: &str) -> T {
         self.integer_or(name, T::TOP)
     }
 
-    /// Returns the number in this field, with `default` if it is left out; otherwise as
-    /// [`Self::integer`].
+    /// Returns the number of the device's steps in the field `name`, or `default` if the field is
+    /// left out and declares no default of its own. A number that does not fit in `T` becomes the
+    /// largest value of `T`.
     pub(crate) fn integer_or<T: WholeNumber>(&self, name: &str, default: T) -> T {
         self.find_integer(name)
             .map_or(default, |value| T::try_from(value).unwrap_or(T::TOP))
     }
 
-    /// Returns the number in this field, which need not be whole; `None` if it is left out.
+    /// Returns the number in the field `name`, which need not be a whole number of steps; `None` if
+    /// it is left out.
     pub(crate) fn real(&self, name: &str) -> Option<f64> {
         match self.get(name) {
             Some(Value::Real(value)) => Some(*value),
@@ -109,8 +113,8 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Returns the number in this field times 10^`power`, as exactly as it is written; `None` if it
-    /// is left out.
+    /// Returns the number in the field `name` times 10^`power`, without rounding error; `None` if
+    /// it is left out.
     pub(crate) fn decimal(&self, name: &str, power: i32) -> Option<f64> {
         match self.entries.get(name)? {
             Entry {
@@ -121,7 +125,8 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Returns the pairs of numbers in this field times 10^`power`, as exactly as they are written.
+    /// Returns the pairs of numbers in the field `name` times 10^`power`, without rounding errors;
+    /// none if it is left out.
     pub(crate) fn pairs(&self, name: &str, power: i32) -> Vec<[f64; 2]> {
         let Some(Value::Pairs(pairs)) = self.get(name) else {
             return Vec::new();
@@ -136,7 +141,8 @@ impl<'a> Table<'a> {
         parse_scaled(self.doc.text.get(span.clone())?, power)
     }
 
-    /// Returns the list of numbers in this field, in the device's steps, each with its place.
+    /// Returns the list of numbers in the field `name`, in the device's steps, each with its place
+    /// in the text. The list is empty if the field is left out.
     pub(crate) fn integers(&self, name: &str) -> &[(i64, Range<usize>)] {
         match self.get(name) {
             Some(Value::Wholes(values)) => values,
@@ -144,7 +150,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Returns whether this field is true.
+    /// Returns whether the field `name` is true; false if it is left out.
     pub(crate) fn flag(&self, name: &str) -> bool {
         matches!(self.get(name), Some(Value::Flag(true)))
     }
@@ -164,12 +170,14 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Returns the word in this field or its default; an empty text if there is neither.
+    /// Returns the word in the field `name`, or its default. Returns an empty text if there is
+    /// neither.
     pub(crate) fn word(&self, name: &str) -> &'static str {
         self.word_of(name).unwrap_or_default()
     }
 
-    /// Returns the value that `choices` gives for the word in this field.
+    /// Returns the value that `choices` pairs with the word in the field `name`; `None` if the word
+    /// is not in `choices`.
     pub(crate) fn choice<T: Copy>(&self, name: &str, choices: &[(&str, T)]) -> Option<T> {
         let word = self.word(name);
         choices
@@ -178,7 +186,7 @@ impl<'a> Table<'a> {
             .map(|(_, value)| *value)
     }
 
-    /// Returns the text in this field; `None` if it is left out.
+    /// Returns the text in the field `name`; `None` if it is left out.
     pub(crate) fn text(&self, name: &str) -> Option<&'a str> {
         match self.get(name) {
             Some(Value::Text(text)) => Some(text),
@@ -186,7 +194,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Returns the list of texts in this field; an empty list if it is left out.
+    /// Returns the list of texts in the field `name`; an empty list if it is left out.
     pub(crate) fn texts(&self, name: &str) -> &[&'a str] {
         match self.get(name) {
             Some(Value::Texts(texts)) => texts,
@@ -194,7 +202,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Returns the table in this field; `None` if it is left out.
+    /// Returns the table in the field `name`; `None` if it is left out.
     pub(crate) fn table(&self, name: &str) -> Option<&Self> {
         match self.get(name) {
             Some(Value::Table(table)) => Some(table),
@@ -202,8 +210,8 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Returns the result of `read` for the table in this field: `Some(None)` if the table is left
-    /// out, `None` if it has errors.
+    /// Passes the table in the field `name` to `read` and returns the result. Returns `Some(None)`
+    /// if the table is left out, and `None` if it or `read` has an error.
     pub(crate) fn optional_table<T>(
         &self,
         name: &str,
@@ -216,7 +224,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Returns the list of tables in this field; an empty list if it is left out.
+    /// Returns the list of tables in the field `name`; an empty list if it is left out.
     pub(crate) fn tables(&self, name: &str) -> &[Self] {
         match self.get(name) {
             Some(Value::Tables(tables)) => tables,
@@ -225,9 +233,9 @@ impl<'a> Table<'a> {
     }
 }
 
-/// Reports of rules that several fields break together.
+/// Reports of errors that the meaning of the fields shows, after each field was checked by itself.
 impl Table<'_> {
-    /// Returns the path of the field in the file.
+    /// Returns the path of the field `name` in the file, for example "channel.train.width_us".
     pub(crate) fn field_path(&self, name: &str) -> String {
         if self.path.is_empty() {
             name.into()
@@ -236,7 +244,7 @@ impl Table<'_> {
         }
     }
 
-    /// Returns the place of a field, or of the table if the field is left out.
+    /// Returns the place of the field `name` in the text, or of the table if the field is left out.
     pub(crate) fn field_place(&self, name: &str) -> Place {
         let entry = self.entries.get(name);
         Place {
@@ -254,29 +262,33 @@ impl Table<'_> {
         }
     }
 
-    /// Reports a problem at this field, or at the table if the field is left out.
+    /// Reports a problem at the field `name`, or at the table if the field is left out.
     pub(crate) fn report(&self, name: &str, problem: Problem) {
         self.doc.report(problem, self.field_place(name));
     }
 
-    /// Reports that the field is outside the range `allowed`.
+    /// Reports that the value of the field `name` is not allowed. `allowed` describes the values
+    /// that are.
     pub(crate) fn report_out_of_range(&self, name: &str, allowed: String) {
         self.report(name, Problem::OutOfRange { allowed });
     }
 
-    /// Reports that the field must come after `after`.
+    /// Reports that the value of the field `name` must be greater than `after`, a description of
+    /// the other value.
     pub(crate) fn report_not_after(&self, name: &str, after: String) {
         self.report(name, Problem::NotInOrder { after });
     }
 
-    /// Returns a time, µs, from `least` to the end of the session; reports any other time.
+    /// Returns the time in the field `name`, µs, which must be between `least` and `duration_us`.
+    /// Otherwise reports it and returns `None`.
     pub(crate) fn time(&self, name: &str, least: i64, duration_us: u64) -> Option<u64> {
         let time = self.integer(name);
         self.within(time, self.field_place(name), least, duration_us)
     }
 
-    /// Returns a list of times, µs, from `least` to the end of the session, which rise by at least
-    /// `apart`; reports any other list.
+    /// Returns the list of times in the field `name`, µs. They must be between `least` and
+    /// `duration_us`, and each must be at least `apart` after the one before. Otherwise reports the
+    /// first wrong time and returns `None`.
     pub(crate) fn times(
         &self,
         name: &str,
@@ -309,7 +321,8 @@ impl Table<'_> {
         None
     }
 
-    /// Reports the firmware's refusal at the field concerned, in this table or in one within it.
+    /// Reports a refusal by the firmware at the field that holds the refused quantity, in this
+    /// table or in a table within it.
     pub(crate) fn report_refusal(&self, e: impl Into<Refusal<'static>>) {
         let Refusal {
             field, min, max, ..
@@ -329,7 +342,8 @@ impl Table<'_> {
         }
     }
 
-    /// Returns the table and field that hold a quantity of the firmware, or would hold it.
+    /// Returns the field that holds the firmware's quantity `device` or, if the file leaves it out,
+    /// that could hold it, and the table of this field.
     fn find_quantity(&self, device: &str) -> Option<(&Self, &'static Field)> {
         let is = |field: &&Field| field.number().is_some_and(|number| number.device == device);
         let mut own = self.section.iter().filter(is);
@@ -345,9 +359,9 @@ impl Table<'_> {
     }
 }
 
-/// An integer type of the link.
+/// Integer type to which a number in a file can be converted.
 pub(crate) trait WholeNumber: TryFrom<i64> {
-    /// The largest value of the type.
+    /// Largest value of the type. It stands for a number that is missing or does not fit.
     const TOP: Self;
 }
 

@@ -14,7 +14,7 @@ use super::{Entry, Table, Value};
 use crate::suggestion::nearest;
 
 impl<'a> Table<'a> {
-    /// Reads the top-level table of a file.
+    /// Checks and reads the top-level table of a file.
     pub(crate) fn root(
         doc: &'a Document,
         root: &'a Spanned<DeTable<'a>>,
@@ -23,7 +23,8 @@ impl<'a> Table<'a> {
         Self::read(doc, String::new(), 0..0, root.get_ref(), section)
     }
 
-    /// Checks a table against its fields and reports the errors of each.
+    /// Checks a table of the file against the declared fields in `section`, and reports the errors
+    /// of each field. `path` and `span` are the path and the place of the table.
     fn read(
         doc: &'a Document,
         path: String,
@@ -73,7 +74,8 @@ impl<'a> Table<'a> {
         table
     }
 
-    /// Stores the value of a permitted field, or reports why the file must not have it.
+    /// Reads `field` if the file has it and may have it. Reports a field that the file must not
+    /// have.
     fn read_field(&mut self, field: &'static Field, file: &'a DeTable<'a>) {
         let Some((key, found)) = file.get_key_value(field.name) else {
             return;
@@ -93,8 +95,8 @@ impl<'a> Table<'a> {
         self.entries.insert(field.name, Entry { span, value });
     }
 
-    /// Returns whether the file may have this field, or `None` if an error in another field leaves
-    /// it open.
+    /// Returns whether the condition of a field's declaration is met, so that the file may have it.
+    /// Returns `None` if an error in another field leaves this open.
     fn is_allowed(&self, field: &Field, file: &DeTable<'_>) -> Option<bool> {
         match field.when {
             None => Some(true),
@@ -106,7 +108,8 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Reports a field that another field rules out.
+    /// Reports a field that the file must not have because of the value or the presence of another
+    /// field.
     fn report_misplaced(
         &mut self,
         field: &Field,
@@ -142,7 +145,8 @@ impl<'a> Table<'a> {
         self.doc.report(problem, place);
     }
 
-    /// Returns the problem of an unknown field name, and the field that was probably meant.
+    /// Returns the problem of a field name that is not declared, and the declared name that was
+    /// probably meant.
     fn unknown(&self, name: &str) -> (Problem, Option<&'static str>) {
         let mut known: Vec<&str> = Vec::new();
         for field in self.section {
@@ -161,7 +165,7 @@ impl<'a> Table<'a> {
         )
     }
 
-    /// Returns the value of a field. Returns `None` if it has an error, which is reported.
+    /// Reads the value of a field. Returns `None` after reporting an error in it.
     fn read_value(
         &self,
         field: &'static Field,
@@ -255,8 +259,8 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// Returns the places of the two numbers of a pair; `None` if the value is not a pair, and
-    /// `Some(None)` if a number has an error, which is reported.
+    /// Reads a pair of numbers and returns the places of both in the text. Returns `None` if the
+    /// value is not a pair, and `Some(None)` after reporting an error in one of the numbers.
     fn read_pair(
         &self,
         field: &Field,
@@ -285,8 +289,8 @@ impl<'a> Table<'a> {
         Some(Self::read(self.doc, path, found.span(), file, section))
     }
 
-    /// Returns a number in its field's steps, which must be whole; `None` if the value is not a
-    /// number, and `Some(None)` if it has an error, which is reported.
+    /// Reads a number that must be a whole number of its field's steps. Returns `None` if the value
+    /// is not a number, and `Some(None)` after reporting an error in it.
     fn read_integer(
         &self,
         number: &Number,
@@ -311,8 +315,8 @@ impl<'a> Table<'a> {
         Some(self.check_range(number, fits, value, place))
     }
 
-    /// Returns a number that need not be whole; `None` if the value is not a number, and
-    /// `Some(None)` if it has an error, which is reported.
+    /// Reads a number of any precision. Returns `None` if the value is not a number, and
+    /// `Some(None)` after reporting an error in it.
     fn read_real(&self, number: &Number, value: &DeValue<'_>, place: Place) -> Option<Option<f64>> {
         let value = match value {
             DeValue::Float(float) => float.as_str().replace('_', "").parse().ok()?,
@@ -332,8 +336,9 @@ impl<'a> Table<'a> {
         Some(self.check_range(number, fits, value, place))
     }
 
-    /// Returns `read_value` if it is in range, or if other fields restrict the range and so decide
-    /// later.
+    /// Returns `value` if it `fits` the range of its field. Otherwise reports it and returns
+    /// `None`. If other fields restrict the range further, the error is only tentative, and `value`
+    /// is returned so that the rule between the fields can report it more precisely.
     fn check_range<T>(&self, number: &Number, fits: bool, value: T, place: Place) -> Option<T> {
         if fits {
             return Some(value);
@@ -350,8 +355,8 @@ impl<'a> Table<'a> {
     }
 }
 
-/// The words that `given` is the beginning of, such as both polarities of `biphasic`, or else the
-/// most similar one.
+/// Returns a suggestion for the unknown word `given`: all words that continue it after a hyphen,
+/// such as both polarities of `biphasic`, or else the most similar word.
 fn suggest_word(given: &str, words: &[&'static str]) -> Option<String> {
     let longer = words.iter().filter(|word| {
         let rest = word.strip_prefix(given);
@@ -364,13 +369,13 @@ fn suggest_word(given: &str, words: &[&'static str]) -> Option<String> {
     }
 }
 
-/// Returns whether a text is not blank and has at most `most` characters.
+/// Returns whether a text is more than white space and has at most `most` characters.
 fn is_valid_text(text: &str, most: usize) -> bool {
     !text.trim().is_empty() && text.chars().count() <= most
 }
 
-/// Returns the first character of a text that an XML document must not contain or that a terminal
-/// executes, except for tabs and line ends, for example "U+001B".
+/// Returns the first character of a text that reports and charts cannot contain or that a terminal
+/// would execute, for example "U+001B". Tabs and line ends are allowed.
 fn forbidden_character(text: &str) -> Option<String> {
     let is_such = |c: &char| match c {
         '\t' | '\n' | '\r' => false,
@@ -385,8 +390,8 @@ fn characters(most: usize) -> String {
     format!("1 to {most} characters")
 }
 
-/// Returns the decimal of a number; `None` if the value is not a number, and `Some(None)` if it is
-/// not finite or has too many digits.
+/// Returns the exact decimal of a TOML number. Returns `None` if the value is not a number, and
+/// `Some(None)` if it is not finite or has too many digits.
 fn decimal(value: &DeValue<'_>) -> Option<Option<Decimal>> {
     match value {
         DeValue::Float(float) => Some(Decimal::parse(float.as_str())),
@@ -398,7 +403,7 @@ fn decimal(value: &DeValue<'_>) -> Option<Option<Decimal>> {
     }
 }
 
-/// Returns the type of a value for messages.
+/// Returns the name of a value's type for messages, for example "a truth value".
 fn kind(value: &DeValue<'_>) -> &'static str {
     match value {
         DeValue::String(_) => "text",
