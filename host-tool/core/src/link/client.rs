@@ -11,7 +11,7 @@ use firmware::link::{
 use firmware::units::Micros;
 use std::collections::VecDeque;
 
-/// Maximum number of sent requests whose answers are still awaited.
+/// Maximum number of requests that were sent and not yet answered.
 const MAX_AWAITED: usize = 256;
 
 /// Message of the device. Device times are in µs, have 64 bits and do not wrap;
@@ -44,20 +44,20 @@ impl Incoming {
         }
     }
 
-    /// Returns whether the message turns this host away without having read its request: a device
-    /// that serves another host answers like this before it reads a number.
+    /// Returns whether the message says that the device serves another host. Such a device refuses
+    /// a request without reading its number, so the refusal carries no number.
     fn is_session_refusal(&self) -> bool {
         matches!(self, Self::Refused(None, refused) if refused.code() == Some(Code::SessionTaken))
     }
 }
 
-/// Request whose answer is awaited.
+/// Request that was sent and not yet answered.
 #[derive(Clone, Debug)]
 struct PendingRequest {
     seq: u16,
     /// Host time at which the request was sent, µs.
     sent_us: u64,
-    /// Request that changes the setup if the device accepts it; `None` for other requests.
+    /// The request itself if an acknowledgement of it changes the setup; `None` for other requests.
     configures: Option<Request>,
 }
 
@@ -83,11 +83,12 @@ pub struct Client {
     session: u16,
     numbers: Numbers,
     clock: Clock,
-    /// Number of the `Hello` whose answer is awaited.
+    /// Number of the latest `Hello` while its answer is awaited; `None` otherwise.
     opening: Option<u16>,
     awaited: VecDeque<PendingRequest>,
     incoming: VecDeque<Incoming>,
-    /// Checksum of the setup that the device has accepted.
+    /// Checksum of the requests by which the host has set up the device, as far as the device has
+    /// acknowledged them.
     setup: SetupSum,
 }
 
@@ -96,10 +97,10 @@ impl Client {
     /// incomplete.
     pub const BREAK: [u8; 1] = [0];
 
-    /// Opens a session, or opens it again after a reset. Returns the request's number and the bytes
-    /// to send after [`Self::BREAK`] at `now_us`, host time in µs. The answer is an
-    /// [`Incoming::Hello`] or a refusal; messages that came before it were meant for an earlier
-    /// host and are dropped.
+    /// Opens a session, or opens it again after a reset. Returns the number of the request and the
+    /// bytes to send after [`Self::BREAK`] at `now_us`, host time in µs. The answer is an
+    /// [`Incoming::Hello`] or a refusal. Messages that arrive before the answer were meant for an
+    /// earlier host and are dropped.
     pub fn hello(&mut self, now_us: u64) -> (u16, Vec<u8>) {
         self.awaited.clear();
         let (seq, request) = (self.numbers.next(), Request::Hello { schema: SCHEMA });
@@ -109,7 +110,8 @@ impl Client {
         (seq, frame)
     }
 
-    /// Returns the number of `request` and the bytes to send at `now_us`, host time in µs.
+    /// Numbers and frames `request`. Returns its number and the bytes to send at `now_us`, host
+    /// time in µs.
     ///
     /// # Errors
     /// [`Error::TooLarge`]: the request does not fit a frame.
@@ -121,8 +123,8 @@ impl Client {
         Ok((seq, frame))
     }
 
-    /// Returns the request that arms exactly the setup which the requests acknowledged so far have
-    /// made, and no other.
+    /// Returns the request that arms the device. It carries a checksum of the setup that the
+    /// requests acknowledged so far have made, and the device refuses to arm any other setup.
     #[must_use]
     pub fn arm_request(&self) -> Request {
         let setup = self.setup.total();
@@ -140,8 +142,8 @@ impl Client {
         }
     }
 
-    /// Takes bytes that arrived by `now_us`, host time in µs; [`Self::take_message`] returns the
-    /// messages.
+    /// Takes bytes that arrived by `now_us`, host time in µs, and decodes the messages in them.
+    /// [`Self::take_message`] then returns these messages.
     ///
     /// # Errors
     /// [`Error::OtherSchema`]: the device that answers a `Hello` speaks another version.
@@ -166,7 +168,7 @@ impl Client {
         Ok(())
     }
 
-    /// Removes and returns the oldest message.
+    /// Removes and returns the oldest message that was received; `None` if there is none.
     pub fn take_message(&mut self) -> Option<Incoming> {
         self.incoming.pop_front()
     }
@@ -187,8 +189,8 @@ impl Client {
         self.incoming.remove(index)
     }
 
-    /// Returns the device time at host time `host_us`, both in µs, as the answers show; `None`
-    /// before the first answer.
+    /// Estimates the device time at host time `host_us`, both in µs, from the times of the answers
+    /// so far; `None` before the first answer.
     #[must_use]
     pub fn device_time(&self, host_us: u64) -> Option<u64> {
         self.clock.device_at(host_us)
@@ -201,8 +203,8 @@ impl Client {
         self.clock.fit()
     }
 
-    /// Returns a copy of this host's end of the session in its present state, which continues on
-    /// its own.
+    /// Returns a copy of this end of the session in its present state. The copy and the original
+    /// then continue independently of each other.
     #[must_use]
     pub fn snapshot(&self) -> Self {
         Self {
@@ -217,16 +219,17 @@ impl Client {
         }
     }
 
-    /// Returns a source of keep-alive frames for this session, for a thread that sends them on its
-    /// own. Frames must be sent in the order of their numbers: send each frame before the next is
-    /// made.
+    /// Returns a function that makes keep-alive frames for this session, for a thread that sends
+    /// them. Send each frame before the next is made, by the thread or by this client, so that
+    /// frames leave in the order of their numbers.
     pub fn keep_alives(&self) -> impl FnMut() -> Vec<u8> + Send + 'static {
         let (session, numbers) = (self.session, self.numbers.clone());
         // A keep-alive always fits a frame.
         move || frame_request(session, numbers.next(), Request::KeepAlive).unwrap_or_default()
     }
 
-    /// Updates the clock and the setup from an answer, and keeps the message.
+    /// Updates the clock and the setup's checksum from an answer, and stores the message until it
+    /// is taken.
     fn store_message(&mut self, incoming: Incoming, now_us: u64) {
         let seq = incoming.answered_seq();
         let asked = self
@@ -255,9 +258,10 @@ impl Client {
     }
 }
 
-/// Returns the schema hash in the answer to the `Hello` with this number, if it is not the hash of
-/// this program. The variant, the request's number and the session's number precede the hash in
-/// every version; the bytes after it may have another meaning in another version.
+/// Returns the schema hash in the answer to the `Hello` with number `hello`, if it differs from the
+/// hash of this program. In every version of the protocol, an answer begins with its variant, the
+/// number of the request, the number of the session and the schema hash. The bytes after them may
+/// differ between versions.
 fn other_schema(message: &[u8], hello: Option<u16>) -> Option<u64> {
     let number = hello?;
     let begin = postcard::take_from_bytes::<(u32, u16, u16, u64)>(message);
@@ -266,7 +270,7 @@ fn other_schema(message: &[u8], hello: Option<u16>) -> Option<u64> {
     (is_hello && schema != SCHEMA).then_some(schema)
 }
 
-/// Converts a response into a message; `unwrap` turns device times into 64 bits.
+/// Converts a response into a message; `unwrap` extends its device time to 64 bits.
 fn to_incoming(response: Response<'_>, mut unwrap: impl FnMut(Micros) -> u64) -> Incoming {
     match response {
         Response::Ack { seq, at } => Incoming::Acknowledged(seq, unwrap(at)),

@@ -2,27 +2,29 @@
 
 use firmware::units::Micros;
 
-/// Relation of device time to host time. The exchange with the shortest round trip since the last
-/// refresh determines it.
+/// Relation of device time to host time, estimated from pairs of request and answer. The pair with
+/// the shortest round trip determines it, until 10 s have passed and a newer pair replaces it.
 ///
-/// A device stamps with 32 bits, which wrap after 71.6 minutes. Here, and nowhere else on the host,
-/// a stamp becomes microseconds in 64 bits that do not wrap; everything beyond the link counts with
-/// these.
+/// A device stamps its messages with 32 bits, which wrap after 71.6 minutes. This type, and nothing
+/// else on the host, extends a stamp to 64 bits, which do not wrap. All code beyond the link uses
+/// the 64-bit times.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Clock {
     best: Option<Exchange>,
     line: Option<Line>,
-    /// Arrival of the last stamp in host time, and its device time in 64 bits, µs.
+    /// Latest stamp: the host time at which it arrived, and its device time in 64 bits, µs.
     last: Option<(u64, u64)>,
 }
 
-/// Returns the stamp of `device_us` as the device knows it: its lower 32 bits.
+/// Returns the stamp by which the device knows the 64-bit device time `device_us`: its lower 32
+/// bits.
 #[must_use]
 pub const fn stamp(device_us: u64) -> Micros {
     Micros::new(device_us as u32)
 }
 
-/// Straight line through all exchanges: device time minus host time, as a function of host time.
+/// Least-squares line through all pairs of request and answer: device time minus host time, as a
+/// function of host time.
 #[derive(Clone, Copy, Debug, Default)]
 struct Line {
     first: Exchange,
@@ -30,18 +32,20 @@ struct Line {
     count: f64,
     mean_s: f64,
     mean_us: f64,
-    /// Running sums of squares and products of the deviations from the means.
+    /// Running sum of the squared deviations of host time from its mean, s².
     ss: f64,
+    /// Running sum of the products of both deviations, s·µs.
     su: f64,
+    /// Running sum of the squared deviations of the time difference from its mean, µs².
     uu: f64,
 }
 
-/// Fit of a [`Clock`] over a whole session.
+/// Fit of the device's clock against the host's clock over a whole session.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Fit {
-    /// Number of request and answer pairs in the fit.
+    /// Number of pairs of request and answer in the fit.
     pub exchanges: u64,
-    /// Shortest round trip, µs.
+    /// Shortest time from a request to its answer, µs.
     pub round_trip_us: u64,
     /// Device time minus host time at the first exchange, µs modulo 2^32.
     pub offset_us: u32,
@@ -61,7 +65,8 @@ impl Line {
         }
     }
 
-    /// Adds an exchange with Welford's update, which keeps the sums exact enough for days.
+    /// Adds a pair of request and answer by Welford's update, whose sums stay exact enough for
+    /// days.
     fn add(&mut self, exchange: Exchange) {
         self.shortest_us = self.shortest_us.min(exchange.round_trip_us);
         let seconds = exchange.host_us.saturating_sub(self.first.host_us) as f64 * 1e-6;
@@ -104,14 +109,16 @@ impl Exchange {
     }
 }
 
-/// Time after which a better exchange is forgotten, so that the estimate follows drift, µs.
+/// Time after which the exchange with the shortest round trip is replaced by a newer one, µs, so
+/// that the estimate follows the drift of the clocks.
 const KEEP_US: u64 = 10_000_000;
 
 impl Clock {
-    /// Returns the 64-bit time, µs, of a stamp that arrived at `host_us`. Of all times with these
-    /// lower 32 bits, it is the time nearest to where the device must be by the host's clock,
-    /// however long the device was silent. The first stamp becomes the time nearest to host time,
-    /// so that a simulated device's time is that of its world. The result is never less than 0.
+    /// Extends the stamp `at`, which arrived at host time `host_us`, to a device time of 64 bits,
+    /// µs. Of all times with these lower 32 bits, chooses the one nearest to the expected device
+    /// time: the previous device time plus the host time since then, however long the device was
+    /// silent. The first stamp becomes the time nearest to host time, so that device time equals
+    /// host time in a simulated world. The result is never below 0.
     pub fn unwrap_stamp(&mut self, host_us: u64, at: Micros) -> u64 {
         let expected_us = self.last.map_or(host_us, |(host, device)| {
             device.saturating_add(host_us.saturating_sub(host))
@@ -123,8 +130,8 @@ impl Clock {
         device_us
     }
 
-    /// Adds an exchange: a request sent at `sent_us`, answered by `received_us`, and stamped
-    /// `device_us` in between.
+    /// Adds a pair of request and answer: the request was sent at host time `sent_us`, the answer
+    /// arrived by `received_us`, and the device stamped it `device_us` in between.
     pub fn add_exchange(&mut self, sent_us: u64, received_us: u64, device_us: u64) {
         let round_trip_us = received_us.saturating_sub(sent_us);
         let exchange = Exchange {
@@ -143,13 +150,14 @@ impl Clock {
         }
     }
 
-    /// Returns the straight line through all exchanges; `None` before the first.
+    /// Returns the straight line through all pairs of request and answer; `None` before the first.
     #[must_use]
     pub fn fit(&self) -> Option<Fit> {
         self.line.as_ref().map(Line::fit)
     }
 
-    /// Returns the device time at host time `host_us`, µs; `None` before the first answer.
+    /// Estimates the device time at host time `host_us`, both in µs; `None` before the first
+    /// answer.
     #[must_use]
     pub fn device_at(&self, host_us: u64) -> Option<u64> {
         let since = |best: Exchange| host_us.cast_signed() - best.host_us.cast_signed();

@@ -7,11 +7,11 @@ use firmware::link::{HelloInfo, Request, Status};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Longest wait for an ordinary answer, µs.
+/// Time after which a request counts as not answered, µs.
 const ANSWER_US: u64 = 500_000;
 
-/// Longest wait between two looks for a signal or a stall, µs of port time. It is a multiple of the
-/// steps in which virtual time advances, so that it changes nothing there.
+/// Longest time between two checks for a signal or a stall, µs of the port's time. Virtual time
+/// advances in steps that divide it evenly, so the checks do not change the result of a simulation.
 const POLL_US: u64 = 2_000;
 
 /// Result of one wait for messages.
@@ -25,17 +25,17 @@ pub enum Polled {
     Over,
 }
 
-/// Session with a device behind a port.
+/// Session with a device behind a port: sends requests, waits for answers, and hands out messages.
 pub struct Connection<P> {
     port: P,
     client: Client,
     keeper: Option<Keeper>,
     interruption: Option<Interruption>,
-    /// Time at which the port was last asked for bytes, µs.
+    /// Time at which bytes were last requested from the port, µs of the port's time.
     asked_us: Option<u64>,
     stalls: Stalls,
-    /// Lock held while a frame is numbered and sent, so that frames leave one at a time in the
-    /// order of their numbers.
+    /// Lock that is held from the numbering of a frame until the frame is sent. Frames of this
+    /// connection and of the keep-alive thread therefore leave in the order of their numbers.
     line: Arc<Mutex<()>>,
 }
 
@@ -48,8 +48,8 @@ impl<P: Port> Connection<P> {
         Self::open_interruptible(port, None)
     }
 
-    /// Does the same as [`Connection::open`], and ends every wait with [`Error::Interrupted`] soon
-    /// after a signal. The caller decides whether to stop the device.
+    /// Opens a session as [`Connection::open`] does. Every wait then ends with
+    /// [`Error::Interrupted`] soon after a signal. The caller decides whether to stop the device.
     ///
     /// # Errors
     /// The errors of [`Connection::open`], and the signal.
@@ -70,7 +70,8 @@ impl<P: Port> Connection<P> {
         Ok((connection, info))
     }
 
-    /// Opens the session again, for instance after a reset.
+    /// Opens the session again, for instance after the device was reset, and returns the device's
+    /// answer to `Hello`.
     ///
     /// # Errors
     /// The errors of [`Connection::open`].
@@ -86,8 +87,8 @@ impl<P: Port> Connection<P> {
         }
     }
 
-    /// Returns the same session with a copy of the simulated device, which continues on its own;
-    /// `None` if the device cannot be copied.
+    /// Returns a copy of this session with a copy of the simulated device; both continue
+    /// independently of the originals. `None` if the device cannot be copied.
     #[must_use]
     pub fn snapshot(&self) -> Option<Connection<SimulatedPort>> {
         Some(Connection {
@@ -101,7 +102,8 @@ impl<P: Port> Connection<P> {
         })
     }
 
-    /// Makes later waits ignore signals, so that the answer to a stop can be awaited.
+    /// Makes all later waits ignore signals. After a signal, call this before you stop the device,
+    /// so that the answer to the stop can still be awaited.
     pub fn ignore_signals(&mut self) {
         self.interruption = None;
     }
@@ -112,8 +114,8 @@ impl<P: Port> Connection<P> {
     }
 
     /// Starts a thread that sends the device a keep-alive every `period`, as long as [`Self::next`]
-    /// is called. Returns whether the thread runs: where time is virtual, there is none and the
-    /// caller must send keep-alives.
+    /// is called. Returns whether the thread was started. Where time is virtual there is no such
+    /// thread, and the caller must send keep-alives itself.
     ///
     /// # Errors
     /// [`Error::Lost`]: the port failed, or the system could not start a thread.
@@ -139,13 +141,14 @@ impl<P: Port> Connection<P> {
         self.keeper.as_ref()
     }
 
-    /// Ends the connection without a message, and returns the port; the device notices the silence.
+    /// Ends the session without a message to the device, and returns the port. The device notices
+    /// that the host is silent.
     pub fn into_port(self) -> P {
         self.port
     }
 
-    /// Returns the device time at host time `host_us`, both in µs, as the answers show; `None`
-    /// before the first answer.
+    /// Estimates the device time at host time `host_us`, both in µs, from the times of the answers
+    /// so far; `None` before the first answer.
     pub fn device_time(&self, host_us: u64) -> Option<u64> {
         self.client.device_time(host_us)
     }
@@ -156,7 +159,7 @@ impl<P: Port> Connection<P> {
         self.client.clock_fit()
     }
 
-    /// Asks the device for its state, faults and counters.
+    /// Requests the device's state, faults and counters, and waits for them.
     ///
     /// # Errors
     /// Returns an [`Error`] if the device refuses, does not answer or is lost.
@@ -167,7 +170,8 @@ impl<P: Port> Connection<P> {
         }
     }
 
-    /// Sends a request without waiting, and returns its number; its answer arrives as [`Incoming`].
+    /// Sends a request and returns its number without waiting for the answer, which arrives later
+    /// as an [`Incoming`] message.
     ///
     /// # Errors
     /// [`Error::Lost`], [`Error::TooLarge`].
@@ -176,9 +180,9 @@ impl<P: Port> Connection<P> {
         self.send("request", request, now_us)
     }
 
-    /// Returns the next message that no call waits for, by `until_us` at the latest, in the port's
-    /// time. Called repeatedly, it returns `None` soon after that time, however many messages
-    /// arrive.
+    /// Waits until `until_us` of the port's time at the latest, and returns the next message that
+    /// is not an answer to a waiting call; `None` if that time is over. Repeated calls return
+    /// `None` soon after that time, even if the device sends messages without end.
     ///
     /// # Errors
     /// [`Error::Lost`].
@@ -192,13 +196,14 @@ impl<P: Port> Connection<P> {
         }
     }
 
-    /// Returns whether a message waits, so that [`Self::poll`] does not look at the port.
+    /// Returns whether a received message is stored, so that [`Self::poll`] returns it without
+    /// reading from the port.
     pub fn has_message(&self) -> bool {
         self.client.has_message()
     }
 
-    /// Runs one step of [`Self::next`]: if no message waits, it looks at the port once, for at most
-    /// 2 ms of the port's time.
+    /// Performs one step of [`Self::next`]. If no received message is stored, reads from the port
+    /// once, which takes at most 2 ms of the port's time.
     ///
     /// # Errors
     /// [`Error::Lost`].
@@ -231,8 +236,9 @@ impl<P: Port> Connection<P> {
         }
     }
 
-    /// Checks the draft and the electrodes, and arms exactly the setup that the requests
-    /// acknowledged so far have made. Returns the device time of the acknowledgement, µs.
+    /// Makes the device check its setup and the electrodes, and arms it. The device refuses if its
+    /// setup differs from the one that the requests acknowledged so far have made. Returns the
+    /// device time of the acknowledgement, µs.
     ///
     /// # Errors
     /// Arming is refused or not answered, or the device is lost.
@@ -247,16 +253,16 @@ impl<P: Port> Connection<P> {
         self.await_answer(name, seq, sent_us)
     }
 
-    /// Notes that the program looks at its port now, and returns the port's time, µs.
+    /// Notes that the program attends to its port now, and returns the port's time, µs.
     fn mark_attended(&mut self) -> u64 {
         let now_us = self.port.now_us();
         self.stalls.record_look(now_us, 0);
         now_us
     }
 
-    /// Waits for the answer to the request `seq`, sent at `sent_us`. Time in which this computer
-    /// did not run the program does not count against the device: the wait becomes longer by that
-    /// time.
+    /// Waits for the answer to request number `seq`, which was sent at `sent_us`. While this
+    /// computer does not run the program, the device is not to blame: the wait becomes longer by
+    /// that time.
     fn await_answer(
         &mut self,
         name: &'static str,
@@ -282,14 +288,14 @@ impl<P: Port> Connection<P> {
         }
     }
 
-    /// Returns the longest time within the last two seconds in which this computer did not run the
-    /// program, as far as the port shows, µs; 0 if none exceeded 10 ms.
+    /// Returns the longest time within the last two seconds during which this computer did not run
+    /// the program, as far as the port shows, µs; 0 if no such time exceeded 10 ms.
     pub fn recent_stall_us(&mut self) -> u64 {
         let now_us = self.port.now_us();
         self.stalls.recent_us(now_us)
     }
 
-    /// Returns the sum of all times since the session was opened in which this computer did not run
+    /// Returns the total time since the session was opened during which this computer did not run
     /// the program, µs.
     pub(crate) fn total_stall_us(&self) -> u64 {
         self.stalls.sum_us()
@@ -306,7 +312,7 @@ impl<P: Port> Connection<P> {
         Ok(seq)
     }
 
-    /// Returns an error if a signal has arrived, so that waiting ends.
+    /// Fails with [`Error::Interrupted`] if a signal has arrived.
     fn check_signal(&self) -> Result<(), Error> {
         let asked = self
             .interruption
@@ -315,8 +321,9 @@ impl<P: Port> Connection<P> {
         asked.map_or(Ok(()), |signal| Err(Error::Interrupted(signal)))
     }
 
-    /// Takes bytes that arrive by `until_us`. It may return earlier without bytes, after
-    /// [`POLL_US`], so that signals and stalls are noticed. Returns the port's time at its end, µs.
+    /// Reads and decodes bytes that arrive by `until_us`. Returns earlier, after [`POLL_US`], if no
+    /// bytes arrive, so that signals and stalls are noticed. Returns the port's time at the end,
+    /// µs.
     fn receive(&mut self, until_us: u64) -> Result<u64, Error> {
         self.check_signal()?;
         let now_us = self.mark_attended();

@@ -3,17 +3,17 @@
 
 use std::time::{Duration, Instant};
 
-/// Start of a measurement, and the time since then.
+/// Clock that counts from its creation, also while the computer sleeps.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Elapsed {
     awake: Instant,
-    /// Time since the computer started; `None` where the system does not report it, or where
-    /// `Instant` itself continues during sleep.
+    /// Time since the computer started, at the creation of this value. `None` where the system does
+    /// not report it, or where `Instant` itself continues during sleep.
     all: Option<Duration>,
 }
 
 impl Elapsed {
-    /// Starts to measure now.
+    /// Creates a clock that starts at 0 now.
     pub(super) fn begin() -> Self {
         Self {
             awake: Instant::now(),
@@ -21,7 +21,7 @@ impl Elapsed {
         }
     }
 
-    /// Returns the time since the start of the measurement, µs.
+    /// Returns the time since this clock was created, µs.
     pub(super) fn us(&self) -> u64 {
         let elapsed = match (self.all, since_boot()) {
             (Some(begin), Some(now)) => now.saturating_sub(begin),
@@ -31,8 +31,8 @@ impl Elapsed {
     }
 }
 
-/// Returns the time since the computer started, sleep included. Linux has a clock for it, and
-/// Apple's monotonic clock is one.
+/// Returns the time since the computer started, including sleep. Linux has a separate clock for it;
+/// on Apple's systems, the monotonic clock includes sleep.
 #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
 fn since_boot() -> Option<Duration> {
     use nix::time::{ClockId, clock_gettime};

@@ -9,7 +9,7 @@ use std::io;
 /// Failure of a request or of the path to the device.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The device refused the request; the refusal has a number and a name.
+    /// The device refused the request.
     #[error("{0}")]
     Refused(RefusalInWords),
     /// E501: the device did not answer in time.
@@ -17,9 +17,9 @@ pub enum Error {
         "E501 the device did not answer {request} within {waited_ms} ms; is the device powered and is this its port?"
     )]
     NoAnswer {
-        /// Name of the request.
+        /// Name of the request that was not answered.
         request: &'static str,
-        /// Length of the wait, ms.
+        /// Time for which the host waited for the answer, ms.
         waited_ms: u64,
     },
     /// E502: the path to the device broke.
@@ -27,29 +27,30 @@ pub enum Error {
         "E502 lost the device: {0}; the device disconnects its outputs by itself after the host timeout; reconnect and run again"
     )]
     Lost(io::Error),
-    /// E503: the named request does not fit a frame.
+    /// E503: the request with this name does not fit a frame.
     #[error("E503 the request {0} is too long for one frame; send fewer items")]
     TooLarge(&'static str),
-    /// E580: a signal arrived while the host waited.
+    /// E580: a signal arrived while the host waited for the device.
     #[error("E580 {0} came while the program waited for the device; run the command again")]
     Interrupted(Signal),
-    /// E508: the device's messages are of another version.
+    /// E508: the device uses another version of the protocol.
     #[error(
         "E508 the device has protocol schema {device:#018x}, this program has {SCHEMA:#018x}; {}",
         advice(Code::SchemaMismatch)
     )]
     OtherSchema {
-        /// Schema hash of the device.
+        /// Schema hash of the device's protocol.
         device: u64,
     },
-    /// E509: the computer did not run the program for a time, and something was missing afterwards.
+    /// E509: the computer did not run the program for a time, and the device's answers or messages
+    /// were missing afterwards.
     #[error(
         "E509 this computer did not run this program for {stalled_ms} ms (suspended, asleep or too busy): {then}; run again"
     )]
     HostStalled {
-        /// Length of that time, ms.
+        /// Time for which the program did not run, ms.
         stalled_ms: u64,
-        /// Consequence, in words.
+        /// What was missing or went wrong afterwards, in words.
         then: String,
     },
     /// E504: the port cannot be opened.
@@ -57,9 +58,9 @@ pub enum Error {
     Open {
         /// Path of the serial port, or address.
         port: String,
-        /// Reason that the system gives.
+        /// Reason from the operating system.
         reason: String,
-        /// Advice to the user.
+        /// What the user can do about it.
         advice: &'static str,
     },
 }
@@ -80,8 +81,8 @@ pub struct RefusalInWords {
     pub field: String,
     /// Channel concerned, counted from 1; `None` if no channel is.
     pub channel: Option<u8>,
-    /// Allowed minimum and maximum, or two other numbers, depending on the code; `None` if the
-    /// refusal has none.
+    /// Two numbers that explain the refusal. Their meaning depends on the code; usually they are
+    /// the allowed minimum and maximum. `None` if the refusal has no numbers.
     pub allowed: Option<(i32, i32)>,
 }
 
@@ -107,13 +108,15 @@ impl From<Refusal<'_>> for RefusalInWords {
 }
 
 impl RefusalInWords {
-    /// Returns the code, if this version knows the number.
+    /// Returns the code of the refusal; `None` if this version of the program does not know its
+    /// number.
     #[must_use]
     pub fn code(&self) -> Option<Code> {
         Code::from_number(self.number)
     }
 
-    /// Returns the latched fault, if that is the reason for the refusal.
+    /// Returns the latched fault because of which the request was refused; `None` for another
+    /// reason.
     #[must_use]
     pub fn fault(&self) -> Option<Fault> {
         let allowed = self.allowed;
@@ -123,12 +126,14 @@ impl RefusalInWords {
 }
 
 impl RefusalInWords {
-    /// Returns whether the two numbers are a sum that would result and the maximum allowed.
+    /// Returns whether the two numbers are the sum over all channels that would result, and the
+    /// largest allowed sum.
     fn is_sum(&self) -> bool {
         matches!(self.code(), Some(Code::SumLimit | Code::SumRmsLimit))
     }
 
-    /// Returns the unit of the two numbers after a space; an empty text if the field gives it.
+    /// Returns a space and the unit of the two numbers; an empty text for codes where the name of
+    /// the field gives the unit.
     fn unit(&self) -> &'static str {
         match self.code() {
             Some(Code::CurrentLimit | Code::RmsLimit | Code::DensityLimit) => " µA",
@@ -148,7 +153,7 @@ impl RefusalInWords {
         }
     }
 
-    /// Returns whether the first number is the joint concerned.
+    /// Returns whether the first number is the number of a joint.
     fn names_joint(&self) -> bool {
         matches!(self.code(), Some(Code::NoPhaseJoint | Code::NoAngle))
     }
@@ -200,19 +205,19 @@ impl fmt::Display for RefusalInWords {
     }
 }
 
-/// Returns the meaning of a refusal as a phrase.
+/// Returns the reason for a refusal with this code, as a phrase.
 #[must_use]
 pub fn meaning(code: Code) -> &'static str {
     words(code).0
 }
 
-/// Returns advice on a refusal.
+/// Returns what a user can do about a refusal with this code.
 #[must_use]
 pub fn advice(code: Code) -> &'static str {
     words(code).1
 }
 
-/// Returns the meaning of a refusal, and advice on it.
+/// Returns the reason for a refusal with this code, and what a user can do about it.
 #[rustfmt::skip]
 const fn words(code: Code) -> (&'static str, &'static str) {
     match code {

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Signal by which the system asks a program to end.
+/// Signal by which the operating system asks a program to end.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Signal {
     /// SIGINT, sent by Ctrl-C.
@@ -46,7 +46,8 @@ impl fmt::Display for Signal {
     }
 }
 
-/// Flag that carries a signal to the code that waits for a device. Clones share the same flag.
+/// Flag that carries a signal from its handler to the code that waits for a device. Clones share
+/// the same flag.
 #[derive(Clone, Debug, Default)]
 pub struct Interruption(Arc<AtomicUsize>);
 
@@ -64,8 +65,8 @@ impl Interruption {
         self.0.store(signal.number().into(), Ordering::Release);
     }
 
-    /// Returns the shared number of the signal that arrived, 0 for none, which a signal handler
-    /// sets.
+    /// Returns the shared atomic variable that a signal handler sets to the number of the signal;
+    /// it is 0 until then.
     #[must_use]
     pub fn number(&self) -> Arc<AtomicUsize> {
         Arc::clone(&self.0)

@@ -13,16 +13,18 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Longest time for which keep-alives are sent while the host's loop does not look at its device.
+/// Longest time for which the thread sends keep-alives while the program does not read from its
+/// device.
 pub const UNATTENDED: Duration = Duration::from_millis(200);
 
-/// Time for which pauses between keep-alives are remembered.
+/// Time after which the thread forgets a pause between two keep-alives.
 const REMEMBERED: Duration = Duration::from_secs(3);
 
-/// Longest wait for the end of the thread.
+/// Longest time for which the drop of a [`Keeper`] waits for the end of its thread.
 const FAREWELL: Duration = Duration::from_millis(200);
 
-/// Lateness of keep-alives: from the moment at which each was due until the thread ran.
+/// Distribution of how late keep-alives were: for each, the time from the moment at which it was
+/// due until the thread ran.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Lateness {
     /// Lateness of each keep-alive in ascending order, µs.
@@ -30,7 +32,7 @@ pub struct Lateness {
 }
 
 impl Lateness {
-    /// Creates the distribution from values in any order, µs.
+    /// Creates the distribution from the lateness of each keep-alive in any order, µs.
     #[must_use]
     pub fn from_values(mut late_us: Vec<u32>) -> Self {
         late_us.sort_unstable();
@@ -43,8 +45,8 @@ impl Lateness {
         self.late_us.len()
     }
 
-    /// Returns the smallest lateness that the given share of all keep-alives (0 to 1) does not
-    /// exceed, µs; share 1 gives the worst. Returns `None` before the first keep-alive.
+    /// Returns the lateness that the given share of all keep-alives (0 to 1) does not exceed, µs; a
+    /// share of 1 gives the largest. Returns `None` before the first keep-alive.
     #[must_use]
     pub fn quantile_us(&self, share: f64) -> Option<u32> {
         let last = self.late_us.len().checked_sub(1)?;
@@ -53,13 +55,13 @@ impl Lateness {
     }
 }
 
-/// Activity of the thread so far.
+/// Record of the keep-alives that the thread has sent.
 #[derive(Debug, Default)]
 struct Beats {
     late_us: Vec<u32>,
-    /// Time of the last keep-alive that was sent, by the clock.
+    /// Time of the latest keep-alive that was sent, by the keeper's clock.
     last: Option<Duration>,
-    /// Pauses between keep-alives that were sent: the end of each, and its length.
+    /// Pauses between consecutive keep-alives: the time at which each pause ended, and its length.
     pauses: VecDeque<(Duration, Duration)>,
 }
 
@@ -77,7 +79,7 @@ impl Beats {
 
 struct Shared {
     clock: Box<dyn Clock>,
-    /// Time of the loop's latest look at its device, by the clock, µs.
+    /// Time at which the program last read from its device, by the keeper's clock, µs.
     attended_us: AtomicU64,
     is_over: AtomicBool,
     beats: Mutex<Beats>,
@@ -97,8 +99,9 @@ impl Shared {
         is_attended(self.now_us(), attended_us)
     }
 
-    /// Sends keep-alives until the keeper is dropped or the device is gone; the loop that reads
-    /// from the device gets that error itself.
+    /// Sends keep-alives while the program attends to its device, until the keeper is dropped or a
+    /// frame cannot be sent. An error of sending is not reported here, because the program gets it
+    /// when it reads from the device.
     fn send_keep_alives(&self, period: Duration, mut send: impl FnMut() -> io::Result<()>) {
         let mut due = self.clock.now() + period;
         loop {
@@ -132,7 +135,8 @@ fn micros(time: Duration) -> u64 {
     u64::try_from(time.as_micros()).unwrap_or(u64::MAX)
 }
 
-/// Returns whether a loop that last looked at `attended_us` still counts as attending at `now_us`.
+/// Returns whether the program attends to its device at `now_us`, if it last read from it at
+/// `attended_us`.
 fn is_attended(now_us: u64, attended_us: u64) -> bool {
     u128::from(now_us.saturating_sub(attended_us)) <= UNATTENDED.as_micros()
 }
@@ -165,14 +169,14 @@ impl Keeper {
         Ok(Self { shared, thread })
     }
 
-    /// Notes that the host's loop looks at its device.
+    /// Notes that the program reads from its device now.
     pub fn mark_attended(&self) {
         let now_us = self.shared.now_us();
         self.shared.attended_us.store(now_us, Ordering::Release);
     }
 
-    /// Returns the longest pause between two keep-alives in the last 3 s, including the pause that
-    /// still lasts.
+    /// Returns the longest pause between two keep-alives in the last 3 s. The time since the latest
+    /// keep-alive counts as a pause too.
     #[must_use]
     pub fn longest_pause(&self) -> Duration {
         let now = self.shared.clock.now();
@@ -185,16 +189,16 @@ impl Keeper {
         recent.map(|(_, pause)| *pause).fold(open, Duration::max)
     }
 
-    /// Returns the recent pause in keep-alives that explains why a device heard nothing of its host
-    /// for `host_timeout`; `None` if there is no such pause. A pause of half the timeout suffices:
-    /// the rest is due to the period and the wire.
+    /// Returns the recent pause in keep-alives that explains why a device received nothing from its
+    /// host for `host_timeout`; `None` if there is no such pause. A pause of half the timeout is
+    /// enough, because the period of the keep-alives and the transmission add to it.
     #[must_use]
     pub fn explaining_pause(&self, host_timeout: Duration) -> Option<Duration> {
         let pause = self.longest_pause();
         (pause >= host_timeout / 2).then_some(pause)
     }
 
-    /// Returns the lateness of all keep-alives so far.
+    /// Returns how late all keep-alives so far were.
     #[must_use]
     pub fn lateness(&self) -> Lateness {
         Lateness::from_values(self.shared.beats().late_us.clone())

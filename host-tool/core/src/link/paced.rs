@@ -6,26 +6,26 @@ use std::io;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Longest advance of virtual time between two looks at the wall clock, µs.
+/// Longest advance of virtual time between two comparisons with the wall clock, µs.
 const STEP_US: u64 = 2_000;
 
-/// Simulated port that a person can watch: its time never runs ahead of the wall clock, counted
-/// from the first wait. On a computer that is too slow it lags behind, and catches up as fast as it
-/// can.
+/// Simulated port that runs in real time, so that a person can watch. Its virtual time starts with
+/// the first wait and never runs ahead of the wall clock. If the computer is too slow, virtual time
+/// lags behind and catches up as fast as it can.
 pub struct PacedPort<P> {
     port: P,
     origin: Option<(Instant, u64)>,
 }
 
 impl<P> PacedPort<P> {
-    /// Creates a port that paces `port`.
+    /// Creates a port that slows down `port` to real time.
     pub fn new(port: P) -> Self {
         Self { port, origin: None }
     }
 }
 
-/// Returns how long virtual time, `virtual_us` after the origin, must wait for the wall clock,
-/// `wall` after the origin.
+/// Returns how long virtual time must wait for the wall clock. `virtual_us` and `wall` are their
+/// times since the first wait.
 fn wait_time(virtual_us: u64, wall: Duration) -> Duration {
     Duration::from_micros(virtual_us).saturating_sub(wall)
 }

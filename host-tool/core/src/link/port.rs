@@ -6,31 +6,31 @@ use hal_sim::world::World;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Second way to send frames to a device, for a separate thread.
+/// Second path by which another thread sends frames to the device of a [`Port`].
 pub struct Outlet {
-    /// Destination of the frames.
+    /// Writer to which frames are written.
     pub line: Box<dyn Write + Send>,
-    /// Clock with which the thread measures its time.
+    /// Clock by which that thread measures time.
     pub clock: Box<dyn Clock>,
 }
 
 /// Byte path to a device, together with its time.
 pub trait Port: Send {
-    /// Returns the host time in µs, which is monotonic; virtual for simulators.
+    /// Returns the host time, µs, which never decreases. In a simulation this is the virtual time.
     fn now_us(&mut self) -> u64;
     /// Sends one frame.
     ///
     /// # Errors
     /// The device is gone.
     fn send(&mut self, frame: &[u8]) -> io::Result<()>;
-    /// Waits for bytes and returns them as soon as some arrive; returns none when `until_us` is
-    /// reached or a signal arrives.
+    /// Waits for bytes and returns them as soon as some arrive. Returns no bytes if the time
+    /// `until_us` is reached or a signal arrives.
     ///
     /// # Errors
     /// The device is gone.
     fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>>;
-    /// Returns a second way to send frames, for another thread, where time is real; `None` where it
-    /// is virtual. A caller that uses both must send one frame at a time.
+    /// Returns a second path for frames, which another thread may use; `None` where time is
+    /// virtual. A caller that uses both paths must send one frame at a time.
     ///
     /// # Errors
     /// The device is gone.
@@ -45,8 +45,9 @@ pub trait Port: Send {
     fn image(&self) -> Option<&Path> {
         None
     }
-    /// Returns a copy of the simulated world behind this port in its present state, which continues
-    /// on its own; `None` for a device that cannot be copied. Only the chip simulator can.
+    /// Returns a copy of the simulated world behind this port in its present state. The copy
+    /// continues independently. `None` for a device that cannot be copied; only the chip simulator
+    /// can.
     fn snapshot(&self) -> Option<SimulatedPort> {
         None
     }
@@ -54,17 +55,19 @@ pub trait Port: Send {
     fn true_deg(&mut self) -> Option<f64> {
         self.world().map(|world| world.body.angle_deg())
     }
-    /// Returns the reading of a simulated wearer's data glove, degrees; `None` if there is none.
+    /// Returns the angle that the data glove of a simulated wearer measures, degrees; `None` if
+    /// there is no glove.
     fn glove_deg(&mut self) -> Option<f64> {
         self.world().map(|world| world.body.sensed_deg())
     }
-    /// Returns the nine measured angles of a simulated wearer's arm, degrees; `None` if there is
-    /// none.
+    /// Returns the nine angles that are measured on a simulated wearer's arm, degrees; `None` if
+    /// there is no simulated arm.
     fn posture_deg(&mut self) -> Option<[f64; AXES]> {
         self.world().and_then(|world| world.body.posture_deg())
     }
-    /// Returns the true force of a simulated wearer's hand on the object that holds it, N:
-    /// backward, to the right, upward. `None` if there is no simulated arm.
+    /// Returns the true force that a simulated wearer's hand exerts on the object that holds the
+    /// hand, N. The components point backward, to the right and upward. `None` if there is no
+    /// simulated arm.
     fn hand_force_n(&mut self) -> Option<[f64; 3]> {
         self.world().and_then(|world| world.body.hand_force_n())
     }
@@ -100,16 +103,16 @@ impl<P: Port + ?Sized> Port for Box<P> {
     }
 }
 
-/// Port of a simulated world, which advances only while a caller waits for it.
+/// Port of a simulated world. Virtual time advances only while a caller waits for the port.
 pub struct SimulatedPort {
-    /// Simulated world that the port's frames reach.
+    /// Simulated world in which the device runs and receives the port's frames.
     pub world: World,
     /// Path of the image that the device runs; `None` if it runs none.
     pub image: Option<PathBuf>,
 }
 
 impl SimulatedPort {
-    /// Creates the port of a world whose device is in this process.
+    /// Creates the port of a world whose device runs in this process without an image.
     #[must_use]
     pub const fn new(world: World) -> Self {
         let image = None;

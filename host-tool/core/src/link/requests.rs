@@ -9,8 +9,8 @@ use firmware::safety::{ChannelSpec, ListedPulse, MAX_LISTED, StageKind, StageSup
 use firmware::units::{Amplitude, Micros};
 
 /// Generates methods that send a request, wait for its acknowledgement and return the device time
-/// of the acknowledgement, µs. Each line gives a documentation text, a name for errors, the method
-/// with its arguments, and the request.
+/// of the acknowledgement, µs. Each entry gives the documentation of the method, the name of the
+/// request for errors, the method with its arguments, and the request.
 macro_rules! requests {
     ($($doc:literal $name:literal $method:ident($($argument:ident: $type:ty),*) $request:expr;)*) => {
         impl<P: Port> Connection<P> {
@@ -68,7 +68,8 @@ requests! {
 }
 
 impl<P: Port> Connection<P> {
-    /// Groups channels in the draft.
+    /// Groups channels in the draft setup. While one member of a group outputs a pulse, its other
+    /// members are either grounded or disconnected, as the group's specification says.
     ///
     /// # Errors
     /// The errors of every request here; [`Error::TooLarge`] for more than five groups.
@@ -80,8 +81,8 @@ impl<P: Port> Connection<P> {
         self.ack("Groups", Request::Groups(groups))
     }
 
-    /// Sets amplitudes by (channel from 0, amplitude) in any order, at the trains' own widths. The
-    /// device accepts all of them or none.
+    /// Sets amplitudes, each with its channel (from 0). Pulse widths stay those of the trains. The
+    /// order of the list does not matter, and the device accepts all amplitudes or none.
     ///
     /// # Errors
     /// The errors of every request here; [`Error::TooLarge`] for more than ten amplitudes.
@@ -93,8 +94,9 @@ impl<P: Port> Connection<P> {
         self.send_amplitudes(&own)
     }
 
-    /// Sets amplitudes and widths by (channel from 0, amplitude, width in µs) in any order, each
-    /// pair from the channel's next burst on. The device accepts all of them or none.
+    /// Sets amplitudes and pulse widths as (channel from 0, amplitude, width in µs). Each pair
+    /// takes effect at the channel's next burst. The order of the list does not matter, and the
+    /// device accepts all entries or none.
     ///
     /// # Errors
     /// The errors of every request here; [`Error::TooLarge`] for more than ten amplitudes.
@@ -106,7 +108,7 @@ impl<P: Port> Connection<P> {
         self.send_amplitudes(&pairs)
     }
 
-    /// Plays a list of pulses on a channel (from 0) once, from its next burst on.
+    /// Plays a list of pulses on a channel (from 0) once, starting at the channel's next burst.
     ///
     /// # Errors
     /// The errors of every request here; [`Error::TooLarge`] for more than sixteen pulses.
@@ -118,7 +120,7 @@ impl<P: Port> Connection<P> {
         self.ack("Pulses", Request::Pulses { channel, pulses })
     }
 
-    /// Sends amplitudes that either all have a width, in µs, or all have none.
+    /// Sends amplitudes. Either all of them have a pulse width in µs, or none has.
     fn send_amplitudes(&mut self, list: &[(u8, Amplitude, Option<u16>)]) -> Result<u64, Error> {
         if list.len() > CHANNELS {
             return Err(Error::TooLarge("Amplitudes"));

@@ -8,7 +8,7 @@ use std::io::{self, ErrorKind, Write};
 pub type SerialPort = Stream<Box<dyn serialport::SerialPort>>;
 
 impl SerialPort {
-    /// Opens the serial port at `path`. The configured speed has no effect over USB.
+    /// Opens the serial port at `path`. Over USB, the configured bit rate has no effect.
     ///
     /// # Errors
     /// [`Error::Open`]: the port is absent, busy, or not permitted.

@@ -2,26 +2,26 @@
 //! suspended, asleep or too busy. A message that the device did not send then is no evidence
 //! against the device, because nobody listened.
 
-/// Shortest time that counts as a stall, µs. Shorter times are ordinary work of a program.
+/// Shortest time that counts as a stall, µs. The program's own work takes less.
 const LEAST_US: u64 = 10_000;
 
-/// Times in which the port was not looked at, in the port's time.
+/// Stalls: times during which the program should have read from its port but did not run.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Stalls {
-    /// Time of the latest look at the port, µs.
+    /// Time at which the program last attended to its port, µs; `None` before the first time.
     seen_us: Option<u64>,
     /// Sum of all stalls, µs.
     sum_us: u64,
-    /// Longest recent stall: the time at which it ended and its length, µs.
+    /// Longest recent stall: the time at which it ended, and its length, µs.
     longest: (u64, u64),
 }
 
 impl Stalls {
-    /// Time after its end at which the longest stall is forgotten in favour of a shorter one, µs.
+    /// Time after its end for which the longest stall is kept although shorter ones follow, µs.
     const KEPT_US: u64 = 2_000_000;
 
-    /// Notes that the program looks at its port at `now_us`, which it wanted to do by `due_us`, or
-    /// at once if `due_us` is 0.
+    /// Notes that the program attends to its port at `now_us`. It wanted to do so by `due_us`, or
+    /// immediately if `due_us` is 0; the delay counts as a stall if it is long enough.
     pub(super) fn record_look(&mut self, now_us: u64, due_us: u64) {
         let wanted_us = self.seen_us.unwrap_or(now_us).max(due_us);
         let stall_us = now_us.saturating_sub(wanted_us);

@@ -8,10 +8,11 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
 
-/// Longest wait of one read, so that the time limit `until_us` is kept.
+/// Longest duration of one read from the stream, so that a wait ends close to its time limit.
 pub(super) const POLL: Duration = Duration::from_millis(2);
 
-/// Port of a device at the other end of a stream of bytes, in real time.
+/// Port of a device that is reached through a stream of bytes, such as a serial port or a TCP
+/// socket, in real time.
 pub struct Stream<S> {
     stream: S,
     elapsed: Elapsed,
@@ -21,7 +22,7 @@ pub struct Stream<S> {
 pub type TcpPort = Stream<TcpStream>;
 
 impl TcpPort {
-    /// Connects to `address` (HOST:PORT).
+    /// Connects to a device at `address` (HOST:PORT).
     ///
     /// # Errors
     /// [`Error::Open`]: no server listens there.
@@ -42,16 +43,16 @@ impl TcpPort {
 }
 
 impl<S> Stream<S> {
-    /// Creates a port whose time counts from now.
+    /// Creates a port whose time is 0 now.
     pub(super) fn begin(stream: S) -> Self {
         let elapsed = Elapsed::begin();
         Self { stream, elapsed }
     }
 }
 
-/// Stream that two threads can write to.
+/// Stream of bytes whose writing end can be duplicated for a second thread.
 pub trait SplitStream: Read + Write + Send {
-    /// Returns a second end for writing.
+    /// Returns a second writing end of the same stream.
     fn clone_writer(&self) -> io::Result<Box<dyn Write + Send>>;
 }
 

@@ -4,7 +4,7 @@ use crate::session::level_name;
 use firmware::muscle::MuscleLevel;
 use serde::{Deserialize, Deserializer, Serialize};
 
-/// A channel of a trial.
+/// A channel that a trial used, and the columns that it has in the trial's tables.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct ChannelInfo {
     /// Channel number, from 1.
@@ -13,7 +13,7 @@ pub struct ChannelInfo {
     pub name: String,
     /// Unit of the channel's amplitude: "V" or "mA".
     pub unit: String,
-    /// The wearer's limit for the channel, in `unit`.
+    /// Largest amplitude that the wearer allows on the channel, in `unit`.
     pub limit: f64,
     /// Whether the pulse width may change; if so, the channel has an entry in `Sample::widths_us`.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -22,27 +22,29 @@ pub struct ChannelInfo {
     /// `Sample::forces_n`.
     #[serde(default)]
     pub muscle: bool,
-    /// Name of the model level that predicts the force at the start.
+    /// Name of the model level with which the prediction of the force starts; `None` in records
+    /// without it, and for a channel without a muscle.
     #[serde(
         default,
         deserialize_with = "known_model",
         skip_serializing_if = "Option::is_none"
     )]
     pub model: Option<String>,
-    /// Whether that force is controlled; if so, the channel has an entry in `Sample::wanted_n`.
+    /// Whether force control acts on the channel; if so, the channel has an entry in
+    /// `Sample::wanted_n`.
     #[serde(default)]
     pub force: bool,
-    /// Whether the channel drives a muscle of an arm whose hand should exert a force, which is in
-    /// `Sample::hand_n`.
+    /// Whether the channel stimulates a muscle of an arm that shall exert a force at the hand. That
+    /// force is in `Sample::hand_n`.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub line: bool,
-    /// Number of the joint whose angle the channel follows; the joint has an entry in
-    /// `Sample::joint_deg`.
+    /// Number of the joint whose angle modulates the channel's stimulation; the joint has an entry
+    /// in `Sample::joint_deg`. `None` for a channel that no joint modulates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joint: Option<u8>,
 }
 
-/// Reads the name of a model level and refuses a name that this program does not know, because a
+/// Reads the name of a model level. Fails for a name that this program does not know, because a
 /// rerun with another model would not repeat the record.
 fn known_model<'de, D: Deserializer<'de>>(from: D) -> Result<Option<String>, D::Error> {
     let name = Option::<String>::deserialize(from)?;

@@ -6,22 +6,24 @@ use crate::session::joint_name;
 use std::collections::BTreeSet;
 use std::io;
 
-/// A column of a table, or a group of columns with one for each channel of some kind.
+/// Description of a column of a table, or of a group of columns with one column for each channel of
+/// some kind.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Column {
-    /// Name in the header; for a column of each channel, the part before the channel number.
+    /// Name in the header line; for a group, the part before the channel number.
     pub name: &'static str,
-    /// Unit; empty if there is none, and if it is the channel's own (V or mA).
+    /// Unit of the values. Empty if there is none, or if each channel has its own unit (V or mA).
     pub unit: &'static str,
-    /// Meaning of a value, and when the field is empty.
+    /// Meaning of a value, and when a field is empty.
     pub meaning: &'static str,
-    /// Source of the value.
+    /// Where the value comes from, for instance the device's clock or a sensor.
     pub source: &'static str,
-    /// Number of columns: one for the table, or one for each channel of some kind.
+    /// Whether the table has one such column, or one for each channel or joint of some kind.
     pub each: ColumnScope,
 }
 
-/// Number of times that a column occurs in a table.
+/// For what a table has a column of this description: once in all, or for each channel or joint of
+/// some kind.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ColumnScope {
     /// Once in every table.
@@ -34,11 +36,11 @@ pub enum ColumnScope {
     Muscle,
     /// Once for each channel under force control.
     Force,
-    /// Once if the session drives an arm.
+    /// Once if the session drives the muscles of an arm.
     Arm,
-    /// Once if the session has modulated joints.
+    /// Once if joint angles modulate the stimulation.
     Lift,
-    /// Once for each modulated joint.
+    /// Once for each joint whose angle modulates the stimulation.
     Joint,
 }
 
@@ -58,7 +60,7 @@ const fn column(
     }
 }
 
-/// Columns of `samples.csv`, in order.
+/// Columns of `samples.csv`, from left to right.
 #[rustfmt::skip]
 pub const SAMPLES: [Column; 24] = [
     column(ColumnScope::Table, "t_s", "s", "time since the start of the pulse trains, in increasing order, with six decimals", "device clock, 1 µs"),
@@ -87,7 +89,7 @@ pub const SAMPLES: [Column; 24] = [
     column(ColumnScope::Joint, "phase", "1, -1", "direction of the elbow's latest movement: 1 flexion, -1 extension; empty before it moves", "device: sign of the elbow's velocity"),
 ];
 
-/// Columns of `edges.csv`, in order.
+/// Columns of `edges.csv`, from left to right.
 #[rustfmt::skip]
 pub const EDGES: [Column; 4] = [
     column(ColumnScope::Table, "t_us", "µs", "time since the start of the recorded period", "simulated pins"),
@@ -96,7 +98,7 @@ pub const EDGES: [Column; 4] = [
     column(ColumnScope::Table, "dac_code", "0–65535", "amplitude code of the channel's DAC", "simulated pins"),
 ];
 
-/// Columns of `markers.csv`, in order.
+/// Columns of `markers.csv`, from left to right.
 #[rustfmt::skip]
 pub const MARKERS: [Column; 7] = [
     column(ColumnScope::Table, "t_s", "s", "device time since the start of the pulse trains, with six decimals", "device clock, 1 µs"),
@@ -109,7 +111,8 @@ pub const MARKERS: [Column; 7] = [
 ];
 
 impl Column {
-    /// Returns the names and units of this column for these channels.
+    /// Returns the name and the unit of each column that this description has in a trial with these
+    /// channels.
     fn names_and_units(&self, channels: &[ChannelInfo]) -> Vec<(String, String)> {
         if self.each == ColumnScope::Table {
             return vec![(self.name.to_owned(), self.unit.to_owned())];
@@ -151,7 +154,8 @@ impl Column {
     }
 }
 
-/// Returns the numbers of the joints that the channels follow, in rising order.
+/// Returns the numbers of the joints whose angles modulate these channels, in ascending order, each
+/// once.
 pub(super) fn joints(channels: &[ChannelInfo]) -> impl Iterator<Item = u8> {
     let numbers: BTreeSet<u8> = channels
         .iter()
@@ -160,12 +164,12 @@ pub(super) fn joints(channels: &[ChannelInfo]) -> impl Iterator<Item = u8> {
     numbers.into_iter()
 }
 
-/// Returns a unit in the form that it has in a column name: in lower case, with "u" for "µ".
+/// Returns a unit as it appears in a column name: in lower case, with "u" for "µ".
 fn unit_in_name(unit: &str) -> String {
     unit.to_lowercase().replace('µ', "u")
 }
 
-/// Returns the header line for these columns and channels, in the order of the fields in a row.
+/// Returns the header line of a table with these columns, in the order of the fields in a row.
 pub(super) fn header(columns: &[Column], channels: &[ChannelInfo]) -> String {
     let names = columns
         .iter()
@@ -174,8 +178,7 @@ pub(super) fn header(columns: &[Column], channels: &[ChannelInfo]) -> String {
     names.join(",")
 }
 
-/// Returns the dictionary of a trial as CSV: every column of its tables with unit, meaning and
-/// source.
+/// Returns `columns.csv` of a trial: the unit, meaning and source of every column of its tables.
 pub(super) fn dictionary(channels: &[ChannelInfo]) -> io::Result<Vec<u8>> {
     let mut out = csv::Writer::from_writer(Vec::new());
     out.write_record(["file", "name", "unit", "meaning", "source"])?;

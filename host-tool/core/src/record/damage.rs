@@ -8,7 +8,8 @@ use hal_sim::input;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// Number of rows in a trial when its run was closed.
+/// Number of rows that a trial had when its run was closed. A later difference means that data were
+/// lost.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct RowCounts {
     /// Number of rows in `samples.csv`, without the header.
@@ -20,7 +21,7 @@ pub struct RowCounts {
 }
 
 impl RowCounts {
-    /// Returns the numbers of rows of a trial in memory.
+    /// Counts the rows of a trial in memory.
     #[must_use]
     pub const fn from_trial(trial: &Trial) -> Self {
         Self {
@@ -30,7 +31,7 @@ impl RowCounts {
     }
 }
 
-/// A trial as `summary.json` lists it. Older records lack the numbers of rows.
+/// A trial as `summary.json` lists it. Records of earlier versions do not have the numbers of rows.
 #[derive(Deserialize)]
 pub(super) struct TrialCounts {
     name: String,
@@ -39,16 +40,16 @@ pub(super) struct TrialCounts {
 }
 
 impl Run {
-    /// Returns the error for a record in `dir` that has changed since it was closed, or `None` if
-    /// the record is whole.
+    /// Returns the error that describes how the record in `dir` has changed since it was closed;
+    /// `None` if the record is unchanged.
     #[must_use]
     pub fn damage_error(&self, dir: &Path) -> Option<RecordError> {
         let what = self.damage.join("; ");
         (!what.is_empty()).then(|| RecordError::Damaged(dir.to_owned(), what))
     }
 
-    /// Returns the text for the first line of a page: what the record has lost, and what ended the
-    /// run early. Returns `None` for a complete and whole record.
+    /// Returns a warning for the first line of a report page: which data the record has lost, and
+    /// why the run ended early. `None` for a complete and undamaged record.
     #[must_use]
     pub fn caveat(&self) -> Option<String> {
         let lost =
@@ -58,8 +59,8 @@ impl Run {
     }
 }
 
-/// Returns the differences between the trials that `summary.json` counted (`counted`) and the
-/// folders and rows that were read (`found`), one phrase per difference.
+/// Compares the trials that `summary.json` lists (`counted`) with the folders and numbers of rows
+/// that were read (`found`). Returns one phrase for each difference.
 pub(super) fn find_damage(
     dir: &Path,
     counted: &[TrialCounts],
@@ -85,9 +86,9 @@ pub(super) fn find_damage(
     each.chain(added).collect()
 }
 
-/// Returns the files of a trial that differ from those with which it was run, by their SHA-256. An
-/// altered session file is removed from the trial, because its pulse width or rate would give
-/// numbers for pulses that were never output.
+/// Compares the SHA-256 of a trial's session file and wearer file with those at the time of the
+/// run, and describes each file that differs. The text of an altered session file is removed from
+/// `trial`, because numbers that are computed with its pulse width or rate would be wrong.
 pub(super) fn altered_files(folder: &Path, trial: &mut Trial) -> Vec<String> {
     let mut altered = Vec::new();
     let mut tell = |name: &str, text: &str| {
@@ -161,8 +162,8 @@ fn file_name(path: &Path) -> String {
     name.to_string_lossy().into_owned()
 }
 
-/// Returns whether a file is missing or is not text. The file is then lost or damaged, and the rest
-/// of the record can still be shown.
+/// Returns whether an error means that a file is missing or is not text. Such a file is lost or
+/// damaged, but the rest of the record can still be shown.
 pub(super) fn is_lost(why: &std::io::Error) -> bool {
     use std::io::ErrorKind::{InvalidData, NotFound};
     matches!(why.kind(), NotFound | InvalidData)

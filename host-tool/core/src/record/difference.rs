@@ -3,14 +3,14 @@
 use super::{Run, Trial, table};
 use std::fmt;
 
-/// The first place at which two runs differ.
+/// First place at which two runs differ.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Difference {
     /// Name of the trial; `None` for a file that belongs to no trial.
     pub trial: Option<String>,
     /// Name of the file that differs.
     pub file: &'static str,
-    /// Line in the file, from 1; 0 for the whole file.
+    /// Number of the line that differs, from 1; 0 if the difference has no line.
     pub line: usize,
 }
 
@@ -28,10 +28,10 @@ impl fmt::Display for Difference {
     }
 }
 
-/// Compares the rows of `again` with those of `record` and returns the first difference. If
-/// `record` was cut short, its unfinished trials are compared as far as they go, whether that is
-/// the last trial or several that ran in parallel; the data from a session's end are then not
-/// compared.
+/// Compares the rows of the run `again` with those of `record`, and returns the first difference.
+/// If `record` was cut short, its unfinished trials are compared as far as their rows go, whether
+/// only the last trial is unfinished or several that ran in parallel. The data that a session
+/// records at its end are not compared in this case.
 #[must_use]
 pub fn compare_rows(record: &Run, again: &Run) -> Option<Difference> {
     let is_cut = record.ending.is_incomplete();
@@ -84,8 +84,8 @@ pub fn compare_rows(record: &Run, again: &Run) -> Option<Difference> {
     None
 }
 
-/// Returns the lines of `samples.csv` one at a time, so that a long file is never in memory as
-/// text.
+/// Returns the lines of `samples.csv` one at a time, so that the text of a long file is never in
+/// memory as a whole.
 fn lines(trial: &Trial) -> impl Iterator<Item = Vec<u8>> {
     let mut header = Vec::new();
     table::push_sample_header(&mut header, &trial.channels);
@@ -97,8 +97,8 @@ fn lines(trial: &Trial) -> impl Iterator<Item = Vec<u8>> {
     std::iter::once(header).chain(trial.samples.iter().map(row))
 }
 
-/// Returns the number of lines that were written before the trial was cut short, which is the time
-/// of its last event.
+/// Returns the number of lines of `samples.csv`, header included, before the earliest event of a
+/// trial that was cut short. Without any event, returns the number of all its lines.
 fn lines_before_cut(trial: &Trial) -> usize {
     let times = trial.events.iter().map(|(t_s, _)| *t_s);
     let cut = times.fold(f64::NAN, f64::min);

@@ -32,8 +32,8 @@ pub(super) fn write_json(
 /// Longest file name that file systems allow, bytes.
 const LONGEST_NAME: usize = 255;
 
-/// Returns the folder of trial `position` (from 0) within the run's folder, for example
-/// `01-two-point` for the first trial if that is its name. A name that is too long is cut.
+/// Returns the folder of the trial at `position` (from 0) in the run's folder, for example
+/// `01-two-point` for the first trial with the name "two-point". A name that is too long is cut.
 pub fn trial_folder(dir: &Path, position: usize, name: &str) -> PathBuf {
     let words = name.split(|c: char| !c.is_alphanumeric());
     let words: Vec<_> = words.filter(|word| !word.is_empty()).collect();

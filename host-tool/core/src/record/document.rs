@@ -2,7 +2,7 @@
 
 use super::columns::{EDGES, MARKERS, SAMPLES, to_markdown};
 
-/// Returns the text of docs/record.md.
+/// Returns the text of docs/record.md, with tables that are generated from the column descriptions.
 #[must_use]
 pub fn document() -> String {
     include_str!("record.md")

@@ -8,26 +8,26 @@ use hal_sim::input;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Ending of a run. A run is incomplete until its end is written, so a run that was killed is
-/// marked as incomplete without further action.
+/// How a run ended. While a run is in progress its record says "incomplete", so that a program that
+/// is killed leaves a correct record.
 #[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct Ending {
-    /// Whether the run reached its own end.
+    /// Whether the run ended by itself, as its session or experiment says.
     pub status: Completeness,
-    /// Reason for which the run was cut short, with the number of the error; for a complete run,
-    /// the results that were lost. `None` if the program could not write a reason, and if nothing
-    /// was lost.
+    /// Why the run was cut short, with the number of the error. For a complete run, which result
+    /// could not be written. `None` if nothing was lost, or if the program could not write a
+    /// reason.
     pub reason: Option<String>,
     /// Exit code of the program: 0 for a complete run with all its results, 130 for SIGINT, 143 for
     /// SIGTERM. `None` if the program could not write it.
     pub exit_code: Option<u8>,
 }
 
-/// Whether a run reached its own end.
+/// Whether a run ended by itself, as its session or experiment says.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Completeness {
-    /// The run reached its own end.
+    /// The run was carried out to its end.
     Complete,
     /// The run was cut short, or is still in progress.
     #[default]
@@ -35,7 +35,7 @@ pub enum Completeness {
 }
 
 impl Ending {
-    /// Returns the ending of a run that reached its own end.
+    /// Returns the ending of a run that was carried out to its end and lost nothing.
     #[must_use]
     pub const fn complete() -> Self {
         Self {
@@ -45,8 +45,8 @@ impl Ending {
         }
     }
 
-    /// Returns the ending of a run that reached its own end, but whose page, or a file beside the
-    /// record, could not be written. `lost` names it.
+    /// Returns the ending of a run that was carried out to its end, but whose page or another file
+    /// could not be written. `lost` describes that file.
     #[must_use]
     pub const fn complete_with_loss(lost: String) -> Self {
         Self {
@@ -56,7 +56,8 @@ impl Ending {
         }
     }
 
-    /// Returns the ending that the record in `dir` contains; incomplete if it cannot be read.
+    /// Reads the ending from the record in `dir`; if it cannot be read, the run counts as
+    /// incomplete.
     #[must_use]
     pub fn load(dir: &Path) -> Self {
         read(dir).map_or_else(|_| Self::default(), |pair| pair.0)
@@ -79,7 +80,7 @@ impl Ending {
         self.status == Completeness::Incomplete
     }
 
-    /// Returns the text for the first line of a page, or `None` for a complete run.
+    /// Returns a warning for the first line of a report page; `None` for a complete run.
     #[must_use]
     pub fn headline(&self) -> Option<String> {
         let why = match &self.reason {
@@ -93,7 +94,7 @@ impl Ending {
     }
 }
 
-/// The content of `summary.json` while a run is in progress.
+/// Content of `summary.json` while a run is in progress.
 #[derive(Serialize)]
 struct Beginning<'a> {
     title: &'a str,
@@ -104,7 +105,7 @@ struct Beginning<'a> {
     ending: Ending,
 }
 
-/// Writes the `summary.json` of a run that has just begun.
+/// Writes the first `summary.json` of a run, which says that the run is incomplete.
 pub(super) fn write_initial_summary(dir: &Path, run: &Run) -> Result<(), RecordError> {
     let beginning = Beginning {
         title: &run.title,
@@ -127,8 +128,8 @@ pub fn write_summary(dir: &Path, summary: &impl Serialize) -> Result<(), RecordE
     replace(&FileSystem, &path, (text + "\n").as_bytes())
 }
 
-/// Reads from `summary.json` how the run ended, and what its trials contained. Without such a file,
-/// or where the file does not contain it, the run counts as incomplete.
+/// Reads from `summary.json` how the run ended and how many rows its trials had. A run without this
+/// file, or with a file that lacks this information, counts as incomplete.
 ///
 /// # Errors
 /// The path is not a regular file, or cannot be read.

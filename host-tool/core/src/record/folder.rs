@@ -13,8 +13,8 @@ use hal_sim::input;
 use serde::{Serialize, de::DeserializeOwned};
 use std::path::{Path, PathBuf};
 
-/// Writes `run.json` with everything about the run except its trials, and a `summary.json` that
-/// marks the run as incomplete until it is replaced. Call this function before creating the first
+/// Writes `run.json`, which describes the run without its trials, and a `summary.json` that marks
+/// the run as incomplete until it is replaced. Call this function before you create the first
 /// [`Recorder`], so that an interrupted run can be loaded.
 pub fn write_run(dir: &Path, run: &Run) -> Result<(), RecordError> {
     std::fs::create_dir_all(dir).map_err(RecordError::write(dir))?;
@@ -22,7 +22,7 @@ pub fn write_run(dir: &Path, run: &Run) -> Result<(), RecordError> {
     write_header(dir, run)
 }
 
-/// Replaces `run.json` alone, with the facts about the device that became known during a trial.
+/// Replaces `run.json` only, after facts about the device became known during a trial.
 ///
 /// # Errors
 /// The file cannot be written; the old file stays.
@@ -43,7 +43,7 @@ pub fn write_header(dir: &Path, run: &Run) -> Result<(), RecordError> {
     write_json(&FileSystem, &dir.join("run.json"), &header)
 }
 
-/// Writes a complete run from memory.
+/// Writes a complete run that is in memory, with all its trials.
 pub fn save(dir: &Path, run: &Run) -> Result<(), RecordError> {
     write_run(dir, run)?;
     for (position, trial) in run.trials.iter().enumerate() {
@@ -53,15 +53,15 @@ pub fn save(dir: &Path, run: &Run) -> Result<(), RecordError> {
     Ok(())
 }
 
-/// Reads a run, including one that was interrupted. Trials are the folders with a `trial.json`,
-/// sorted by name. [`Run::damage`] lists what a closed record has lost.
+/// Reads a run from its folder, also one that was interrupted. Its trials are the folders with a
+/// `trial.json`, sorted by name. [`Run::damage`] of the result lists what a closed record has lost.
 pub fn load(dir: &Path) -> Result<Run, RecordError> {
     let mut trials = Vec::new();
     let run = load_each(dir, &mut |trial| trials.push(trial))?;
     Ok(Run { trials, ..run })
 }
 
-/// Reads a run while holding only one trial in memory: `each` receives the trials in their order,
+/// Reads a run with only one trial in memory at a time. `each` receives the trials in their order,
 /// and the returned run has no trials.
 pub fn load_each(dir: &Path, each: &mut dyn FnMut(Trial)) -> Result<Run, RecordError> {
     let mut run = read_header(dir)?;
@@ -107,7 +107,7 @@ pub fn load_each(dir: &Path, each: &mut dyn FnMut(Trial)) -> Result<Run, RecordE
     Ok(run)
 }
 
-/// Reads `run.json` alone.
+/// Reads the description of a run from `run.json`, without its trials.
 pub(super) fn read_header(dir: &Path) -> Result<Run, RecordError> {
     let path = dir.join("run.json");
     if !path.exists() {
@@ -131,8 +131,8 @@ pub(super) fn trial_folders(dir: &Path) -> Result<Vec<PathBuf>, RecordError> {
     Ok(folders)
 }
 
-/// Returns the copy of a file from which a trial was made, or an empty text if the copy is missing
-/// or is not text.
+/// Returns the text of a copy that the record keeps, such as a trial's session file. Returns an
+/// empty text if the copy is missing or is not text.
 fn read_copy(path: &Path) -> Result<String, RecordError> {
     match input::read_text(path, input::LONGEST_TYPED) {
         Err(why) if is_lost(&why) => Ok(String::new()),

@@ -2,29 +2,31 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Content of a device's `Hello`, and whether the device is a simulator.
+/// What a device reported about itself in its answer to `Hello`, and whether it is a simulator.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Identity {
     /// Kind of device: a board, or one of the simulators.
     pub kind: DeviceKind,
-    /// Whether a simulated wearer was attached: the device is a simulator, or the program that
-    /// serves it is this one.
+    /// Whether a simulated wearer was attached instead of a person. True for every device except a
+    /// board with real output stages, and for every device inside this program.
     pub simulated: bool,
-    /// Whether this program serves the device. The device then runs in virtual time, and a rerun
+    /// Whether the device ran inside this program. It then runs in virtual time, so that a rerun
     /// gives the same result.
     pub in_process: bool,
-    /// 96-bit unique number of the chip, as 24 hexadecimal digits in the order of its bytes; `None`
-    /// if there is no chip.
+    /// Unique number of the chip, 96 bits, as 24 hexadecimal digits in the order of its bytes in
+    /// memory; `None` if the device has no chip.
     pub unique_id: Option<String>,
     /// Version of the firmware.
     pub firmware: String,
-    /// Schema hash of the device's link, 16 hexadecimal digits.
+    /// Hash of the protocol's schema that the device uses, 16 hexadecimal digits. It must equal
+    /// that of the host.
     pub schema: String,
-    /// Cause of the last reset, for example "power on".
+    /// Cause of the device's latest reset, for example "power on".
     pub reset: String,
-    /// Time for which outputs are disconnected between opposite drive, µs.
+    /// Time for which an output is disconnected between drive in one direction and drive in the
+    /// other, µs.
     pub dead_time_us: u16,
-    /// Option bytes of the chip that differ from the settings in docs/hil.md.
+    /// Option bytes of the chip that differ from the settings in docs/hil.md, one description each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub option_bytes: Vec<String>,
 }
@@ -37,11 +39,11 @@ pub enum DeviceKind {
     Board,
     /// Chip simulator, which executes the flashed image.
     Chip,
-    /// Native simulator.
+    /// Native backend: the device code compiled for this computer.
     Native,
-    /// QEMU, which executes the device code.
+    /// QEMU, which executes the device code compiled for its processor.
     Qemu,
-    /// Board with a simulated output stage, to which nobody may be connected.
+    /// Board whose output stages are simulated and to which no person may be connected.
     Breadboard,
 }
 
@@ -58,8 +60,8 @@ impl DeviceKind {
         }
     }
 
-    /// Returns the kind in words, with the name by which the device was found, for example "board
-    /// at /dev/ttyACM0". A simulator of this program has only its kind as a name.
+    /// Returns the kind in words with the name by which the device was opened, for example "board
+    /// at /dev/ttyACM0". For a simulator of this program, returns only the kind.
     #[must_use]
     pub fn format_with_name(self, name: &str) -> String {
         match self.words() {

@@ -7,28 +7,28 @@ use super::{RecordError, columns};
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Kind of event that a marker records.
+/// What a marker records: an action of a person at the controls, or an edge of a line.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum MarkerKind {
-    /// All channels were stopped by hand, and can be resumed.
+    /// A person stopped all channels; the session can be resumed.
     Pause,
-    /// The channels were armed and started again.
+    /// A person resumed the session: the channels were armed and started again.
     Resume,
-    /// The intensity of a channel was raised by a step.
+    /// A person raised the intensity of a channel by one step.
     Raise,
-    /// The intensity of a channel was lowered by a step.
+    /// A person lowered the intensity of a channel by one step.
     Lower,
-    /// A text was typed as a note.
+    /// A person typed a text as a note.
     Mark,
-    /// The session was ended by hand.
+    /// A person ended the session.
     Stop,
-    /// Edge of the trigger input.
+    /// An edge arrived at the trigger input.
     Trigger,
-    /// Leading edge of the sync output.
+    /// The sync output, which the channel chosen in the setup drives, had a leading edge.
     Sync,
 }
 
-/// Kinds of markers and their words in `markers.csv`.
+/// Each kind of marker with the word by which `markers.csv` names it.
 pub(super) const KINDS: [(MarkerKind, &str); 8] = [
     (MarkerKind::Pause, "pause"),
     (MarkerKind::Resume, "resume"),
@@ -48,7 +48,7 @@ impl MarkerKind {
         found.map_or("", |(_, word)| word)
     }
 
-    /// Returns whether a person caused the marker, so that a rerun repeats it.
+    /// Returns whether the marker records an action of a person, which a rerun repeats.
     #[must_use]
     pub const fn is_by_hand(self) -> bool {
         !matches!(self, Self::Trigger | Self::Sync)
@@ -62,16 +62,17 @@ pub struct Marker {
     pub t_s: f64,
     /// Device time since the device's boot, µs, which does not wrap.
     pub device_us: u64,
-    /// Host time since the start of the trains, µs: for a key, when it took effect; for an edge,
-    /// when the host received it.
+    /// Host time since the start of the trains, µs. For an action, the time at which it took
+    /// effect; for an edge, the time at which the host received it.
     pub host_us: u64,
     /// Kind of event.
     pub kind: MarkerKind,
-    /// Channel whose intensity was changed, from 1.
+    /// Channel whose intensity was changed, from 1; `None` for all other markers.
     pub channel: Option<u8>,
-    /// Intensity of the channel from this time on, percent of the session's own amplitudes.
+    /// Intensity of the channel from this time on, percent of the amplitudes in the session file;
+    /// `None` for markers that change no intensity.
     pub intensity_percent: Option<u16>,
-    /// Text that was typed, or the reason why a key had no effect.
+    /// Text that was typed as a note, or the reason why an action had no effect.
     pub text: String,
 }
 
@@ -80,7 +81,7 @@ pub(super) fn write_header(out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "{}", columns::header(&columns::MARKERS, &[]))
 }
 
-/// Writes one row with a single call.
+/// Writes one row to `out` with a single write call.
 pub(super) fn write_row(out: &mut impl Write, marker: &Marker) -> io::Result<()> {
     let optional = |value: Option<u64>| value.map(|value| value.to_string()).unwrap_or_default();
     let mut row = csv::Writer::from_writer(Vec::new());
@@ -99,8 +100,8 @@ pub(super) fn write_row(out: &mut impl Write, marker: &Marker) -> io::Result<()>
     out.write_all(&row)
 }
 
-/// Reads `markers.csv` without the edges of the sync output, which are numerous. Fails as
-/// [`read_samples`](super::read_samples) does.
+/// Reads `markers.csv`, but leaves out the edges of the sync output, which are numerous. An
+/// incomplete last line is dropped, as in [`read_samples`](super::read_samples).
 ///
 /// # Errors
 /// The file cannot be read, or a row does not fit this table.
@@ -127,7 +128,7 @@ pub fn read_markers(path: &Path) -> Result<Vec<Marker>, RecordError> {
     Ok(kept.0)
 }
 
-/// Markers without the edges of the sync output.
+/// Markers of a file without the edges of the sync output, collected while the file is read.
 struct KeptMarkers(Vec<Marker>);
 
 impl FromIterator<Marker> for KeptMarkers {

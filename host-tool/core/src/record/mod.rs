@@ -49,55 +49,60 @@ use crate::clock::Moment;
 use crate::session::Study;
 use serde::{Deserialize, Serialize};
 
-/// One or more trials with a common purpose on one device.
+/// One or more trials that were run on one device for a common purpose, as one record contains
+/// them.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Run {
-    /// Format of the record: [`FORMAT`] in records that this program writes, 1 in records without a
-    /// number.
+    /// Version of the record's format. Records that this program writes have [`FORMAT`]; a record
+    /// without a number has format 1.
     #[serde(default = "first_format")]
     pub format: u32,
     /// Title of the run, and heading of its report.
     pub title: String,
-    /// Name under which the device was given: "native simulator", the name of a port, ….
+    /// Name of the device: "native simulator", the name of a port, ….
     pub device: String,
-    /// Seed of all random values; `None` if only the program that serves the device knows it.
+    /// Seed from which all random values of the run are generated; `None` if only the program that
+    /// serves the device knows it.
     pub seed: Option<u64>,
     /// Program that recorded the run.
     #[serde(default)]
     pub program: Program,
-    /// Command that started the run; `None` in records of the first format.
+    /// Command and options that started the run; `None` in records of format 1.
     #[serde(default)]
     pub plan: Option<Plan>,
-    /// Facts about the study that only people know.
+    /// Facts about the study that the user entered, such as the wearer's pseudonym.
     #[serde(default)]
     pub study: Study,
     /// SHA-256 of the image that the device ran, if this program provided the image.
     #[serde(default)]
     pub image_sha256: Option<String>,
-    /// Trials in the order in which they were run; each has a folder of its own.
+    /// Trials in the order in which they were run. Each has a folder in the record.
     #[serde(skip)]
     pub trials: Vec<Trial>,
-    /// Values that a paper printed for the same trials.
+    /// Values that a paper reports for the same trials, for comparison.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub paper: Vec<PaperRow>,
-    /// Result of the comparison that the run is about, in a sentence with which the report begins.
+    /// Main result of the run in one sentence, with which the report begins; `None` to derive it
+    /// from the trials.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub finding: Option<String>,
-    /// Assumptions of a simulation, and its outcomes.
+    /// Assumptions behind a simulation, and outcomes that it computed, to be listed in the report.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub assumptions: Vec<Assumption>,
-    /// Facts that only the host knows; a rerun differs in these alone.
+    /// Facts that only the host knows. A rerun of a simulated run differs from it only in these.
     #[serde(default)]
     pub host: HostFacts,
-    /// Ending of the run; stored in `summary.json`.
+    /// How the run ended; stored in `summary.json`.
     #[serde(skip)]
     pub ending: Ending,
-    /// Data that the record has lost since it was closed, one phrase each; [`load`] fills it in.
+    /// Data that the record has lost since it was closed, one phrase for each loss; filled in by
+    /// [`load`].
     #[serde(skip)]
     pub damage: Vec<String>,
 }
 
-/// Format of the records that this program writes.
+/// Version of the record's format that this program writes. A change that older programs cannot
+/// read raises it.
 pub const FORMAT: u32 = 2;
 
 const fn first_format() -> u32 {
@@ -113,7 +118,7 @@ pub fn sha256(bytes: &[u8]) -> String {
 }
 
 impl Run {
-    /// Returns a run without trials that this program begins at `start`.
+    /// Returns a run without trials, recorded by this program from `start` on.
     #[must_use]
     pub fn begin(title: &str, device: &str, seed: Option<u64>, plan: Plan, start: Moment) -> Self {
         Self {
@@ -128,8 +133,9 @@ impl Run {
         }
     }
 
-    /// Returns the command that repeats the run when typed in its folder. For a simulated run of
-    /// this program it gives the same bytes, for any other run the same session.
+    /// Returns the command that repeats the run when it is typed in the record's folder. A
+    /// simulated run of this program is repeated byte for byte; for any other run, its first
+    /// session is run again.
     #[must_use]
     pub fn how_to_reproduce(&self) -> &'static str {
         match self.is_repeatable() {
@@ -138,7 +144,8 @@ impl Run {
         }
     }
 
-    /// Returns whether every device that answered ran in this program, in virtual time.
+    /// Returns whether every device that answered ran inside this program, so that a rerun gives
+    /// the same data.
     #[must_use]
     pub fn is_repeatable(&self) -> bool {
         let mut devices = self
@@ -148,30 +155,30 @@ impl Run {
         devices.all(|identity| identity.in_process)
     }
 
-    /// Returns whether a simulator stood in for the wearer: the device reported it, or a true angle
-    /// is known, which only a simulated wearer can provide. The name of the device is no evidence,
+    /// Returns whether the wearer was simulated: the device reported it, or a sample has a true
+    /// angle, which only a simulated wearer can provide. The name of the device proves nothing,
     /// because anyone can choose it.
     #[must_use]
     pub fn is_simulated(&self) -> bool {
         self.trials.iter().any(Trial::is_simulated)
     }
 
-    /// Returns [`Run::is_simulated`], or `None` if no device has answered, because the kind is then
-    /// unknown.
+    /// Returns whether the wearer was simulated, or `None` if no device has answered yet and
+    /// nothing is known.
     #[must_use]
     pub fn simulated_if_known(&self) -> Option<bool> {
         let is_simulated = self.is_simulated();
         (is_simulated || self.device_kind().is_some()).then_some(is_simulated)
     }
 
-    /// Returns the seed as text for people.
+    /// Returns the seed as text for people, also if it is not known.
     #[must_use]
     pub fn seed_in_words(&self) -> String {
         self.seed
             .map_or_else(|| "unknown".to_owned(), |seed| seed.to_string())
     }
 
-    /// Returns the kind of device that stimulated, or `None` until a device has answered.
+    /// Returns the kind of device that stimulated; `None` if no device has answered yet.
     #[must_use]
     pub fn device_kind(&self) -> Option<DeviceKind> {
         let mut said = self
@@ -181,7 +188,8 @@ impl Run {
         said.next().map(|identity| identity.kind)
     }
 
-    /// Returns the device that stimulated, as text for people: its kind as reported, and its name.
+    /// Returns a description of the device that stimulated: the kind that it reported, and its
+    /// name.
     #[must_use]
     pub fn device_in_words(&self) -> String {
         let said = self.trials.iter().find_map(|trial| trial.identity.as_ref());
@@ -192,12 +200,12 @@ impl Run {
     }
 }
 
-/// One uninterrupted stimulation, with all its data.
+/// One uninterrupted run of a session, with all its data.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Trial {
     /// Name of the trial for people, for example "two-point".
     pub name: String,
-    /// Session file that describes the trial.
+    /// Name of the session file that the trial ran.
     pub session_file: String,
     /// Identity that the device reported; `None` if the device never answered.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -208,55 +216,57 @@ pub struct Trial {
     /// SHA-256 of the session file, 64 hexadecimal digits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub session_sha256: Option<String>,
-    /// Wearer file that the session names, stored beside the rows as `wearer.toml`.
+    /// Wearer file that the session names, stored beside the rows as `wearer.toml`; `None` if it
+    /// names none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wearer: Option<TrialWearer>,
-    /// Result of `[fidelity]`, if the session has it.
+    /// Settings that the choice for `[fidelity]` found; `None` for a session without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fidelity: Option<FidelityFound>,
-    /// Fit of the device's clock to the host's.
+    /// Fit of the device's clock to the host's clock; `None` if there was no answer to fit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clock: Option<ClockFit>,
     /// Duration of the trial, s.
     pub duration_s: f64,
-    /// Channels in use, in the order of `Sample::amplitudes`.
+    /// Channels in use, in the order of the entries of `Sample::amplitudes`.
     pub channels: Vec<ChannelInfo>,
     /// Telemetry, oldest first.
     #[serde(default, skip_serializing_if = "Samples::is_empty")]
     pub samples: Samples,
-    /// Changes of the switch states in one period, oldest first. A channel is disconnected until
-    /// its first edge.
+    /// Changes of the switch states in one period, oldest first. Before its first edge a channel is
+    /// disconnected.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub edges: Vec<Edge>,
-    /// Whether the device controlled the angle of a joint; the angle is assessed only then.
+    /// Whether the device controlled the angle of a joint. Tracking errors are computed only then.
     #[serde(default)]
     pub joint: bool,
-    /// Virtual wall, if the session has one.
+    /// Virtual wall that the device rendered, if the session has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wall: Option<WallPlace>,
-    /// Part that metrics assess, from–to in s; the whole trial if `None`.
+    /// Window over which metrics are computed, as start and end in s; `None` for the whole trial.
     pub measure: Option<(f64, f64)>,
     /// Number of pulses with an amplitude above 0 that were output; `None` if it is unknown.
     #[serde(default)]
     pub pulses: Option<u64>,
-    /// Most likely reason why there were no pulses.
+    /// Most likely reason why no pulses were output; `None` if there were pulses.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub silent: Option<String>,
-    /// Named counts of the trial: frames, pulses, …. If the device was already running, the
-    /// difference between the counts at the trial's end and at its beginning.
+    /// Counters of the device by name, such as frames or pulses. If the device was already running,
+    /// these are the differences between the end and the beginning of the trial.
     pub counters: Vec<(String, u64)>,
-    /// Events of the trial, each with its time in s.
+    /// Events that the device reported or the host noted: the time of each, s, and a description.
     pub events: Vec<(f64, String)>,
-    /// Actions at the controls, and edges of the trigger input, oldest first; stored in
+    /// Actions at the controls and edges of the trigger input, oldest first. They are stored in
     /// `markers.csv`, which also has the edges of the sync output.
     #[serde(skip)]
     pub markers: Vec<Marker>,
-    /// Readings of the electrode check during arming, in order.
+    /// Readings of the electrode check before the device was armed, oldest first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub electrode_check: Vec<ElectrodeReading>,
 }
 
-/// Reading of the electrode check of arming on one channel.
+/// Reading of the electrode check on one channel, from which the device decides whether an
+/// electrode is connected.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct ElectrodeReading {
     /// Channel number, from 1.
@@ -265,13 +275,15 @@ pub struct ElectrodeReading {
     pub applied: f64,
     /// Current that flowed, mA.
     pub current_ma: f64,
-    /// Load at a voltage stage, voltage divided by current, Ω; `None` without current, and for a
-    /// current stage, which does not measure its voltage.
+    /// Load that a voltage stage measured, Ω: voltage divided by current. Infinite if no current
+    /// flowed, which is `None` in a loaded record. `None` also for a current stage, which does not
+    /// measure its voltage.
     pub load_ohm: Option<f64>,
 }
 
 impl Trial {
-    /// Returns whether a simulator stood in for the wearer, as [`Run::is_simulated`] defines it.
+    /// Returns whether the wearer of this trial was simulated, by the same evidence as
+    /// [`Run::is_simulated`].
     #[must_use]
     pub fn is_simulated(&self) -> bool {
         let said = self
@@ -281,8 +293,8 @@ impl Trial {
         said || self.samples.iter().any(|s| s.true_deg.is_some())
     }
 
-    /// Returns whether the trial has something to follow: an angle, a wall or a force. Any other
-    /// trial is open loop.
+    /// Returns whether the trial has a reference or a wall: an angle to follow, a virtual wall, or
+    /// a wanted force of a channel. All other trials are open loop.
     #[must_use]
     pub fn has_reference(&self) -> bool {
         self.joint || self.wall.is_some() || self.channels.iter().any(|c| c.force)
@@ -296,7 +308,7 @@ impl Trial {
         sample.forces_n.get(place).copied().flatten()
     }
 
-    /// Returns the wanted force of a channel, N; `None` without force control and before its first
+    /// Returns the wanted force of a channel, N; `None` without force control, and before the first
     /// setpoint.
     #[must_use]
     pub fn wanted_n(&self, sample: &Sample, channel: u8) -> Option<f64> {
@@ -304,8 +316,8 @@ impl Trial {
         sample.wanted_n.get(place).copied().flatten()
     }
 
-    /// Returns the two forces closest to the wanted one that a channel's limits allow, N; `None` if
-    /// the limits allow the wanted force itself.
+    /// Returns the nearest forces below and above the wanted force that the limits of a channel
+    /// allow, N; `None` if the limits allow the wanted force itself.
     #[must_use]
     pub fn nearest_forces_n(&self, sample: &Sample, channel: u8) -> Option<(f64, f64)> {
         let place = self.channel_index(channel, |c| c.force)?;
@@ -313,7 +325,8 @@ impl Trial {
         side(&sample.below_n).zip(side(&sample.above_n))
     }
 
-    /// Returns the index of a channel among the channels for which `has` is true.
+    /// Returns the index of a channel among those channels for which `has` is true. This is its
+    /// index in a list of a sample, which has entries only for these channels.
     pub(crate) fn channel_index(
         &self,
         channel: u8,
@@ -324,32 +337,34 @@ impl Trial {
     }
 }
 
-/// Position of a trial's virtual wall.
+/// Position of a virtual wall.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct WallPlace {
-    /// Angle of the wall, degrees.
+    /// Joint angle at the surface of the wall, degrees.
     pub at_deg: f64,
-    /// Whether the limb is inside at larger angles; else at smaller ones.
+    /// Whether the wall stops flexion, so that the limb is inside it at larger angles; if false, at
+    /// smaller angles.
     pub stops_flexion: bool,
-    /// Angle by which the pre-wall begins in front of the wall, degrees; 0 without a pre-wall.
+    /// Thickness of the pre-wall, which begins this far in front of the wall, degrees; 0 without a
+    /// pre-wall.
     pub pre_wall_deg: f64,
 }
 
-/// Result of a session's `[fidelity]`.
+/// Settings that a session with `[fidelity]` ran with.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct FidelityFound {
-    /// Telemetry period, ms.
+    /// Period of telemetry, ms.
     pub telemetry_ms: u16,
-    /// Period of the control law, ms, if there is a control law.
+    /// Period of the control law, ms; `None` if there is no control law.
     pub law_period_ms: Option<u8>,
-    /// Time step of the simulated finger, µs, if there is a simulated finger.
+    /// Time step of the simulated finger, µs; `None` if there is no simulated finger.
     pub finger_step_us: Option<u32>,
 }
 
-/// A change of one channel's switch state.
+/// A change of the switch state of one channel.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Edge {
-    /// Device time, µs.
+    /// Time since the start of the recorded period, µs.
     pub t_us: u64,
     /// Channel number, from 1.
     pub channel: u8,
@@ -369,16 +384,17 @@ pub enum State {
     Anodic,
     /// Current flows into the active electrode.
     Cathodic,
-    /// Both electrodes are shorted to the return.
+    /// Both electrodes are connected to the common return, so that no voltage drives the tissue.
     Grounded,
 }
 
-/// Values that a paper printed for trials of this kind. A trial may have several.
+/// Values that a paper reports for trials of this kind. Several rows may belong to one trial.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct PaperRow {
-    /// [`Trial::name`] of the trial with which the values are compared.
+    /// Name of the trial, [`Trial::name`], with which the values are compared.
     pub trial: String,
-    /// RMSE of the paper's own trials, degrees, in the printed order.
+    /// Root mean square errors of the paper's own trials, degrees, in the order in which the paper
+    /// prints them.
     pub values: Vec<f64>,
     /// Source of the values, for example "table 8, participant P".
     pub source: String,
@@ -392,16 +408,16 @@ impl PaperRow {
     }
 }
 
-/// A statement that a reader needs to judge a simulated result.
+/// A statement that helps a reader to judge a simulated result.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Assumption {
-    /// Whether the statement is an assumption or an outcome.
+    /// Whether the statement is an assumption of the simulation or one of its outcomes.
     pub role: Role,
     /// The statement, in one sentence.
     pub text: String,
 }
 
-/// Side of a simulation that a statement describes.
+/// Whether a statement about a simulation is an assumption or an outcome.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {

@@ -9,27 +9,27 @@ use std::fs::{File, TryLockError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// Name of the lock file, which the program that writes a record holds. The empty file stays: if it
-/// were removed, two programs could each hold a lock of this name.
+/// Name of the lock file that a program locks while it writes a record. The empty file is never
+/// removed: otherwise two programs could each lock a different file of this name.
 const LOCK: &str = ".lock";
 
-/// Files of a record beside its trials' folders.
+/// Files that a record may have beside the folders of its trials.
 const RUN_FILES: &str = "run.json summary.json report.html picture.svg image.elf outputs.vcd compare.html \
      result.json result.html declaration.toml sweep.json draws.csv faults.csv faults.jsonl \
      units.jsonl mismatch.csv studies.jsonl deciding.json arms.html";
 
-/// File that marks the folder of a study.
+/// File whose presence shows that a folder holds a study.
 const SWEEP: &str = "sweep.json";
 
-/// File that a comparison of records writes, alone in its folder.
+/// The only file in a folder that a comparison of records writes.
 const COMPARE_PAGE: &str = "compare.html";
 
-/// Files in a trial's folder.
+/// Files that may be in the folder of a trial.
 const TRIAL_FILES: &str =
     "trial.json samples.csv edges.csv columns.csv markers.csv session.toml wearer.toml";
 
-/// A folder that only this program writes, until the value is dropped or the program ends in any
-/// way.
+/// A locked folder, in which no other run of this program writes. The lock ends when this value is
+/// dropped or the program ends.
 #[derive(Debug)]
 pub struct Place {
     dir: PathBuf,
@@ -43,8 +43,8 @@ impl Place {
         &self.dir
     }
 
-    /// Creates a new folder in `base`. Its name consists of `name`, the local date and time of
-    /// `start`, and a counter from 2 on if the name is taken.
+    /// Creates a new folder in `base` and locks it. Its name consists of `name`, the local date and
+    /// time of `start`, and a number from 2 on if a folder of this name exists.
     ///
     /// # Errors
     /// The file system refuses.
@@ -52,8 +52,8 @@ impl Place {
         Self::create_numbered(base, &format!("{}-{}", slug(name), start.local_stamp()))
     }
 
-    /// Creates the first of `stem`, `stem-2`, `stem-3`, … that does not exist. Of two programs, the
-    /// one that creates the folder gets it.
+    /// Creates and locks the first of the folders `stem`, `stem-2`, `stem-3`, … that does not
+    /// exist. If two programs try at the same time, they get different folders.
     fn create_numbered(base: &Path, stem: &str) -> Result<Self, RecordError> {
         std::fs::create_dir_all(base).map_err(RecordError::io(base))?;
         let mut dir = base.join(stem);
@@ -68,8 +68,8 @@ impl Place {
         }
     }
 
-    /// Takes the folder `dir` itself, which must be absent or empty, or a record that `overwrite`
-    /// allows to replace. Only the files that belong to that record are removed.
+    /// Locks the folder `dir` for a new record. The folder must be absent or empty. If `overwrite`
+    /// is true, it may also hold a record, whose files are removed; other files stay.
     ///
     /// # Errors
     /// E590 if the folder holds anything else; E591 if another program writes it.
@@ -96,7 +96,7 @@ impl Place {
         Ok(place)
     }
 
-    /// Takes the folder of an existing record, to write in it again.
+    /// Locks the folder of an existing record, to write in it again.
     ///
     /// # Errors
     /// E591 if another program writes it.
@@ -118,10 +118,10 @@ impl Place {
     }
 }
 
-/// Checks that a command may write the file `path`, as far as that is known in advance: nothing is
-/// there, or `overwrite` allows to replace it, and it is neither a file that the command `reads`
-/// nor part of a record, including the record that begins in `out`. A pipe or a device may always
-/// be written, because nothing can be lost.
+/// Checks that a command may write the file `path`, as far as this can be known before the command
+/// begins. The file must not exist, unless `overwrite` is true. It must be neither a file that the
+/// command `reads` nor part of a record, including the record that is to be written in `out`. A
+/// pipe or a device may always be written, because nothing can be lost.
 ///
 /// # Errors
 /// E586 if the file is read or recorded; E587 if it exists; E583 if it cannot be created.
@@ -175,7 +175,8 @@ pub fn check_writable(
     Ok(())
 }
 
-/// Checks that `path` is not a dangling link, which can be neither opened nor created.
+/// Checks that `path` is not a symbolic link to a missing file, which the program would neither
+/// open nor create.
 fn check_not_dangling(path: &Path) -> Result<(), RecordError> {
     match path.is_symlink() && !path.exists() {
         false => Ok(()),
@@ -185,13 +186,13 @@ fn check_not_dangling(path: &Path) -> Result<(), RecordError> {
     }
 }
 
-/// Returns the name of an entry in `dir` other than the lock, if there is any.
+/// Returns the name of an entry in `dir` other than the lock file; `None` if there is none.
 fn foreign_entry(dir: &Path) -> Result<Option<String>, RecordError> {
     let first = names(dir)?.into_iter().next();
     Ok(first.map(|name| name.to_string_lossy().into_owned()))
 }
 
-/// Returns the names in `dir` except for the lock, sorted.
+/// Returns the names of the entries in `dir` in alphabetical order, without the lock file.
 fn names(dir: &Path) -> Result<Vec<OsString>, RecordError> {
     let entries = std::fs::read_dir(dir).map_err(RecordError::io(dir))?;
     let names = entries.flatten().map(|entry| entry.file_name());
@@ -200,14 +201,15 @@ fn names(dir: &Path) -> Result<Vec<OsString>, RecordError> {
     Ok(names)
 }
 
-/// Returns whether this program wrote `dir`: a record, a study, or a comparison page alone.
+/// Returns whether `dir` holds a record, a study, or only a comparison page, all of which this
+/// program may replace.
 fn is_written_by_flexor(dir: &Path) -> bool {
     folder::read_header(dir).is_ok()
         || dir.join(SWEEP).is_file()
         || names(dir).is_ok_and(|names| names == [COMPARE_PAGE])
 }
 
-/// Removes the files that belong to the record in `dir`, and nothing else.
+/// Removes the files of the record in `dir` and leaves all other files.
 fn remove_record_files(dir: &Path) -> Result<(), RecordError> {
     for folder in folder::trial_folders(dir)? {
         if folder.is_symlink() {
@@ -223,7 +225,7 @@ fn remove_record_files(dir: &Path) -> Result<(), RecordError> {
     remove(dir, RUN_FILES)
 }
 
-/// Removes the sessions that the record of an experiment keeps.
+/// Removes the copies of a declaration and its sessions that the record of an experiment keeps.
 fn clear_declared(dir: &Path) -> Result<(), RecordError> {
     let header = folder::read_header(dir).ok();
     let plan = header.and_then(|run| run.plan);
@@ -239,7 +241,7 @@ fn remove(dir: &Path, names: &str) -> Result<(), RecordError> {
     paths.try_for_each(|path| remove_file(&path))
 }
 
-/// Removes the file, and the partial file of an interrupted replacement.
+/// Removes a file, and the partial file that an interrupted replacement of it may have left.
 fn remove_file(path: &Path) -> Result<(), RecordError> {
     let mut partial = path.as_os_str().to_owned();
     partial.push(".partial");
@@ -254,7 +256,8 @@ fn remove_file(path: &Path) -> Result<(), RecordError> {
     Ok(())
 }
 
-/// Returns the words of `name` in lower case, joined by hyphens, at most 40 characters.
+/// Returns `name` in lower case, with its words joined by hyphens, cut to 40 characters, for the
+/// name of a folder.
 fn slug(name: &str) -> String {
     let words = name.split(|c: char| !c.is_alphanumeric());
     let words: Vec<_> = words.filter(|word| !word.is_empty()).collect();

@@ -4,14 +4,14 @@ use crate::clock::Moment;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Program that recorded a run.
+/// Version of the program that recorded a run.
 #[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct Program {
     /// Version number of the program.
     pub version: String,
-    /// Commit from which the program was built; `None` if it was not built in a checkout.
+    /// Commit from which the program was built; `None` if the build found no Git checkout.
     pub git: Option<String>,
-    /// Whether the checkout had changes beyond that commit.
+    /// Whether the checkout had changes that were not committed; `None` if that is not known.
     pub modified: Option<bool>,
 }
 
@@ -27,7 +27,7 @@ impl Program {
         }
     }
 
-    /// Formats the program for people, for example "0.1.0 (1a2b3c4d, modified)".
+    /// Returns the version with the commit, for example "0.1.0 (1a2b3c4d, modified)".
     #[must_use]
     pub fn words(&self) -> String {
         let git = self.git.as_ref().map(|git| {
@@ -43,31 +43,35 @@ impl Program {
     }
 }
 
-/// Everything that determines a simulated run, except for the session files, which are in the
-/// trials' folders.
+/// Command and options that determine a simulated run, together with the session files in the
+/// folders of its trials.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Plan {
     /// Command, for example "run", "demo" or "experiment harris-wall".
     pub command: String,
-    /// Device as given by `--device`; in words if it is part of this program.
+    /// Device as it was given to `--device`, or a description if the device is part of this
+    /// program.
     pub device: String,
-    /// Control law that replaces the one of the session file.
+    /// Name of the control law that replaced the session's own; `None` if none did.
     pub law: Option<String>,
-    /// Whether a latched fault was acknowledged first.
+    /// Whether the command acknowledged a latched fault before the run.
     pub acknowledge: bool,
-    /// Whether the outputs were written as VCD.
+    /// Whether the outputs were also written as a VCD file (value change dump).
     pub vcd: bool,
-    /// Whether an image other than the board's own was flashed; the record keeps it as `image.elf`.
+    /// Whether an image was flashed that the user chose instead of the default one; the record
+    /// keeps it as `image.elf`.
     pub image: bool,
-    /// Number of randomly generated wearers in an experiment; `arms` in older records.
+    /// Number of randomly generated wearers in an experiment; `None` for other commands. Older
+    /// records name it `arms`.
     #[serde(alias = "arms")]
     pub draws: Option<u64>,
-    /// Files from which an experiment was made: its declaration, then each session that it names.
+    /// Files that define an experiment: its declaration, then each session that the declaration
+    /// names.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub declared: Vec<DeclaredFile>,
 }
 
-/// A file from which an experiment was made; the record keeps a copy.
+/// A file that defines an experiment; the record keeps a copy of it.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct DeclaredFile {
     /// Name of the file; for a session, as the declaration gives it.
@@ -76,12 +80,12 @@ pub struct DeclaredFile {
     pub sha256: String,
 }
 
-/// Folder in which a record keeps the sessions of its declaration.
+/// Name of the folder in which a record keeps the files that define its experiment.
 pub(super) const DECLARED: &str = "declared";
 
 impl DeclaredFile {
-    /// Returns the path of the copy relative to the record's folder; `place` is the index in the
-    /// plan, from 0.
+    /// Returns the path of the copy, relative to the record's folder. `place` is the index of the
+    /// file in [`Plan::declared`].
     #[must_use]
     pub fn copy_path(&self, place: usize) -> String {
         let name = Path::new(&self.file).file_name().unwrap_or_default();
@@ -93,7 +97,7 @@ impl DeclaredFile {
 }
 
 impl Plan {
-    /// Returns the plan of a command without options.
+    /// Returns the plan of a command that was run without options.
     #[must_use]
     pub fn new(command: &str, device: &str) -> Self {
         Self {
@@ -109,23 +113,24 @@ impl Plan {
     }
 }
 
-/// Facts about a run that only the host knows; a rerun differs in this block alone.
+/// Facts about a run that only the host knows. A rerun of a simulated run differs from it only in
+/// these.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct HostFacts {
-    /// Time at which the record was begun, by the host's clock: UTC, RFC 3339.
+    /// Time at which the record was begun, by the host's clock, in UTC in the format of RFC 3339.
     pub started_utc: String,
-    /// Command line as it was given.
+    /// Arguments of the program's command line.
     pub arguments: Vec<String>,
     /// Operating system and processor architecture, for example "linux x86_64".
     pub system: String,
-    /// Simulated seconds per second of this computer, if that was measured.
+    /// Simulated seconds per second of real time; `None` if that was not measured.
     pub speed_factor: Option<f64>,
-    /// Record of which this run is a rerun.
+    /// Record that this run repeats; `None` if it is not a rerun.
     pub rerun_of: Option<String>,
 }
 
 impl HostFacts {
-    /// Returns the facts about this program and a record that is begun at `start`.
+    /// Collects the facts about this program and computer, for a record that is begun at `start`.
     #[must_use]
     pub fn collect(start: Moment) -> Self {
         let arguments = std::env::args_os().map(|text| text.to_string_lossy().into_owned());
@@ -139,19 +144,20 @@ impl HostFacts {
     }
 }
 
-/// Fit of the device's clock to the host's, from the answers of a trial.
+/// Fit of the device's clock to the host's clock, from all pairs of request and answer in a trial.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct ClockFit {
-    /// Number of exchanges in the fit.
+    /// Number of pairs of request and answer in the fit.
     pub exchanges: u64,
-    /// Shortest round trip, µs; the error of the offset is at most half of it.
+    /// Shortest time from a request to its answer, µs. The error of the offset is at most half of
+    /// it.
     pub round_trip_us: u64,
-    /// Device time minus host time at the first exchange, µs, modulo 2^32; host time counts from
-    /// the opening of the port.
+    /// Device time minus host time at the first pair of request and answer, µs, modulo 2^32. Host
+    /// time counts from the opening of the port.
     pub offset_us: u32,
-    /// Excess rate of the device's clock, parts per million; positive if it runs faster. `None` if
-    /// the exchanges span less than a second.
+    /// Rate of the device's clock relative to the host's, parts per million; positive if it runs
+    /// faster. `None` if all pairs of request and answer lie within less than a second.
     pub drift_ppm: Option<f64>,
-    /// Root mean square of the residuals, µs.
+    /// Root mean square of the differences between measured and fitted device time, µs.
     pub residual_us: f64,
 }

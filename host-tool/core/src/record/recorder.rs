@@ -10,36 +10,39 @@ use crate::session::KEPT_AS;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Number of events of a trial that are written to disk as soon as they are noted.
+/// Number of events of a trial that are written to disk immediately; [`LATER_S`] limits the later
+/// ones.
 const AT_ONCE: usize = 64;
-/// Time within which later events are written, s of the trial. Each write repeats all others, so a
-/// device that reports events without end would otherwise keep its host busy with the disk.
+/// After the first [`AT_ONCE`] events: shortest time between two writes of the events, s of the
+/// trial. Each write repeats all earlier events, so a device that reports events without end would
+/// otherwise keep its host busy with the disk.
 const LATER_S: f64 = 0.5;
 
-/// Appends the rows of one trial to its folder, each immediately and with a single write. The
-/// recorded rows survive an unplugged device, an error, a full disk and a killed program, but not a
-/// power cut, because the data are not flushed to the disk itself.
+/// Writes the rows of one trial to its folder while the trial runs, each row immediately and with a
+/// single write. The rows survive an unplugged device, an error, a full disk and a killed program.
+/// They may not survive a power cut, because they are not flushed to the disk itself.
 pub struct Recorder {
     disk: Box<dyn Disk>,
     folder: PathBuf,
     trial: Trial,
     samples: Box<dyn Write>,
     markers: Box<dyn Write>,
-    /// Buffer for the row that is being written.
+    /// Text of the row that is being written.
     row: Vec<u8>,
-    /// Time of the event with which `trial.json` was last written, s after the start.
+    /// Time of the event at which `trial.json` was last written because of an event, s after the
+    /// start.
     described_s: f64,
 }
 
 impl Recorder {
-    /// Begins trial `position` (from 0) of the run in `dir`. Name, channels and window of `trial`
-    /// are written at once, together with the rows that it already holds.
+    /// Creates the folder of the trial at `position` (from 0) of the run in `dir`. Writes name,
+    /// channels and window of `trial` at once, together with the rows that it already has.
     pub fn create(dir: &Path, position: usize, trial: &Trial) -> Result<Self, RecordError> {
         Self::create_on(Box::new(FileSystem), dir, position, trial)
     }
 
-    /// Begins a trial on `disk`, which may be a test disk that fails; otherwise as
-    /// [`Self::create`].
+    /// Creates the folder of a trial as [`Self::create`] does, on `disk`, which may be a test disk
+    /// that fails.
     pub fn create_on(
         disk: Box<dyn Disk>,
         dir: &Path,
@@ -97,9 +100,9 @@ impl Recorder {
             .map_err(|source| RecordError::write(&self.folder.join("samples.csv"))(source))
     }
 
-    /// Hands the row to the system in one write, so that a program killed at any moment leaves
-    /// complete rows. Only if the system itself is killed during a write that crosses a page is a
-    /// row incomplete; a reader ignores a row without its end.
+    /// Writes the row to `samples.csv` with a single write. A program that is killed at any time
+    /// therefore leaves complete rows. Only a failure of the operating system itself can leave an
+    /// incomplete row, which readers ignore because its line has no end.
     fn append(&mut self) -> std::io::Result<()> {
         let written = self.samples.write_all(&self.row);
         self.row.clear();
@@ -116,14 +119,15 @@ impl Recorder {
         written.map_err(|source| RecordError::write(&self.folder.join("markers.csv"))(source))
     }
 
-    /// Hands a row of `markers.csv` to the system in one write, as [`Self::append`] does.
+    /// Writes the row to `markers.csv` with a single write, for the reason that [`Self::append`]
+    /// gives.
     fn append_marker(&mut self) -> std::io::Result<()> {
         let written = self.markers.write_all(&self.row);
         self.row.clear();
         written
     }
 
-    /// Replaces the content of `edges.csv` with these edges of one period.
+    /// Replaces the content of `edges.csv`. `edges` are the changes of switch states in one period.
     pub fn record_edges(&mut self, edges: &[Edge]) -> Result<(), RecordError> {
         let path = self.folder.join("edges.csv");
         let mut text = Vec::new();
@@ -131,13 +135,13 @@ impl Recorder {
         replace(&*self.disk, &path, &text)
     }
 
-    /// Notes in `trial.json` which device answered.
+    /// Records in `trial.json` which device answered.
     pub fn record_identity(&mut self, identity: &Identity) -> Result<(), RecordError> {
         self.trial.identity = Some(identity.clone());
         self.write_description()
     }
 
-    /// Notes that something happened `t_s` seconds into the trial.
+    /// Records an event with its time, s after the start of the trial, and its description.
     pub fn record_event(&mut self, t_s: f64, text: &str) -> Result<(), RecordError> {
         self.trial.events.push((t_s, text.to_owned()));
         let is_soon = (t_s - self.described_s).abs() < LATER_S;
@@ -148,20 +152,20 @@ impl Recorder {
         self.write_description()
     }
 
-    /// Notes a reading of the electrode check.
+    /// Records a reading of the electrode check in `trial.json`.
     pub fn record_electrode(&mut self, reading: ElectrodeReading) -> Result<(), RecordError> {
         self.trial.electrode_check.push(reading);
         self.write_description()
     }
 
-    /// Notes how many pulses were output and, if none, why; they are written to disk with the next
-    /// note.
+    /// Keeps the number of pulses that were output and, if there were none, the reason. They are
+    /// written to disk together with the next change of `trial.json`.
     pub fn record_pulses(&mut self, pulses: Option<u64>, silent: Option<&str>) {
         self.trial.pulses = pulses;
         self.trial.silent = silent.map(str::to_owned);
     }
 
-    /// Ends the trial with its counters and its actual duration, s.
+    /// Ends the trial: writes its counters and its actual duration, s, to `trial.json`.
     pub fn finish(
         mut self,
         counters: &[(String, u64)],
@@ -172,13 +176,14 @@ impl Recorder {
         self.write_description()
     }
 
-    /// Notes how the device's clock ran; the fit is written to disk with the next note.
+    /// Keeps the fit of the device's clock. It is written to disk together with the next change of
+    /// `trial.json`.
     pub fn record_clock(&mut self, clock: Option<ClockFit>) {
         self.trial.clock = clock;
     }
 
-    /// Writes the files that explain the rows: the session file, the wearer file that the session
-    /// names, and the dictionary of columns.
+    /// Writes the files that explain the rows: the session file, the wearer file if the session
+    /// names one, and `columns.csv` with the meaning of the columns.
     fn write_companion_files(&self, trial: &Trial) -> Result<(), RecordError> {
         if !trial.session_text.is_empty() {
             let path = self.folder.join("session.toml");

@@ -8,7 +8,7 @@ use std::io::{self, BufRead, BufReader, Read, Seek, Write};
 use std::path::Path;
 use std::str::FromStr;
 
-/// Columns that every table of samples has; their names contain the units.
+/// Columns that every `samples.csv` has; the units are parts of their names.
 const FIXED: [&str; 7] = [
     "t_s",
     "target_deg",
@@ -19,8 +19,9 @@ const FIXED: [&str; 7] = [
     "state",
 ];
 
-/// Columns of the wanted force at the hand, and of the true one.
+/// Columns of the wanted force at the hand: backward, to the right and upward.
 const HAND: [&str; 3] = ["hand_x_n", "hand_y_n", "hand_z_n"];
+/// Columns of the true force at a simulated wearer's hand, in the same directions.
 const HAND_TRUE: [&str; 3] = ["hand_fx_n", "hand_fy_n", "hand_fz_n"];
 
 /// Appends the header of `samples.csv` to `text`.
@@ -29,8 +30,8 @@ pub(super) fn push_sample_header(text: &mut Vec<u8>, channels: &[ChannelInfo]) {
     text.push(b'\n');
 }
 
-/// Appends one row to `text`. A missing or unknown value becomes an empty field, never a zero;
-/// surplus amplitudes or forces have no column and are left out.
+/// Appends a row to `text`. A missing or unknown value becomes an empty field, never a zero.
+/// Amplitudes or forces for which `channels` has no column are left out.
 pub(super) fn push_sample(text: &mut Vec<u8>, sample: &Sample, channels: &[ChannelInfo]) {
     let predicted = channels.iter().filter(|c| c.muscle).count();
     let live = channels.iter().filter(|c| c.live_width).count();
@@ -82,7 +83,7 @@ pub(super) fn push_sample(text: &mut Vec<u8>, sample: &Sample, channels: &[Chann
     text.push(b'\n');
 }
 
-/// Appends a comma and, if there is one, the value.
+/// Appends a comma and then the value; only the comma for `None`.
 fn push_field(text: &mut Vec<u8>, value: Option<f64>) {
     text.push(b',');
     if let Some(value) = value {
@@ -90,7 +91,7 @@ fn push_field(text: &mut Vec<u8>, value: Option<f64>) {
     }
 }
 
-/// Writes samples with their header.
+/// Writes a complete `samples.csv`, header included.
 pub fn write_samples(
     out: &mut impl Write,
     channels: &[ChannelInfo],
@@ -104,7 +105,8 @@ pub fn write_samples(
     out.write_all(&text)
 }
 
-/// Writes edges as `t_us,channel,state,dac_code`, the columns of `flexor edges`.
+/// Writes a complete `edges.csv`. `flexor edges` prints the same columns,
+/// `t_us,channel,state,dac_code`.
 pub fn write_edges(out: &mut impl Write, edges: &[Edge]) -> io::Result<()> {
     writeln!(out, "{}", columns::header(&columns::EDGES, &[]))?;
     for edge in edges {
@@ -114,8 +116,8 @@ pub fn write_edges(out: &mut impl Write, edges: &[Edge]) -> io::Result<()> {
     Ok(())
 }
 
-/// Reads `samples.csv`. A last line without its end was cut by a crash and is dropped; any other
-/// deviation is an error with its line.
+/// Reads `samples.csv`. An incomplete last line, as a crash leaves it, is dropped. Anything else
+/// that this program does not write is an error, with the number of its line.
 pub fn read_samples(path: &Path) -> Result<Samples, RecordError> {
     let rows = Rows::open(path)?;
     if rows.is_empty {
@@ -188,7 +190,7 @@ pub fn read_samples(path: &Path) -> Result<Samples, RecordError> {
     })
 }
 
-/// Returns the components of a force, or an empty list if none of them is known.
+/// Returns the components of a force; an empty list if all of them are unknown.
 fn empty_if_unknown(force: Vec<Option<f64>>) -> Vec<Option<f64>> {
     match force.iter().all(Option::is_none) {
         true => Vec::new(),
@@ -196,7 +198,8 @@ fn empty_if_unknown(force: Vec<Option<f64>>) -> Vec<Option<f64>> {
     }
 }
 
-/// Reads `edges.csv`; fails as [`read_samples`] does.
+/// Reads `edges.csv`. An incomplete last line is dropped, and other deviations are errors, as in
+/// [`read_samples`].
 pub fn read_edges(path: &Path) -> Result<Vec<Edge>, RecordError> {
     let rows = Rows::open(path)?;
     let (t, channel) = (rows.column("t_us")?, rows.column("channel")?);
@@ -211,7 +214,7 @@ pub fn read_edges(path: &Path) -> Result<Vec<Edge>, RecordError> {
     })
 }
 
-/// States of the output switches and their words in `edges.csv`.
+/// States of the output switches, with their words in `edges.csv`.
 const STATES: [(State, &str); 4] = [
     (State::Isolated, "isolated"),
     (State::Anodic, "anodic"),
@@ -219,7 +222,7 @@ const STATES: [(State, &str); 4] = [
     (State::Grounded, "grounded"),
 ];
 
-/// States of a device and their words in `samples.csv`.
+/// States of the device, with their words in `samples.csv`.
 const DEVICE_STATES: [(DeviceState, &str); 6] = [
     (DeviceState::Boot, "boot"),
     (DeviceState::Idle, "idle"),
@@ -229,20 +232,20 @@ const DEVICE_STATES: [(DeviceState, &str); 6] = [
     (DeviceState::Fault, "fault"),
 ];
 
-/// Returns the word for `state`, which must be among `words`.
+/// Returns the word for `state` in `words`, which must have an entry for it.
 fn state_word<S: PartialEq>(words: &[(S, &'static str)], state: S) -> &'static str {
     let found = words.iter().find(|(word, _)| *word == state);
     found.map_or("", |(_, word)| word)
 }
 
-/// Reader of the complete lines of a CSV file. It reads row by row, because the file may be larger
-/// than the computer's memory.
+/// Reads the complete lines of a CSV file row by row, because the file may be larger than the
+/// computer's memory.
 pub(super) struct Rows<'a> {
     path: &'a Path,
     header: Vec<String>,
     is_empty: bool,
     file: File,
-    /// Length of the complete lines, bytes.
+    /// Length of the file without an incomplete last line, bytes.
     whole: u64,
 }
 
@@ -266,7 +269,7 @@ impl<'a> Rows<'a> {
         opened().map_err(RecordError::io(path))
     }
 
-    /// Returns whether not even the header is complete.
+    /// Returns whether the file has no complete line, not even a header.
     pub(super) const fn is_empty(&self) -> bool {
         self.is_empty
     }
@@ -296,7 +299,8 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// Returns the length of the complete lines of `file`, bytes, and rewinds the file.
+/// Returns the length of `file` without an incomplete last line, bytes. The next read starts at the
+/// beginning of the file.
 ///
 /// # Errors
 /// The file cannot be read, or is not text.

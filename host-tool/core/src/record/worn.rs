@@ -4,15 +4,15 @@ use super::Trial;
 use crate::session::{Session, SessionError, builtin_wearer_text};
 use serde::{Deserialize, Serialize};
 
-/// Wearer file whose thresholds and limits a trial kept, and the source of its numbers.
+/// Wearer file that the session of a trial names, as it was when the trial was run.
 #[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct TrialWearer {
     /// Path of the file, as the session names it.
     pub file: String,
     /// Pseudonym of the wearer.
     pub name: String,
-    /// Source of the wearer's numbers: "printed", "simulated", "measured" or "assumed". It says
-    /// nothing about the device that stimulated.
+    /// Where the wearer's thresholds and limits come from: "printed" (in a paper), "simulated",
+    /// "measured" or "assumed". The device that stimulated may be of any kind.
     pub evidence: String,
     /// SHA-256 of the file, 64 hexadecimal digits.
     pub sha256: String,
@@ -22,7 +22,7 @@ pub struct TrialWearer {
 }
 
 impl Trial {
-    /// Returns the session that was run, with the wearer file that the record keeps.
+    /// Parses the recorded session file, with the recorded wearer file if the session names one.
     ///
     /// # Errors
     /// The record keeps no session file, or one that this version of the program refuses.

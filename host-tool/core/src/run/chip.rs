@@ -22,9 +22,9 @@ use hal_sim::lockstep::Device;
 use log::LogFile;
 use std::path::{Path, PathBuf};
 
-/// Returns the image to flash: the file at `path`, or without a path the stimulator image. The
-/// latter is taken from beside this program, or built in its checkout if the built file is not
-/// newer than its sources.
+/// Opens the image to flash: the file at `path`, or without a path the stimulator image of this
+/// program. The latter is the file beside this program, or a file that is built in its checkout if
+/// that file is missing or older than its sources.
 ///
 /// # Errors
 /// The image does not build, or the file cannot be flashed.
@@ -35,8 +35,9 @@ pub fn chip_image(path: Option<&Path>) -> Result<chip::image::Image, ChipError> 
     })
 }
 
-/// Powers on a board of the chip simulator that has the session's output stages and `image` in its
-/// flash. `observer` watches the core. No instruction has run yet when this returns.
+/// Powers on a board of the chip simulator. It has the output stages of `session`, and `image` in
+/// its flash. `observer` is informed of what the core executes. No instruction has been executed
+/// yet when this function returns.
 ///
 /// # Errors
 /// The core could not be started.
@@ -54,20 +55,21 @@ pub fn power_on<O: Observer>(
 pub struct ChipOptions {
     /// ELF file to flash instead of the stimulator image of this program.
     pub image: Option<PathBuf>,
-    /// TCP port on this computer at which the simulator waits for gdb with the core halted; `None`
-    /// runs without a debugger, 0 takes any free port.
+    /// TCP port on this computer at which the simulator waits for gdb with the core halted. A value
+    /// of 0 takes any free port, and `None` runs without a debugger.
     #[cfg(feature = "gdb")]
     pub gdb: Option<u16>,
-    /// Whether the board runs on or ends after its debugger has disconnected.
+    /// Whether the board continues to run after its debugger has disconnected, or ends.
     #[cfg(feature = "gdb")]
     pub outlives: AfterDebugger,
-    /// File that receives the log of the image; `-` is standard error, `None` discards the log.
+    /// File to which the log of the image is written; `-` is standard error. `None` discards the
+    /// log.
     #[cfg(feature = "rtt")]
     pub log: Option<PathBuf>,
 }
 
-/// Boots a board on the chip simulator, places it in the world of [`simulated_port`] and opens its
-/// port.
+/// Boots a board on the chip simulator and opens its port in a simulated world with the session's
+/// wearer, as [`simulated_port`] does.
 ///
 /// # Errors
 /// The errors of [`simulated_port`], and any reason why the board does not boot.
@@ -88,8 +90,8 @@ pub fn open_chip_port(
     Ok(port)
 }
 
-/// Boots a board without a debugger, and returns the board and the device time at which it had
-/// booted, µs.
+/// Boots a board without a debugger. Returns the board, and the device time at the end of its boot,
+/// µs.
 fn boot_board(
     session: &Session,
     image: &chip::image::Image,

@@ -25,10 +25,10 @@ use std::convert::Infallible;
 use std::fmt;
 use std::str::FromStr;
 
-/// Device as the option `--device` names it.
+/// Device as the option `--device` names it, and thereby the backend that executes the device code.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DeviceName {
-    /// Native backend, in this process.
+    /// Native backend: the device code runs in this process.
     Native,
     /// Chip simulator, which executes the flashed image.
     Chip,
@@ -68,15 +68,15 @@ impl DeviceName {
         }
     }
 
-    /// Returns whether the device is behind a port, so that its kind and its seed are its own and
-    /// unknown to this program.
+    /// Returns whether the device is reached through a TCP or serial port. Its kind and its seed
+    /// are then not known to this program.
     #[must_use]
     pub const fn is_port(&self) -> bool {
         matches!(self, Self::Tcp(_) | Self::Serial(_))
     }
 
-    /// Returns the simulator of this program that a record of `kind` was made on; `None` for a
-    /// board.
+    /// Returns the simulator of this program on which a record of `kind` was made, so that a rerun
+    /// can use it; `None` for a board.
     #[must_use]
     pub const fn from_kind(kind: DeviceKind) -> Option<Self> {
         match kind {
@@ -101,8 +101,8 @@ impl fmt::Display for DeviceName {
 }
 
 impl DeviceName {
-    /// Opens the device for `session`. `seed` determines a simulated wearer's noise and the first
-    /// session number of a simulator.
+    /// Opens the device for `session`. For a simulator, `seed` determines the noise of the
+    /// simulated wearer and the number of the first session.
     ///
     /// # Errors
     /// Returns an [`OpenError`] if the device, its image or the simulated wearer cannot be set up.
@@ -131,7 +131,8 @@ impl DeviceName {
         })
     }
 
-    /// Connects to a device behind a TCP or serial port. Simulators of this program are refused.
+    /// Connects to a device behind a TCP or serial port. The name of a simulator of this program is
+    /// refused.
     ///
     /// # Errors
     /// The port cannot be opened, the program was built without support for it, or the name is that
@@ -160,8 +161,8 @@ impl DeviceName {
     }
 }
 
-/// The error of a serial port that cannot be opened, with the simulator whose name was probably
-/// meant by `path`.
+/// Returns the error of a serial port that cannot be opened. If `path` resembles the name of a
+/// simulator, the error suggests that simulator.
 #[cfg(feature = "serial")]
 fn with_suggestion(path: &str, error: Error) -> Error {
     let advice = match nearest(path, ["native", "chip", "qemu"]) {

@@ -4,10 +4,10 @@ use crate::record::Trial;
 use crate::session::{Session, SessionError, WearerTexts, builtin_wearer_text};
 use std::path::Path;
 
-/// Session, and the file it was read from.
+/// A session together with the name and text of the file that it was read from.
 #[derive(Clone, Debug)]
 pub struct SessionFile {
-    /// File name, as the caller gave it.
+    /// Name of the file, as the caller gave it.
     pub name: String,
     /// Full text of the session file.
     pub text: String,
@@ -26,8 +26,8 @@ impl SessionFile {
         Self::parse_with_wearers(&name, &text, &|file| Session::wearer_text(path, file))
     }
 
-    /// Parses the text of a session that is part of the program; a wearer file that it names is
-    /// looked up among the shipped ones.
+    /// Parses the text of a session that is built into the program. If it names a wearer file, that
+    /// file is taken from those that are built in, too.
     ///
     /// # Errors
     /// Returns a [`SessionError`] if the text is not a valid session.
@@ -35,7 +35,7 @@ impl SessionFile {
         Self::parse_with_wearers(name, text, &builtin_wearer_text)
     }
 
-    /// Restores the session of a recorded trial, with the wearer file that the record keeps.
+    /// Parses the session of a recorded trial again, with the wearer file that the record keeps.
     ///
     /// # Errors
     /// Returns a [`SessionError`] if the recorded text is not a valid session of this version.

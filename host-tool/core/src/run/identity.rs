@@ -6,11 +6,12 @@ use crate::record::{ClockFit, DeviceKind, Identity};
 use firmware::link::message::ResetCause;
 use firmware::link::{HelloInfo, Kind};
 
-/// Beginning of the unique ids of the chip simulator, which docs/protocol.md reserves. The image
-/// that runs there cannot know that it is simulated, and calls itself a board.
+/// Beginning of the chip number by which the chip simulator is recognized; docs/protocol.md
+/// reserves it. The image that runs on the simulator cannot know that it is simulated, and reports
+/// that it is a board.
 const SIMULATED_CHIP: &[u8] = b"FLEXOR S";
 
-/// Converts the fit of the device's clock into the form that a record keeps.
+/// Converts the fit of the device's clock into the form that a record contains.
 pub(super) fn to_clock_fit(fit: Fit) -> ClockFit {
     ClockFit {
         exchanges: fit.exchanges,
@@ -21,8 +22,8 @@ pub(super) fn to_clock_fit(fit: Fit) -> ClockFit {
     }
 }
 
-/// Returns the kind of device that answered, according to its `Hello` alone: the name or address of
-/// a port proves nothing.
+/// Returns the kind of device from its answer to `Hello`. The name or address of its port is not
+/// considered, because it proves nothing.
 #[must_use]
 pub fn device_kind(info: &HelloInfo) -> DeviceKind {
     match info.kind {
@@ -34,8 +35,8 @@ pub fn device_kind(info: &HelloInfo) -> DeviceKind {
     }
 }
 
-/// Converts the answer to `Hello` into the form that a record keeps. `in_process` is true if the
-/// device runs inside this program.
+/// Converts a device's answer to `Hello` into the form that a record contains. `in_process` says
+/// whether the device runs inside this program.
 #[must_use]
 pub fn identity(info: &HelloInfo, in_process: bool) -> Identity {
     let kind = device_kind(info);
@@ -64,7 +65,7 @@ pub fn identity(info: &HelloInfo, in_process: bool) -> Identity {
     }
 }
 
-/// Returns the unique id as the bytes that lie in the chip's memory.
+/// Returns the unique number of the chip as bytes, in the order in which they lie in its memory.
 fn bytes(info: &HelloInfo) -> Vec<u8> {
     let words = info.unique_id.into_iter();
     words.flat_map(u32::to_le_bytes).collect()

@@ -5,11 +5,11 @@ use hal_sim::images::{self, BuildError, Image, Places};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
-/// Root of the workspace that this program was compiled from.
+/// Root folder of the checkout from which this program was compiled.
 const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
-/// Returns the path of `image`: the file beside this program, or the one in its checkout, which is
-/// built if it is not newer than its sources.
+/// Returns the path of `image`: the file beside this program, or a file in its checkout, which is
+/// built first if it is missing or older than its sources.
 ///
 /// # Errors
 /// Returns a [`BuildError`] if the image does not exist and cannot be built.
@@ -17,7 +17,7 @@ pub fn find(image: Image) -> Result<PathBuf, BuildError> {
     image.find(&places(), &mut build_listener(image.name()))
 }
 
-/// Returns the path of the CoreMark image; see [`find`].
+/// Returns the path of the CoreMark image, which is found or built as [`find`] does it.
 ///
 /// # Errors
 /// Returns a [`BuildError`] if the image does not exist and cannot be built.
@@ -30,9 +30,9 @@ fn places() -> Places {
     Places::for_this_program(&checkout.canonicalize().unwrap_or(checkout.to_owned()))
 }
 
-/// Returns a listener for the lines of a build. It prints one note when `image` starts to be built,
-/// and shows the lines of the build if standard error is a terminal. It prints nothing if the image
-/// is up to date.
+/// Returns a function that receives the output lines of a build. When a build of `image` starts it
+/// prints a note, and then the lines of the build if standard error is a terminal. It prints
+/// nothing if the image is up to date.
 fn build_listener(image: &'static str) -> impl FnMut(&str) {
     let is_shown = std::io::stderr().is_terminal();
     let mut is_told = false;

@@ -3,7 +3,8 @@
 use super::{Control, Observation, Observer, ObserverRequest};
 use crate::link::{Error, Interruption, Signal};
 
-/// Wraps `observer` so that `interruption` ends the run at once.
+/// Returns an observer that behaves like `observer` and also ends the run as soon as a signal has
+/// set `interruption`.
 pub fn interruptible<O: Observer>(interruption: &Interruption, observer: O) -> impl Observer {
     InterruptibleObserver {
         interruption: interruption.clone(),
@@ -34,19 +35,19 @@ impl<O: Observer> Observer for InterruptibleObserver<O> {
     }
 }
 
-/// Outcome of the stop that a signal caused.
+/// What became of the stop that was sent to the device because of a signal.
 #[derive(Debug)]
 pub enum Stopped {
-    /// No stop was requested, because no session was open.
+    /// No stop was sent, because no session with the device was open.
     NotOpen,
     /// The device acknowledged the stop.
     Acknowledged,
-    /// The stop was sent, but ended with this error instead of an acknowledgement.
+    /// The stop was sent, but this error came instead of an acknowledgement.
     Unanswered(Error),
 }
 
-/// Describes a signal and its effect in words. `t_s` is the time since the start of the trains, s;
-/// `None` if they had not started.
+/// Describes in words which signal arrived and what it caused. `t_s` is the time since the start of
+/// the trains, s; `None` if they had not started.
 pub(super) fn describe_signal(signal: Signal, t_s: Option<f64>, stopped: &Stopped) -> String {
     let what = match t_s {
         Some(t_s) => format!("{signal} came at {t_s:.2} s"),

@@ -5,57 +5,59 @@ use crate::link::{Interruption, RefusalInWords};
 use crate::record::{Marker, Sample};
 use firmware::link::{Event, HelloInfo, Status};
 
-/// Occurrence that an observer is shown. Times count from the start of the trains, in s.
+/// Something that happened during a run and that an observer is informed of. Times are in s since
+/// the start of the trains.
 #[derive(Clone, Copy, Debug)]
 pub enum Observation<'a> {
-    /// The device opened the session.
+    /// The device answered `Hello` and opened the session.
     Hello(&'a HelloInfo),
-    /// A telemetry sample.
+    /// The device sent a telemetry sample.
     Sample(&'a Sample),
     /// The device reported an event.
     Event(f64, &'a Event),
     /// The device refused a setpoint or a frame.
     Refused(f64, &'a RefusalInWords),
-    /// The device's state, fault and counters: after [`ObserverRequest::Status`], and at the end.
+    /// The device sent its state, fault and counters. It does so after [`ObserverRequest::Status`]
+    /// and at the end of the session.
     Status(&'a Status),
-    /// A person used the controls; the marker is the row that is recorded.
+    /// A person used the controls. The marker is the row of `markers.csv` that records it.
     Control(&'a Marker),
-    /// The completed part of the session, 0 to 1.
+    /// The completed share of the session's length, 0 to 1.
     Progress(f64),
 }
 
-/// Wish of an observer about the rest of the run.
+/// What an observer wants the run to do next.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ObserverRequest {
-    /// Continue.
+    /// Continue the session.
     Nothing,
-    /// Continue, and ask the device for its status.
+    /// Continue the session, and request the device's status.
     Status,
-    /// Stop stimulation and end the session.
+    /// Stop stimulation and end the session before its time.
     Stop,
 }
 
-/// Observer that sees a session run and may end it. A closure is an observer of the progress, 0 to
-/// 1.
+/// Observer that is informed of everything that happens in a run, and that can end the run. A
+/// closure with one argument is an observer that receives only the progress, 0 to 1.
 pub trait Observer {
     /// Receives each occurrence as soon as it arrives.
     fn observe(&mut self, seen: Observation<'_>);
 
-    /// Returns the observer's wish. It is called after every message that arrives and before every
-    /// setpoint.
+    /// Returns what the run should do next. The run calls this function after every message of the
+    /// device and before every setpoint.
     fn next_request(&mut self) -> ObserverRequest {
         ObserverRequest::Nothing
     }
 
     /// Returns the next action of a person at the controls that happened by `now_us` and was not
     /// returned before; `None` if there is none. `now_us` is host time since the start of the
-    /// trains, µs. It is called at least every 2 ms.
+    /// trains, µs. The run calls this function at least every 2 ms.
     fn next_control(&mut self, _now_us: u64) -> Option<Control> {
         None
     }
 
-    /// Returns the interruption that can end the run at once, whatever the run waits for. It is
-    /// called once, before the run begins.
+    /// Returns the flag by which a signal ends the run at once, even while the run waits for the
+    /// device. The run calls this function once, before it begins.
     fn interruption(&self) -> Option<Interruption> {
         None
     }

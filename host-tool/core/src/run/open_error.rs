@@ -21,16 +21,17 @@ pub enum OpenError {
     Port(#[from] Error),
     /// QEMU did not start, or its image could not be built (E510).
     #[cfg(feature = "qemu")]
-    #[error("E510 {0}")]
+    #[error("E510 QEMU is not available: {0}")]
     Qemu(StartError),
-    /// The chip simulator did not start, or its image could not be used.
+    /// The chip simulator did not start, or its image could not be built or flashed.
     #[cfg(feature = "chip")]
     #[error(transparent)]
     Chip(#[from] ChipError),
-    /// The session describes a simulated wearer that cannot exist.
+    /// The session describes a simulated wearer with impossible parameters.
     #[error(transparent)]
     Body(#[from] BodyError),
-    /// The name is that of a simulator, which does nothing without a session (E517).
+    /// The name is that of a simulator of this program. A simulator needs a session and cannot be
+    /// opened as a port (E517).
     #[error(
         "E517 {0}: a simulator needs a session; give one if the command takes one, or give the port \
          of a board"
@@ -44,7 +45,7 @@ pub enum OpenError {
     LeftOut {
         /// Name of the device, as messages show it.
         device: String,
-        /// Feature of this package that is missing.
+        /// Cargo feature of this package without which the program cannot open the device.
         feature: &'static str,
     },
 }
@@ -58,25 +59,25 @@ impl From<StartError> for OpenError {
     }
 }
 
-/// Reason why the chip simulator is not available.
+/// Reason why the chip simulator could not be used.
 #[cfg(feature = "chip")]
 #[derive(Debug, thiserror::Error)]
 pub enum ChipError {
     /// The image could not be built (E543).
-    #[error("E543 {0}")]
+    #[error("E543 no firmware image: {0}")]
     Build(BuildError),
     /// The image could not be read or flashed.
     #[error(transparent)]
     Image(#[from] ImageError),
-    /// The board did not start or stopped.
+    /// The board did not start, or it stopped while it ran.
     #[error(transparent)]
     Board(#[from] BoardError),
-    /// The image's log could not be read.
+    /// The log that the image writes could not be decoded.
     #[cfg(feature = "rtt")]
     #[error(transparent)]
     Log(#[from] LogError),
-    /// The log file or the TCP port for gdb could not be opened (E547).
-    #[error("E547 {0}")]
+    /// The log file, or the TCP port for gdb, could not be opened (E547).
+    #[error("E547 the log or the gdb port is not available: {0}")]
     Outside(io::Error),
 }
 

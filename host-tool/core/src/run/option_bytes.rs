@@ -2,8 +2,8 @@
 
 use firmware::link::message::OptionBytes;
 
-/// Returns one line for each option byte that differs from the value in docs/hil.md, with the
-/// consequence where there is one. The list is empty if all are as required.
+/// Describes each option byte that differs from the value that docs/hil.md requires, with the
+/// consequence if it has one. Returns an empty list if all have the required values.
 #[must_use]
 pub fn describe_option_bytes(found: &OptionBytes) -> Vec<String> {
     let wanted = OptionBytes::WANTED;

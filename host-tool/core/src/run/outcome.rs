@@ -4,9 +4,9 @@ use super::RunError;
 use crate::record::Trial;
 use firmware::link::HelloInfo;
 
-/// Result of a session, complete or not.
+/// Result of running a session, whether or not it ran to its end.
 pub struct Outcome {
-    /// Rows, events and counters recorded until the end.
+    /// Rows, events and counters that were recorded until the end of the run.
     pub trial: Trial,
     /// Answer of the device to `Hello`; `None` if no device answered.
     pub device: Option<HelloInfo>,

@@ -9,12 +9,13 @@ use std::fs::File;
 use std::io;
 use std::path::PathBuf;
 
-/// Receiver of a simulated device's output, piece by piece in the order of time.
+/// Receives the output of a simulated device in pieces, in the order of time, while a session runs.
 pub trait Outputs {
-    /// Receives the next piece of the output. The trains began at `epoch_us`, µs of device time.
+    /// Receives the next piece of the output. `epoch_us` is the device time at which the trains
+    /// began, µs.
     fn receive(&mut self, piece: &Trace, epoch_us: u64);
 
-    /// Receives the end of the output, at the device time `now_us`, µs.
+    /// Receives the end of the output, which lasted until the device time `now_us`, µs.
     fn end(&mut self, now_us: u64);
 }
 
@@ -51,9 +52,9 @@ impl<T: Outputs> Outputs for Option<T> {
     }
 }
 
-/// Returns the edges of one period of `session` in a complete trace, times counted in µs from the
-/// start of that period; see [`FullestPeriod`]. `after_us` is counted from the start of the trains
-/// at `epoch_us`.
+/// Returns the edges of one period of `session` from a complete trace, chosen as [`FullestPeriod`]
+/// does it. Their times are in µs since the start of that period. The period begins at least
+/// `after_us` after the start of the trains, which was at the device time `epoch_us`.
 #[must_use]
 pub fn edges_of_one_period(
     session: &Session,
@@ -66,22 +67,22 @@ pub fn edges_of_one_period(
     fullest.into_edges()
 }
 
-/// Collector of the edges of one period, which is as long as the longest period of the session's
-/// channels. It keeps the first period after a given time in which as many channels play as in any
-/// other.
+/// Selects the edges of one period from the output of a device. A period is as long as the longest
+/// period of the session's channels. Of all periods after a given time, it selects the first one in
+/// which the largest number of channels outputs pulses.
 #[derive(Clone, Debug)]
 pub struct FullestPeriod {
     period_us: u64,
     after_us: u64,
-    /// Period that is being received: its number counted from `after_us`, a mask with one bit for
-    /// each channel that plays, and its edges.
+    /// Period whose edges are being received: its number, counted from `after_us`, a mask with one
+    /// bit for each channel that has output a pulse, and the edges so far.
     now: (u64, u16, Vec<Edge>),
     fullest: Option<(u32, Vec<Edge>)>,
 }
 
 impl FullestPeriod {
-    /// Creates a collector for `session` that begins `after_us` after the start of the trains,
-    /// rounded down to a whole period.
+    /// Creates a collector for the periods of `session` from `after_us` after the start of the
+    /// trains on. That time is rounded down to a whole number of periods.
     #[must_use]
     pub fn new(session: &Session, after_us: u64) -> Self {
         let period_us = longest_period_us(session);
@@ -93,8 +94,8 @@ impl FullestPeriod {
         }
     }
 
-    /// Returns the edges of the fullest period, with times counted from the start of that period,
-    /// µs.
+    /// Returns the edges of the selected period. Their times are in µs since the start of that
+    /// period.
     #[must_use]
     pub fn into_edges(mut self) -> Vec<Edge> {
         self.close_period();
@@ -130,17 +131,18 @@ impl Outputs for FullestPeriod {
     fn end(&mut self, _: u64) {}
 }
 
-/// File that grows with the output (IEEE 1364 value change dump). The first write error ends the
-/// dump and is returned when the file is closed.
+/// Writes the output of a device to a VCD file (value change dump, IEEE 1364). After the first
+/// write error it writes nothing more, and [`Self::close`] returns that error.
 pub struct Dump {
     path: PathBuf,
-    /// Open dump or its first error; `None` until the first piece arrives.
+    /// Open file, or the first error; `None` until the first piece of output arrives.
     vcd: Option<io::Result<Vcd<File>>>,
     end_us: u64,
 }
 
 impl Dump {
-    /// Creates a dump that replaces the file at `path` when the first piece arrives.
+    /// Creates a dump to the file at `path`. The file is created or replaced when the first piece
+    /// of output arrives.
     #[must_use]
     pub const fn new(path: PathBuf) -> Self {
         Self {
@@ -150,7 +152,7 @@ impl Dump {
         }
     }
 
-    /// Ends the file with the time stamp of the last moment.
+    /// Ends the file with a time stamp for the end of the output.
     ///
     /// # Errors
     /// The file could not be written completely.

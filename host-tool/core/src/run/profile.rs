@@ -18,28 +18,29 @@ use hal_sim::chip::soc::flash::Prefetched;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-/// Cost of a session, from its first telemetry sample to the end of its last pulse train.
+/// Profile of a session from its first telemetry sample to the end of its trains.
 #[derive(Debug)]
 pub struct Profiled {
-    /// Totals of the profiled part, such as cycles and instructions.
+    /// Totals of the profiled part, such as cycles and instructions executed.
     pub summary: Summary,
-    /// Cycles and instructions of each function.
+    /// Cycles and instructions that each function took.
     pub profile: Profile,
-    /// Cost of the board's boot.
+    /// How long the board took to boot, before the profiled part.
     pub booted: Booted,
-    /// Time that this computer needed for the profiled part, profiling included, measured with the
-    /// clock that [`profile`] was given.
+    /// Time for which this computer simulated the profiled part, by the clock that was passed to
+    /// [`profile`]. It includes the profiling itself.
     pub spent: Duration,
 }
 
-/// Cost of the board's boot.
+/// Duration of a board's boot in cycles, time and instructions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Booted {
-    /// Core cycles from power-on until device time began, including those of the slow clock.
+    /// Core clock cycles from power-on until device time began to count, including those at the
+    /// slow clock after a reset.
     pub clock: Cycle,
-    /// Device time at which the host had opened the port, µs.
+    /// Device time at which the board had booted and the host opened its port, µs.
     pub port_us: u64,
-    /// Instructions executed from power-on until the host had opened the port.
+    /// Instructions executed from power-on until the host opened the port.
     pub instructions: u64,
 }
 
@@ -49,13 +50,14 @@ pub enum ProfileError {
     /// The board could not be opened.
     #[error(transparent)]
     Open(#[from] OpenError),
-    /// The session ended early.
+    /// The session ended before its end.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// The session ended before the first telemetry sample, which starts the profile (E544).
+    /// The session ended before its first telemetry sample, at which the profile would have started
+    /// (E544).
     #[error(
-        "E544 the session is too short to profile: it ended before the first telemetry row (after \
-         10 ms)"
+        "E544 the session ended before the first telemetry row (after 10 ms), so there is nothing \
+         to profile; set a longer `duration_s`"
     )]
     TooShort,
 }
@@ -67,44 +69,46 @@ impl From<ChipError> for ProfileError {
 }
 
 impl Profiled {
-    /// Returns the share of the cycles spent for `owner`, %.
+    /// Returns the percentage of all profiled cycles that `owner` took.
     #[must_use]
     pub fn owner_percent(&self, owner: Owner) -> f64 {
         self.percent(self.profile.owner(owner).cycles)
     }
 
-    /// Returns the share of `cycles` in all profiled cycles, %.
+    /// Converts a number of cycles into a percentage of all profiled cycles.
     #[must_use]
     pub fn percent(&self, cycles: Cycle) -> f64 {
         100.0 * cycles as f64 / self.summary.total.max(1) as f64
     }
 
-    /// Returns the profiled time by the board's clock, s.
+    /// Returns the length of the profiled part in simulated time, s.
     #[must_use]
     pub fn seconds(&self) -> f64 {
         self.summary.total as f64 / f64::from(CORE_HZ)
     }
 
-    /// Returns the ratio of simulated time to processor time.
+    /// Returns how many seconds were simulated per second of this computer's time; above 1 the
+    /// simulation is faster than real time.
     #[must_use]
     pub fn real_time_factor(&self) -> f64 {
         self.seconds() / self.spent.as_secs_f64()
     }
 
-    /// Returns the instructions simulated per second of processor time, in millions. The processor
-    /// time includes what was simulated while the core slept.
+    /// Returns how many million instructions were simulated per second of this computer's time.
+    /// That time includes simulation while the core was asleep and executed nothing.
     #[must_use]
     pub fn mips(&self) -> f64 {
         self.summary.instructions as f64 / self.spent.as_secs_f64() * 1e-6
     }
 }
 
-/// Observer that profiles from the first telemetry sample of the trains to their end.
+/// Observer that starts the profile at the first telemetry sample and ends it when the trains have
+/// ended.
 struct Watch<'a, O> {
     board: &'a Mutex<Board<Profile>>,
     clock: &'a dyn Clock,
     began: Option<Duration>,
-    /// Result of the profile, set when the trains have ended.
+    /// Where the result of the profile is stored when the trains have ended.
     ended: &'a mut Option<(Summary, Profile, Duration)>,
     observer: O,
 }
@@ -139,9 +143,10 @@ impl<O: Observer> Observer for Watch<'_, O> {
     }
 }
 
-/// Runs `file` on a board that executes `image`, and returns the profile. `prefetched` sets how the
-/// flash is read, `seed` determines the simulated wearer's noise, and `clock` measures the time
-/// that the simulation takes. `observer` receives the progress and may end the run by a signal.
+/// Runs the session of `file` on a board that executes `image`, and returns its profile.
+/// `prefetched` sets how instructions are read from the flash, and `seed` determines the noise of
+/// the simulated wearer. `clock` measures how long the simulation takes. `observer` receives the
+/// progress, and a signal that it reports ends the run.
 ///
 /// # Errors
 /// Returns a [`ProfileError`] if the board cannot be opened, the session ends early, or it is too

@@ -6,8 +6,9 @@ use firmware::safety::Stimulus;
 use firmware::units::Amplitude;
 use hal_sim::trace::{Edge, State, Trace};
 
-/// Counts the pulses of `session` in a simulated device's trace from `epoch_us` on: first phases
-/// with a DAC code above 0. Pulses of the electrode check come earlier and are not counted.
+/// Counts the pulses of `session` that a simulated device output from the device time `epoch_us`
+/// on. A pulse counts by its first phase, if the DAC code of that phase is above 0. Pulses of the
+/// electrode check come earlier and are not counted.
 pub(super) fn count_pulses(session: &Session, trace: &Trace, epoch_us: u64) -> u64 {
     let first: [Option<State>; CHANNELS] = std::array::from_fn(|channel| {
         let shape = session.channel(channel as u8)?.spec.train.shape;
@@ -23,8 +24,8 @@ pub(super) fn count_pulses(session: &Session, trace: &Trace, epoch_us: u64) -> u
         .count() as u64
 }
 
-/// Returns the likely reason why `session` played no pulse in `length_us`. `idle_triggers` is the
-/// number of trigger edges that arrived when no train was ready.
+/// Returns the most likely reason why `session` output no pulse in its first `length_us`.
+/// `idle_triggers` is the number of trigger edges that arrived while no train was waiting for one.
 pub(super) fn silence_reason(
     session: &Session,
     length_us: u64,

@@ -8,7 +8,7 @@ use crate::link::Port;
 use crate::record::{RecordError, Recorder, Trial};
 use std::path::Path;
 
-/// Place of a trial: the folder of the record, the position in it and the name.
+/// Where a trial is recorded: the folder of the record, the trial's position in it, and its name.
 #[derive(Clone, Copy, Debug)]
 pub struct TrialPlace<'a> {
     /// Folder of the record.
@@ -19,15 +19,15 @@ pub struct TrialPlace<'a> {
     pub name: &'a str,
 }
 
-/// Result of a recorded trial, complete or not.
+/// Result of a recorded trial, whether or not it ran to its end.
 pub struct RecordedTrial {
-    /// Rows, events and counters recorded until the end.
+    /// Rows, events and counters that were recorded until the end of the trial.
     pub trial: Trial,
     /// Reason why the trial ended early; `None` if it ran to its end.
     pub error: Option<RunError>,
 }
 
-/// Reason why a trial could not begin.
+/// Reason why a trial could not begin. Nothing was stimulated.
 #[derive(Debug, thiserror::Error)]
 pub enum BeginError {
     /// The device could not be opened.
@@ -38,9 +38,10 @@ pub enum BeginError {
     Record(#[from] RecordError),
 }
 
-/// Runs `file` on `device` and records it at `place`. For a simulated device, the edges of one
-/// period are recorded too; that period begins `edges_us` or later after the start of the trains.
-/// `seed` determines a simulated wearer's noise, and `observer` sees the run.
+/// Runs the session of `file` on a device and records it at `place`. For a simulated device, it
+/// also records the edges of one period that begins at least `edges_us` after the start of the
+/// trains. `seed` determines the noise of a simulated wearer. `observer` is informed of everything
+/// that happens in the run.
 ///
 /// # Errors
 /// The device could not be opened or the record could not be created, so nothing was stimulated.
@@ -56,7 +57,8 @@ pub fn record(
     Ok(recorded)
 }
 
-/// Does the same as [`record`] on a device that is open. Returns the port too, unless it was lost.
+/// Runs and records a session as [`record`] does, on a device whose port is already open. Returns
+/// the port again, unless the connection was lost.
 ///
 /// # Errors
 /// The record could not be created.

@@ -9,8 +9,9 @@ use hal_sim::lockstep::Device;
 use hal_sim::wire::faults::Faults;
 use hal_sim::world::World;
 
-/// Creates a simulated world around `device`, which boots at `boot`, with the session's wearer and
-/// angle sensor. `seed` determines the wearer's noise.
+/// Creates a simulated world that contains `device` and the session's wearer with its angle sensor,
+/// and returns the port of the device. `boot` is the device time at which the device has booted.
+/// `seed` determines the noise of the wearer.
 ///
 /// # Errors
 /// The session describes a wearer that cannot exist.

@@ -10,7 +10,7 @@ use firmware::safety::{
 };
 use std::convert::Infallible;
 
-/// Describes the output stages of a device, one line for each run of channels with equal stages.
+/// Describes the output stages of a device. Neighbouring channels with the same stage share a line.
 #[must_use]
 pub fn describe_stages(stages: &Stages) -> Vec<String> {
     let table = match stages {
@@ -44,8 +44,8 @@ pub fn describe_stages(stages: &Stages) -> Vec<String> {
     lines
 }
 
-/// Checks that the device has the output stage of every channel of `session`. The error names every
-/// channel that differs.
+/// Checks that the board has the output stage that the session file gives for each channel. The
+/// error names every channel whose stage differs.
 pub(super) fn check_stages(session: &Session, stages: &Stages) -> Result<(), RunError> {
     let channels = session.channels.iter();
     let wrong: Vec<String> = channels
@@ -70,7 +70,7 @@ pub(super) fn check_stages(session: &Session, stages: &Stages) -> Result<(), Run
     }
 }
 
-/// Returns the name and consequence of a supply.
+/// Describes the supply of the output stages, and what it means for stimulation.
 const fn describe_supply(supply: Option<StageSupply>) -> &'static str {
     match supply {
         None => {
@@ -83,8 +83,9 @@ const fn describe_supply(supply: Option<StageSupply>) -> &'static str {
     }
 }
 
-/// Checks whether a board with this supply could play `session` on the stages that it declares.
-/// `None` is a board that does not declare its supply, which counts as common.
+/// Checks whether `session` could run on a board whose output stages have this supply and are
+/// otherwise those of the session file. `None` is a board that has not stored its supply, which is
+/// treated as common.
 ///
 /// # Errors
 /// Two channels can drive in opposite directions at once, and the supply does not allow it (E507).
@@ -102,8 +103,9 @@ pub fn check_supply(session: &Session, supply: Option<StageSupply>) -> Result<()
     check_opposition(session, &Stages::Stored(table))
 }
 
-/// Checks that no two channels of `session` can drive in opposite directions at the same time, if
-/// the board's stages cannot do so. The device itself applies the rule in [`Draft::examine`].
+/// Checks that no two channels of `session` can drive in opposite directions at the same time,
+/// unless the board's stages allow it. Uses the rule in [`Draft::examine`] by which the device
+/// itself decides.
 ///
 /// # Errors
 /// E507, with every such pair of channels.
@@ -178,8 +180,9 @@ mod tests {
         assert!(check_opposition(&session, &Stages::AsConfigured).is_ok());
         for (supply, why) in [(None, "no stored supply"), (common, "share one supply")] {
             let told = check_supply(&session, supply).unwrap_err().to_string();
-            let pairs = "E507 channels 1 and 2, channels 3 and 4 can drive";
-            assert!(told.starts_with(pairs) && told.contains(why), "{told}");
+            let pairs = "channels 1 and 2, channels 3 and 4 can drive";
+            assert!(told.starts_with("E507") && told.contains(pairs), "{told}");
+            assert!(told.contains(why), "{told}");
         }
     }
 
@@ -201,10 +204,8 @@ mod tests {
         assert!(check_stages(&session, &stored([Some(declared); 10])).is_ok());
         let told = check_stages(&session, &stored([Some(volts); 10])).unwrap_err();
         let told = told.to_string();
-        assert!(
-            told.starts_with("E505 channel 1: the session has current"),
-            "{told}"
-        );
+        let first = "channel 1: the session has current";
+        assert!(told.starts_with("E505") && told.contains(first), "{told}");
         let count = told.matches("voltage, 60 V full scale").count();
         assert_eq!(count, session.channels.len(), "{told}");
         let none = check_stages(&session, &stored([None; 10])).unwrap_err();

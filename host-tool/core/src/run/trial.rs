@@ -14,7 +14,7 @@ use firmware::safety::{self, Fault, StopCause};
 use firmware::units::Amplitude;
 use hal_sim::trace::{Edge as TraceEdge, State as TraceState, Trace};
 
-/// Creates an empty trial of the session of `file`.
+/// Creates a trial for the session of `file`, as yet without rows.
 #[must_use]
 pub fn begin_trial(file: &SessionFile) -> Trial {
     let session = &file.session;
@@ -71,7 +71,7 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
     }
 }
 
-/// Returns the number of the joint that modulates a channel, if one does.
+/// Returns the number of the joint whose angle modulates a channel; `None` if no joint does.
 fn modulating_joint(session: &Session, channel: u8) -> Option<u8> {
     let joints = session.modulations.iter().map(|joint| &joint.spec);
     let is_of = |spec: &&ModulationSpec| {
@@ -81,8 +81,8 @@ fn modulating_joint(session: &Session, channel: u8) -> Option<u8> {
     joints.into_iter().find(is_of).map(|spec| spec.joint)
 }
 
-/// Converts a reading of the electrode check into its recorded form. `channel` counts from 0;
-/// `channels` supplies its unit. The load in Ω is computed for voltage stages only.
+/// Converts a reading of the electrode check into the form that a record contains. `channel` counts
+/// from 0, and `channels` provides its unit. The load in Ω is computed for voltage stages only.
 pub fn electrode_reading(
     channels: &[ChannelInfo],
     channel: u8,
@@ -100,14 +100,16 @@ pub fn electrode_reading(
     }
 }
 
-/// Returns the seconds from `begin_us` to `at_us`. The result is the number nearest to that many
-/// µs, so that its shortest decimal form has at most six places.
+/// Returns the time from `begin_us` to `at_us`, s; negative if `at_us` is earlier. The result is
+/// the floating-point number nearest to the exact time, so that it is printed with at most six
+/// decimals.
 pub fn seconds_between(at_us: u64, begin_us: u64) -> f64 {
     (at_us.cast_signed() - begin_us.cast_signed()) as f64 / 1e6
 }
 
-/// Converts telemetry into a sample at `t_s` seconds after the start. Whole steps of the device are
-/// divided, not multiplied by a fraction, because only division gives the nearest numbers.
+/// Converts telemetry into a sample with the time `t_s`, s since the start of the trains. Integers
+/// are converted by division and not by multiplication with a fraction, because only division gives
+/// the nearest floating-point number.
 pub fn to_sample(telemetry: &Telemetry, t_s: f64, true_deg: Option<f64>) -> Sample {
     let milli = |value: u32| f64::from(value) / 1e3;
     let force =
@@ -160,7 +162,7 @@ fn degrees(centi: Option<i16>) -> Option<f64> {
     centi.map(|c| f64::from(c) / 1e2)
 }
 
-/// Converts a device's state into its recorded form.
+/// Converts a device's state into the form that a record contains.
 fn state(state: safety::State) -> DeviceState {
     match state {
         safety::State::Boot => DeviceState::Boot,
@@ -172,7 +174,7 @@ fn state(state: safety::State) -> DeviceState {
     }
 }
 
-/// Describes an event in words.
+/// Describes an event of the device in words.
 pub fn describe_event(event: &Event) -> String {
     match event {
         Event::Stopping(cause) => format!("stopping: {cause:?}"),
@@ -201,7 +203,7 @@ pub fn describe_event(event: &Event) -> String {
     }
 }
 
-/// Returns advice for a device that ended a session with this event.
+/// Returns what a user can do after the device has ended a session with this event.
 pub fn advice(event: &Event) -> &'static str {
     if let Event::Faulted(record) = event
         && record.fault == Fault::LimitCycle
@@ -229,7 +231,8 @@ pub fn advice(event: &Event) -> &'static str {
     }
 }
 
-/// Returns the named differences between two sets of counters, which both count since boot.
+/// Returns the increase of each counter from `begin` to `end`, with the name of the counter. The
+/// device counts from its boot.
 pub fn counter_differences(begin: &Counters, end: &Counters) -> Vec<(String, u64)> {
     let (begin, end) = (named_counters(begin), named_counters(end));
     let both = begin.into_iter().zip(end);
@@ -253,7 +256,7 @@ fn named_counters(counters: &Counters) -> [(&'static str, u32); 11] {
     ]
 }
 
-/// Returns the longest period of a session's channels, µs; at least 1.
+/// Returns the longest pulse period of a session's channels, µs; at least 1.
 pub(super) fn longest_period_us(session: &Session) -> u64 {
     let periods = session.channels.iter().map(|c| {
         let slowest_us = c.force.and_then(|force| force.max_period_us);
@@ -262,7 +265,8 @@ pub(super) fn longest_period_us(session: &Session) -> u64 {
     periods.max().unwrap_or(0).max(1)
 }
 
-/// Returns the edges in `from_us..to_us`, with times counted from `from_us`, µs.
+/// Returns the edges from `from_us` to before `to_us`. Their times in the result count from
+/// `from_us`, µs.
 #[must_use]
 pub fn edges_between(trace: &Trace, from_us: u64, to_us: u64) -> Vec<Edge> {
     trace
@@ -272,7 +276,8 @@ pub fn edges_between(trace: &Trace, from_us: u64, to_us: u64) -> Vec<Edge> {
         .collect()
 }
 
-/// Converts an edge of a trace into its recorded form, with its time counted from `from_us`, µs.
+/// Converts an edge of a trace into the form that a record contains. Its time in the result counts
+/// from `from_us`, µs.
 pub(super) fn edge(edge: TraceEdge, from_us: u64) -> Edge {
     Edge {
         t_us: edge.t_us - from_us,

@@ -13,25 +13,26 @@ use hal_sim::random;
 use hal_sim::world::World;
 use std::io;
 
-/// Reason why a session's simulated wearer cannot exist. The message contains the reason in full,
-/// so the reason is not listed again as a cause.
+/// Reason why a session's simulated wearer is impossible. The message contains the reason in full,
+/// so that it is not reported again as the source of the error.
 #[derive(Debug, thiserror::Error)]
 pub enum BodyError {
-    /// The parameters of the finger are not possible (E511).
-    #[error("E511 the session's [body] is not possible: {0}")]
+    /// The parameters of the simulated finger are not possible (E511).
+    #[error("E511 the finger of the session's [body] is impossible: {0}; correct [body]")]
     Finger(InvalidSpec),
-    /// The parameters of the hand are not possible (E566).
-    #[error("E566 the session's [body] is not possible: {0}")]
+    /// The parameters of the simulated hand are not possible (E566).
+    #[error("E566 the hand of the session's [body] is impossible: {0}; correct [body]")]
     Hand(InvalidHand),
-    /// The parameters of the elbow are not possible (E570).
-    #[error("E570 the session's [body] is not possible: {0}")]
+    /// The parameters of the simulated elbow are not possible (E570).
+    #[error("E570 the elbow of the session's [body] is impossible: {0}; correct [body]")]
     Elbow(InvalidElbow),
-    /// The parameters of the arm are not possible (E740).
-    #[error("E740 the session's [body] is not possible: {0}")]
+    /// The parameters of the simulated arm are not possible (E740).
+    #[error("E740 the arm of the session's [body] is impossible: {0}; correct [body]")]
     Arm(InvalidArm),
 }
 
-/// Creates the session's wearer, rested and in the initial position. `seed` determines the noise.
+/// Creates the session's simulated wearer, not fatigued and in the initial position. `seed`
+/// determines the noise.
 ///
 /// # Errors
 /// The session describes a wearer that cannot exist.
@@ -67,7 +68,8 @@ pub fn create_body(session: &Session, seed: u64) -> Result<Box<dyn Body>, BodyEr
     })
 }
 
-/// Gives the wearer of `world` the session's electrodes and angle sensor.
+/// Connects the wearer of `world` to the session's output stages, and to its angle sensor if the
+/// device reads one.
 pub fn attach_electrodes(world: &mut World, session: &Session) {
     if let Some(SensorSource::Adc {
         code_at_0,
@@ -80,8 +82,9 @@ pub fn attach_electrodes(world: &mut World, session: &Session) {
     world.outputs = output_stages(session);
 }
 
-/// Returns one session that describes the wearer and board which all of these sessions need: the
-/// first session, with every channel of any of them. Returns `None` for no sessions.
+/// Returns a session that describes the wearer and the board for all of these sessions, so that
+/// they can run one after the other on the same device. It is the first session with all channels
+/// that occur in any session. Returns `None` for an empty list.
 ///
 /// # Errors
 /// The name of the field in which two sessions need different wearers or boards.
@@ -117,11 +120,11 @@ pub fn merge_sessions(sessions: &[Session]) -> Result<Option<Session>, &'static 
     Ok(Some(worn))
 }
 
-/// Longest step of a rest, µs.
+/// Longest simulated time of a rest between two calls of `go_on`, µs.
 const REST_STEP_US: u64 = 1_000_000;
 
-/// Lets `rest_s` seconds of virtual time pass without stimulation. `go_on` is called every second
-/// of that time and ends the rest by returning false.
+/// Lets the wearer rest: `rest_s` seconds of virtual time pass without stimulation. Calls `go_on`
+/// before every second of that time; if it returns false, the rest ends early.
 ///
 /// # Errors
 /// The device can no longer be reached.
@@ -137,7 +140,8 @@ pub fn rest_wearer(
     Ok(())
 }
 
-/// Returns the output stages of the session's board.
+/// Returns the output stage of each of the board's channels; `None` for a channel that the session
+/// does not use.
 pub(super) fn output_stages(session: &Session) -> [Option<Output>; CHANNELS] {
     let mut outputs = [None; CHANNELS];
     for channel in &session.channels {

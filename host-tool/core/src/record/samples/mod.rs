@@ -9,27 +9,28 @@ use crate::number::millionths;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
-/// Telemetry samples, oldest first. Each row is stored as its difference from the row before: one
-/// bit for each of its values and, for each value that changed, the difference in millionths, or
-/// its 64 bits if the value is not a whole number of millionths. Unpacking gives the same values,
-/// bit for bit.
+/// Telemetry samples in compressed form, oldest first. A row is stored as its difference from the
+/// previous row: one bit per value says whether the value changed. A changed value is stored as a
+/// difference in whole millionths, or with all its 64 bits if it is not a whole number of
+/// millionths. Reading gives the original values, bit for bit.
 #[derive(Clone, Default)]
 pub struct Samples {
     bytes: Vec<u8>,
     count: usize,
     last: Option<Sample>,
-    /// Values of the last row.
+    /// Values of the latest row, from which the next row is encoded.
     cells: Vec<Cell>,
     shape: Shape,
 }
 
 type Cell = Option<f64>;
 
-/// Number of values that a sample has once, and the lengths of its lists.
+/// Number of values of a sample that are not in a list.
 const SINGLE: usize = 7;
+/// Lengths of the lists of a sample.
 type Shape = [usize; 11];
 
-/// States in the order of their codes.
+/// States of the device; a row stores the index of its state in this list.
 const STATES: [DeviceState; 6] = [
     DeviceState::Boot,
     DeviceState::Idle,
@@ -39,14 +40,20 @@ const STATES: [DeviceState; 6] = [
     DeviceState::Fault,
 ];
 
-/// Bits of a row's first byte; the code of the state is above them.
+/// Bit of a row's first byte which says that lengths of lists follow, because they differ from
+/// those of the previous row.
 const RESHAPED: u8 = 1;
+/// Bit of a row's first byte for [`Sample::limiting`].
 const LIMITING: u8 = 2;
+/// Position of the state's index in a row's first byte.
 const STATE_SHIFT: u32 = 2;
 
-/// Codes of a changed value: no value, 64 raw bits, and from `DIFFERENCE` on a difference.
+/// Code of a changed value that is now missing.
 const NOTHING: u64 = 0;
+/// Code of a changed value whose 64 bits follow.
 const RAW: u64 = 1;
+/// Smallest code of a changed value that is stored as a difference. The code minus this number is
+/// the zigzag-encoded difference in millionths.
 const DIFFERENCE: u64 = 2;
 
 impl Samples {
@@ -128,20 +135,20 @@ impl Samples {
         }
     }
 
-    /// Keeps the first `count` samples and drops the others.
+    /// Keeps the first `count` samples and drops all later ones.
     pub fn truncate(&mut self, count: usize) {
         if count < self.count {
             *self = self.iter().take(count).collect();
         }
     }
 
-    /// Returns all samples, unpacked.
+    /// Returns all samples uncompressed.
     #[must_use]
     pub fn to_vec(&self) -> Vec<Sample> {
         self.iter().collect()
     }
 
-    /// Applies `modify_each` to each sample; all are unpacked and packed again.
+    /// Applies `change` to each sample. All samples are in memory uncompressed meanwhile.
     pub fn modify_each(&mut self, change: impl FnMut(&mut Sample)) {
         let mut samples = self.to_vec();
         samples.iter_mut().for_each(change);
@@ -149,7 +156,7 @@ impl Samples {
     }
 }
 
-/// Returns the lists of a sample, in the order of [`Shape`].
+/// Returns the lists of a sample, in the order of the lengths in [`Shape`].
 fn lists(sample: &Sample) -> [&[Cell]; 11] {
     [
         &sample.amplitudes,
@@ -166,7 +173,7 @@ fn lists(sample: &Sample) -> [&[Cell]; 11] {
     ]
 }
 
-/// Iterator over the samples of a trial, which unpacks them one at a time.
+/// Iterator over samples that decodes one sample at a time.
 #[derive(Clone)]
 pub struct Iter<'a> {
     bytes: &'a [u8],
@@ -203,8 +210,8 @@ impl Iterator for Iter<'_> {
 impl ExactSizeIterator for Iter<'_> {}
 
 impl Iter<'_> {
-    /// Returns the next byte. The data end with a complete row, because [`Samples::push`] writes
-    /// whole rows.
+    /// Returns the next byte; 0 at the end of the data, which is not reached because
+    /// [`Samples::push`] writes complete rows.
     fn byte(&mut self) -> u8 {
         let (first, rest) = self.bytes.split_first().unwrap_or((&0, &[]));
         self.bytes = rest;
@@ -223,7 +230,7 @@ impl Iter<'_> {
         }
     }
 
-    /// Returns the value that follows `before`, the same value in the previous row.
+    /// Decodes a changed value; `before` is the value at the same place of the previous row.
     fn cell(&mut self, before: Cell) -> Cell {
         match self.varint() {
             NOTHING => None,
@@ -239,7 +246,7 @@ impl Iter<'_> {
         }
     }
 
-    /// Returns the row of the values that were unpacked.
+    /// Assembles a sample from the decoded values and the row's first byte `head`.
     fn sample(&self, head: u8) -> Sample {
         let single = |place: usize| self.cells[place];
         let mut lists = &self.cells[SINGLE..];
@@ -285,12 +292,12 @@ impl Iter<'_> {
     }
 }
 
-/// Returns a value in millionths, or 0 if it is not a whole number of them.
+/// Returns a value in millionths; 0 if it is missing or not a whole number of millionths.
 fn millionths_or_zero(cell: Cell) -> i64 {
     cell.and_then(millionths).unwrap_or(0)
 }
 
-/// Appends the value `now`, which follows `before`.
+/// Encodes the changed value `now`; `before` is the value at the same place of the previous row.
 fn push_cell(bytes: &mut Vec<u8>, now: Cell, before: Cell) {
     let Some(value) = now else {
         return push_varint(bytes, NOTHING);
@@ -304,7 +311,8 @@ fn push_cell(bytes: &mut Vec<u8>, now: Cell, before: Cell) {
     push_varint(bytes, DIFFERENCE + zigzag);
 }
 
-/// Appends `value` with seven bits per byte, the lowest first.
+/// Appends `value` in groups of seven bits, the lowest first. The top bit of a byte says that more
+/// follow.
 fn push_varint(bytes: &mut Vec<u8>, mut value: u64) {
     while value >= 0x80 {
         bytes.push(value as u8 | 0x80);

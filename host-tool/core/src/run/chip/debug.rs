@@ -8,8 +8,8 @@ use hal_sim::chip::image::Image;
 use hal_sim::lockstep::Device;
 use std::net::TcpListener;
 
-/// Waits for gdb, lets it boot the board, and returns the board and the device time at which it had
-/// booted, µs.
+/// Waits for gdb and lets it control the core while the board boots. Returns the board, and the
+/// device time at the end of its boot, µs.
 pub(super) fn boot_under_gdb(
     session: &Session,
     image: &Image,

@@ -7,7 +7,7 @@ use hal_sim::chip::image::Image;
 use hal_sim::chip::rtt::{Log, Logged};
 use hal_sim::lockstep::Device;
 
-/// Destination of the image's log, if a log was requested.
+/// File to which the log of the image is written, if the user requested a log.
 pub(super) struct LogFile {
     #[cfg(feature = "rtt")]
     log: Option<Log>,
@@ -15,14 +15,15 @@ pub(super) struct LogFile {
 
 #[cfg(feature = "rtt")]
 impl LogFile {
-    /// Opens the log file that `options` names for `image`.
+    /// Opens the log file that `options` names. `image` is needed to decode the log.
     pub(super) fn open(options: &ChipOptions, image: &Image) -> Result<Self, ChipError> {
         let log = options.log.as_deref().map(|path| open(path, image));
         let log = log.transpose()?;
         Ok(Self { log })
     }
 
-    /// Returns `device`, wrapped so that its log is written if a log was requested.
+    /// Returns `device` so that its log is written to this file while it runs; without a log,
+    /// unchanged.
     pub(super) fn attach<D>(self, device: D) -> Box<dyn Device>
     where
         D: Device + AsMut<Surroundings> + 'static,

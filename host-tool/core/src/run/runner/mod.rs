@@ -6,11 +6,12 @@ use crate::link::{Connection, Error, Interruption, Port};
 use crate::record::Recorder;
 use firmware::safety::State;
 
-/// Longest wait for the outputs to be grounded after a fault was acknowledged, µs.
+/// Longest time to wait until the device has grounded its outputs after a fault was acknowledged,
+/// µs.
 const ACKNOWLEDGE_US: u64 = 300_000;
 
-/// Runs the session of `file` through `port`, and returns the outcome and the port; the port is
-/// `None` if the device did not answer. `observer` sees the session run and may end it; a closure
+/// Runs the session of `file` through `port`. Returns the outcome, and the port unless the device
+/// did not answer. `observer` is informed of everything that happens and can end the run; a closure
 /// receives the progress, 0 to 1.
 pub fn run<P: Port>(
     file: &SessionFile,
@@ -21,8 +22,8 @@ pub fn run<P: Port>(
     conduct(file, port, recorder, None, observer)
 }
 
-/// Does the same as [`run`], and hands the output of a simulated device to `outputs` while the
-/// session runs. The simulated world then holds no trace at the end.
+/// Runs a session as [`run`] does, and passes the output of a simulated device to `outputs` while
+/// the session runs. The output is removed from the simulated world meanwhile.
 pub fn run_with_outputs<P: Port>(
     file: &SessionFile,
     port: P,
@@ -63,7 +64,7 @@ fn conduct<P: Port>(
     (outcome, Some(port))
 }
 
-/// Waits until the device has answered `Hello`, and returns the port.
+/// Opens a session to check that the device answers `Hello`, and returns the port.
 ///
 /// # Errors
 /// The device does not answer, another host holds its session, or a signal arrived.
@@ -74,7 +75,7 @@ pub fn wait_for_hello<P: Port>(port: P, interruption: &Interruption) -> Result<P
     Ok(connection.into_port())
 }
 
-/// Acknowledges a latched fault, if there is one, and returns the port.
+/// Acknowledges the fault of the device if one is latched, and returns the port.
 ///
 /// # Errors
 /// The device does not answer, or another host holds its session.

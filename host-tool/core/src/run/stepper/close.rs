@@ -5,11 +5,12 @@ use super::{Observation, Outcome, RunError, Stepper, Stopped, to_signal_error, t
 use crate::link::{Error, Incoming, Port};
 use firmware::link::Event;
 
-/// Longest wait for the report that the outputs are disconnected after a stop, µs.
+/// Longest time to wait after a stop until the device reports that its outputs are disconnected,
+/// µs.
 const STOP_US: u64 = 300_000;
 
 impl<P: Port> Stepper<'_, P> {
-    /// Asks the device to stop, and waits for its answer even if a signal arrives.
+    /// Requests a stop of the device and waits for the acknowledgement, even if a signal arrives.
     ///
     /// # Errors
     /// The device does not answer or is lost; then it stops by itself.
@@ -18,8 +19,8 @@ impl<P: Port> Stepper<'_, P> {
         self.connection.stop().map(drop)
     }
 
-    /// Stops the device, and returns the outcome and the port. `ran` is the result of the session's
-    /// steps; its error takes precedence over errors of the stop.
+    /// Stops the device and ends the run; returns the outcome and the port. `ran` is the result of
+    /// the session's steps. If it is an error, errors of the stop are not reported.
     pub fn close(mut self, ran: Result<(), RunError>) -> (Outcome, P) {
         let is_started = self.started_us.is_some();
         let t_s = is_started.then(|| self.t_s());
@@ -61,7 +62,8 @@ impl<P: Port> Stepper<'_, P> {
         (outcome, self.connection.into_port())
     }
 
-    /// Waits after a stop until the outputs are reported disconnected, then asks for the counters.
+    /// Waits until the device reports that its outputs are disconnected after the stop, then
+    /// requests its counters.
     fn finish(&mut self) -> Result<(), RunError> {
         let wait_us = if self.is_finished { 0 } else { STOP_US };
         let until = self.connection.port().now_us() + wait_us;

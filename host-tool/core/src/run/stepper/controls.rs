@@ -9,32 +9,33 @@ use firmware::safety::Stimulus;
 use firmware::units::Amplitude;
 use std::collections::VecDeque;
 
-/// Step of a channel's intensity, percent of the session's own amplitudes.
+/// Change of a channel's intensity by one key press, percent of the amplitudes in the session file.
 pub const INTENSITY_STEP: u16 = 5;
 
 /// Maximum number of marker rows that a trial keeps in memory; the file holds all.
 const MOST_MARKERS: usize = 10_000;
 
-/// Action of a person at the controls.
+/// Action of a person who operates the controls during a session.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Control {
-    /// Stops all channels while the session's time runs on.
+    /// Stops all channels. The time of the session continues.
     Pause,
-    /// Checks the electrodes again, arms and starts; amplitudes rise as at the start.
+    /// Resumes a paused session: checks the electrodes again, arms and starts. Amplitudes rise as
+    /// at the first start.
     Resume,
     /// Raises the intensity of a channel, counted from 1, by [`INTENSITY_STEP`].
     Raise(u8),
     /// Lowers the intensity of a channel, counted from 1, by [`INTENSITY_STEP`], but not below 0.
     Lower(u8),
-    /// Records a note.
+    /// Records a note with this text.
     Mark(String),
     /// Ends the session.
     Stop,
 }
 
 impl Control {
-    /// Returns the action that a row of `markers.csv` records; `None` for a row that records an
-    /// edge.
+    /// Returns the action that a row of `markers.csv` records, to repeat it; `None` for a row that
+    /// records an edge.
     #[must_use]
     pub fn from_marker(marker: &Marker) -> Option<Self> {
         Some(match (marker.kind, marker.channel) {
@@ -67,20 +68,20 @@ impl Control {
     }
 }
 
-/// State of a pause by hand.
+/// Progress of a pause that a person has requested.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) enum Paused {
     /// The session is not paused.
     #[default]
     No,
-    /// The device was asked to stop, and its amplitudes are falling.
+    /// The device was asked to stop, and its amplitudes fall to 0.
     Falling,
     /// The outputs are disconnected.
     Isolated,
 }
 
 impl<P: Port> Stepper<'_, P> {
-    /// Carries out an action of a person at the controls at once.
+    /// Carries out an action of a person at the controls immediately, and records it.
     ///
     /// # Errors
     /// The device is lost, or the record cannot be written. An action that is not possible (a
@@ -121,19 +122,19 @@ impl<P: Port> Stepper<'_, P> {
         self.record_marker(marker)
     }
 
-    /// Returns the intensity of a channel, counted from 1, in percent of the session's own
-    /// amplitudes.
+    /// Returns the present intensity of a channel, counted from 1, in percent of the amplitudes in
+    /// the session file.
     pub fn intensity_percent(&self, channel: u8) -> u16 {
         let index = usize::from(channel.wrapping_sub(1));
         self.intensity.get(index).copied().unwrap_or(0)
     }
 
-    /// Returns whether stimulation is paused by hand.
+    /// Returns whether a person has paused the stimulation.
     pub fn is_paused(&self) -> bool {
         self.paused != Paused::No
     }
 
-    /// Records an edge of the trigger input or the sync output.
+    /// Records an edge of the trigger input or the sync output at the device time `at_us`, µs.
     pub(super) fn record_line_edge(
         &mut self,
         kind: MarkerKind,
@@ -162,8 +163,9 @@ impl<P: Port> Stepper<'_, P> {
         Ok(())
     }
 
-    /// Asks the observer for actions at the controls, and carries them out. It is called when no
-    /// message waits, and at most once per microsecond, so that a rerun acts at the same moment.
+    /// Asks the observer for actions at the controls and carries them out. The run calls this
+    /// function when no received message is stored. It acts at most once per microsecond, so that a
+    /// rerun repeats the actions at the same times.
     pub(super) fn apply_controls(&mut self) -> Result<(), RunError> {
         let now_us = self.time_us();
         if now_us <= self.controlled_us {
@@ -179,7 +181,8 @@ impl<P: Port> Stepper<'_, P> {
         Ok(())
     }
 
-    /// Pauses the session, and returns the reason if that had no effect.
+    /// Pauses the session. Returns the reason if it could not be paused, and `None` if it was
+    /// paused.
     fn pause(&mut self) -> Result<Option<String>, RunError> {
         if self.is_paused() {
             return Ok(Some("the session is already paused".to_owned()));
@@ -256,8 +259,8 @@ impl<P: Port> Stepper<'_, P> {
         }
     }
 
-    /// Returns the highest intensity at which every amplitude of a channel, counted from 1, is
-    /// within its limit, in percent; `None` for a channel whose amplitudes the host does not set.
+    /// Returns the highest intensity of a channel, counted from 1, at which all its amplitudes are
+    /// within its limit, percent. `None` for a channel whose amplitudes the host does not set.
     fn highest_intensity(&self, channel: u8) -> Option<u16> {
         let peak = self
             .session
@@ -268,7 +271,7 @@ impl<P: Port> Stepper<'_, P> {
         Some(u16::try_from(most).unwrap_or(u16::MAX))
     }
 
-    /// Returns `setpoint` with its amplitudes scaled to the channels' intensities.
+    /// Returns `setpoint` with its amplitudes scaled by the intensities of their channels.
     pub(super) fn scale_setpoint(&self, setpoint: Setpoint) -> Setpoint {
         let Setpoint::Amplitudes(values) = setpoint else {
             return setpoint;
@@ -277,8 +280,8 @@ impl<P: Port> Stepper<'_, P> {
         Setpoint::Amplitudes(scaled.collect())
     }
 
-    /// Scales an amplitude of a channel on the link (0–9) to the channel's intensity. The result is
-    /// rounded down to a whole thousandth, so that rounding never raises an amplitude.
+    /// Scales an amplitude by the intensity of its channel (0–9). The result is rounded down to
+    /// thousandths of the unit, so that rounding never raises an amplitude.
     pub(super) fn scale_stimulus(&self, (channel, stimulus): (u8, Stimulus)) -> (u8, Stimulus) {
         let percent = self.intensity.get(usize::from(channel)).copied();
         let percent = u64::from(percent.unwrap_or(0));
@@ -296,10 +299,11 @@ fn describe_no_intensity(channel: u8) -> String {
     format!("channel {channel} has no intensity: a controller drives it, or it is not used")
 }
 
-/// Actions at the controls in a record, to be repeated.
+/// Actions at the controls in a recorded trial, which a rerun repeats.
 #[derive(Clone, Debug, Default)]
 pub struct Keys {
-    /// Actions not yet repeated, each with its host time since the start of the trains, µs.
+    /// Actions that are not repeated yet, each with its host time since the start of the trains,
+    /// µs.
     left: VecDeque<(u64, Control)>,
 }
 
@@ -314,15 +318,16 @@ impl Keys {
         }
     }
 
-    /// Returns the next action if it happened by `now_us`, host time since the start of the trains,
-    /// µs.
+    /// Removes and returns the next action if its time has come by `now_us`, host time since the
+    /// start of the trains, µs.
     fn take_due(&mut self, now_us: u64) -> Option<Control> {
         let (_, control) = self.left.pop_front_if(|(at_us, _)| *at_us <= now_us)?;
         Some(control)
     }
 }
 
-/// Wraps `observer` so that the actions in `keys` are repeated at their times.
+/// Returns an observer that behaves like `observer` and also repeats the actions in `keys` at their
+/// recorded times.
 pub fn replay_keys<O: Observer>(keys: Keys, observer: O) -> impl Observer {
     Repeating { keys, observer }
 }

@@ -7,13 +7,14 @@ use firmware::link::{Event, Request};
 use firmware::safety::StopCause;
 
 impl<P: Port> Stepper<'_, P> {
-    /// Notes that the device has sent something now.
+    /// Notes the present time as that of the device's latest message.
     pub(super) fn note_received(&mut self) {
         self.heard_us = self.connection.port().now_us();
         self.heard_stalled_us = self.connection.total_stall_us();
     }
 
-    /// Checks how long the device has been silent.
+    /// Checks how long the device has sent nothing. Time in which this computer did not run the
+    /// program does not count.
     ///
     /// # Errors
     /// The device has been silent for too long while this computer listened.
@@ -42,7 +43,8 @@ impl<P: Port> Stepper<'_, P> {
     }
 
     /// Returns the error for a session that the device ended with `event`, `t_s` seconds after the
-    /// start; `why` describes the event in words.
+    /// start of the trains. `why` describes the event in words. The advice depends on whether the
+    /// host or the connection caused the end.
     pub(super) fn ended_error(&mut self, event: &Event, t_s: f64, why: String) -> RunError {
         let (Event::Stopping(StopCause::HostSilent) | Event::Stopped(StopCause::HostSilent)) =
             event
@@ -80,7 +82,7 @@ impl<P: Port> Stepper<'_, P> {
         RunError::Ended { t_s, why, advice }
     }
 
-    /// Carries out the observer's wish.
+    /// Asks the observer what the run should do next, and does it.
     pub(super) fn poll_observer(&mut self) -> Result<(), RunError> {
         match self.attached.observer.next_request() {
             ObserverRequest::Nothing => {}

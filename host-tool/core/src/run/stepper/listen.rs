@@ -3,24 +3,25 @@
 use super::{RunError, Stepper};
 use crate::link::{Polled, Port};
 
-/// Maximum number of messages processed at once when a setpoint is due; the others follow after the
-/// setpoint. A device that sends without end therefore delays neither setpoints nor the session's
-/// end.
+/// Maximum number of messages that are processed when a setpoint is already due. The other messages
+/// are processed after the setpoint, so that a device that sends without end delays neither
+/// setpoints nor the end of the session.
 pub(super) const MOST_AT_ONCE: usize = 1000;
 
 /// Reason why listening ended.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum ListenEnd {
-    /// The next setpoint is due.
+    /// The time for the next setpoint has come.
     Due,
-    /// The step is over.
+    /// The step is over: its time has come, or an event has ended it.
     Paused,
 }
 
 impl<P: Port> Stepper<'_, P> {
-    /// Processes messages that arrive by `until_us`; if that time has passed, those that have
-    /// arrived by now. Pauses at the first look at the port from `pause_us` on, or at an event if
-    /// `ends_at_event` is true. Times are the port's, µs.
+    /// Processes messages until `until_us`, when the next setpoint is due. If that time has already
+    /// passed, processes the messages that have arrived by now. Returns earlier when the time
+    /// `pause_us` is reached, or after an event if `ends_at_event` is true. Times are the port's,
+    /// µs.
     pub(super) fn listen(
         &mut self,
         until_us: u64,

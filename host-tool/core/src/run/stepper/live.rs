@@ -5,17 +5,17 @@ use crate::link::Port;
 use firmware::link::Request;
 use std::time::Duration;
 
-/// Number of keep-alives sent within the host silence that the wearer allows.
+/// Number of keep-alives within the longest host silence that the wearer's limits allow.
 const SIGNS_OF_LIFE: u64 = 4;
 
 impl<P: Port> Stepper<'_, P> {
-    /// Leaves the setpoints to the caller, who sends them with [`Self::request`] and
-    /// [`Self::post`]. Call this before [`Self::configure`].
+    /// Makes this a live session, in which the caller sends the setpoints with [`Self::request`]
+    /// and [`Self::post`]. Call this function before [`Self::configure`].
     ///
-    /// The stepper sends nothing of `[setpoints]` and asks for no telemetry. It sends a keep-alive
-    /// when a quarter of the wearer's `host_timeout_ms` has passed since the latest request; where
-    /// time is real, a separate thread sends them. The session has no length, a step ends exactly
-    /// at its time, and a refusal ends the session.
+    /// In a live session, the stepper sends nothing of `[setpoints]` and requests no telemetry. It
+    /// sends a keep-alive when a quarter of the wearer's `host_timeout_ms` has passed since the
+    /// latest request; where time is real, a separate thread sends keep-alives. The session has no
+    /// length, a step ends exactly at its time, and a refused request ends the session.
     #[must_use]
     pub fn with_live_setpoints(mut self) -> Self {
         self.keep_alive_us = Some(u64::MAX); // nothing is due before the start
@@ -34,7 +34,7 @@ impl<P: Port> Stepper<'_, P> {
         Ok(at_us)
     }
 
-    /// Sends a request without waiting; the following steps process its answer.
+    /// Sends a request without waiting for its answer, which a later step processes.
     ///
     /// # Errors
     /// The request is too large for the link, or the device is lost.
@@ -48,7 +48,7 @@ impl<P: Port> Stepper<'_, P> {
         self.keep_alive_us.is_some()
     }
 
-    /// Begins to send keep-alives, when the trains of a live session start.
+    /// Begins to send keep-alives if this is a live session. Call it when the trains start.
     pub(super) fn begin_keep_alives(&mut self) -> Result<(), RunError> {
         if self.is_live() {
             let period = Duration::from_micros(self.keep_alive_period_us());
@@ -62,7 +62,8 @@ impl<P: Port> Stepper<'_, P> {
         u64::from(self.session.wearer.host_timeout_ms) * 1000 / SIGNS_OF_LIFE
     }
 
-    /// Moves the next keep-alive one period on, because something was just sent to the device.
+    /// Schedules the next keep-alive one period from now, because something was just sent to the
+    /// device.
     fn delay_keep_alive(&mut self) {
         if self.is_live() && self.started_us.is_some() && self.connection.keeper().is_none() {
             let now_us = self.connection.port().now_us();
@@ -70,7 +71,7 @@ impl<P: Port> Stepper<'_, P> {
         }
     }
 
-    /// Runs [`Stepper::step`] for a live session, until `to_us` in the port's time, µs.
+    /// Runs a step of a live session until `to_us`, the port's time in µs; see [`Stepper::step`].
     pub(super) fn step_live(
         &mut self,
         to_us: u64,

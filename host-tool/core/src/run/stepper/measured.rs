@@ -13,7 +13,8 @@ impl<P: Port> Stepper<'_, P> {
         limb.is_some_and(SessionLimb::is_measured)
     }
 
-    /// Returns one measurement request for each of the arm's angles, as measured now.
+    /// Returns requests that tell the device the measured angles of a simulated arm, one for each
+    /// angle.
     pub(super) fn posture_requests(&mut self) -> Vec<Request> {
         let at = stamp(self.device_now_us());
         let angles = self.connection.port().posture_deg().into_iter().flatten();
@@ -28,8 +29,9 @@ impl<P: Port> Stepper<'_, P> {
         measured.collect()
     }
 
-    /// Returns measurement requests for the modulated joints: the session's angles for `due` µs
-    /// after the start, stamped as measured now.
+    /// Returns requests that tell the device the angles of the modulating joints. The session file
+    /// gives these angles for the time `due`, µs after the start of the trains. They are stamped as
+    /// if they were measured now.
     pub(super) fn joint_angle_requests(&mut self, due: u64) -> Vec<Request> {
         let at = stamp(self.device_now_us());
         let joints = self.session.modulations.iter();
@@ -45,9 +47,10 @@ impl<P: Port> Stepper<'_, P> {
         self.session.sensor() == Some(SensorSource::Host)
     }
 
-    /// Sends the angles that the host measures or takes from the session, so that the device has
-    /// them before the first pulse. Fails if this device has no simulated arm, or may have a wearer
-    /// while the session's joint angles are a script.
+    /// Sends the first angles, measured by the host or taken from the session file, so that the
+    /// device has them before the first pulse. Fails if the device has no simulated arm whose
+    /// angles could be measured. Fails also if the session file prescribes joint angles and the
+    /// device could have a person connected.
     pub(super) fn send_measurements(&mut self) -> Result<(), RunError> {
         if self.measures_posture() {
             if self.connection.port().posture_deg().is_none() {
@@ -69,8 +72,8 @@ impl<P: Port> Stepper<'_, P> {
         Ok(())
     }
 
-    /// Schedules the edges of a simulated trigger input up to `to`, µs after the start, that were
-    /// not scheduled yet. A board has a real trigger input.
+    /// Schedules the edges of a simulated trigger input that lie before `to`, µs after the start of
+    /// the trains, and are not scheduled yet. A board has a real trigger input.
     pub(super) fn schedule_triggers(&mut self, to: u64) {
         let (begin, from) = (self.started_us.unwrap_or(0), self.triggered_us);
         self.triggered_us = to;

@@ -33,18 +33,20 @@ pub use controls::{Control, INTENSITY_STEP, Keys, replay_keys};
 use listen::ListenEnd;
 use post::Programmed;
 
-/// Silence after which a device counts as lost, µs. A device sends telemetry at least every 100 ms.
+/// Time without a message after which a device counts as lost, µs. A device sends telemetry at
+/// least every 100 ms.
 const SILENCE_US: u64 = 1_000_000;
 
-/// Time between two transfers of a simulated device's output, µs.
+/// Simulated time between two transfers of a device's output to its receiver, µs.
 const TAKE_US: u64 = 1_000_000;
 
-/// Recorder, receiver of outputs and observer of a running session. By default there are none.
+/// Optional recorder, receiver of outputs and observer of a running session. By default there are
+/// none.
 pub struct Attachments<'a> {
-    /// Recorder that streams every row to disk as it arrives.
+    /// Recorder that writes every row to disk as it arrives; `None` keeps the rows in memory only.
     pub recorder: Option<Box<dyn DerefMut<Target = Recorder> + 'a>>,
-    /// Receiver of a simulated device's output while it runs; without it the simulated world keeps
-    /// the output.
+    /// Receiver of a simulated device's output while it runs; without one, the simulated world
+    /// keeps the output.
     pub outputs: Option<Box<dyn Outputs + 'a>>,
     /// Observer that sees the session run and may end it.
     pub observer: Box<dyn Observer + 'a>,
@@ -60,30 +62,31 @@ impl Default for Attachments<'_> {
     }
 }
 
-/// Latest end of a step.
+/// When a step ends at the latest.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum StepLimit {
-    /// Ends at this time, µs after the start of the trains, or at most 2 ms later: at the first
-    /// moment from then on at which the host looks at its device anyway. In a live session the
-    /// step ends exactly at this time.
+    /// At this time, µs after the start of the trains. The step ends up to 2 ms later, at the first
+    /// time at which the host reads from its device anyway. In a live session, it ends exactly at
+    /// this time.
     Time(u64),
-    /// Ends at this time, µs after the start of the trains, or at the first event before it.
+    /// At this time, µs after the start of the trains, or earlier at the first event that the
+    /// device reports.
     Event(u64),
 }
 
 /// Reason why a step ended.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum StepEnd {
-    /// The given time was reached.
+    /// The time of the step was reached.
     Reached,
-    /// The device reported an event; its time is in s after the start of the trains.
+    /// The device reported this event; its time is in s after the start of the trains.
     Event(f64, Event),
-    /// The session's length is over, or every train with a fixed number of pulses has played; the
-    /// only step left is to close.
+    /// The session is over: its length has passed, every train with a fixed number of pulses has
+    /// played, or a person has ended it. Call [`Stepper::close`] next.
     Over,
 }
 
-/// A session on a device.
+/// A session that runs on a device step by step.
 ///
 /// ```
 /// use host_core::run::{Attachments, DeviceName, SessionFile, StepEnd, Stepper, StepLimit};
@@ -121,54 +124,59 @@ pub struct Stepper<'a, P> {
     info: HelloInfo,
     trial: Trial,
     attached: Attachments<'a>,
-    /// Number of pulses in the output handed over so far, and the time up to which it was handed
-    /// over, µs of the port's time.
+    /// Number of pulses in the part of the output that was already passed on, and the end of that
+    /// part, µs of the port's time.
     taken: (u64, u64),
     /// Start of the trains, device time in µs.
     epoch: u64,
     /// Start of the trains in the port's time, µs; `None` before the start.
     started_us: Option<u64>,
-    /// Number of the next setpoint.
+    /// Number of the setpoint that is sent next.
     index: u64,
-    /// Time up to which edges of a simulated trigger input were scheduled, µs after the start.
+    /// Time up to which the edges of a simulated trigger input are scheduled, µs after the start of
+    /// the trains.
     triggered_us: u64,
-    /// Pulses of the electrode check as a board counts them, for a device without a trace.
+    /// Number of pulses of the electrode check, to be subtracted from the device's count of pulses
+    /// if the device has no trace.
     checked: u32,
-    /// Counters of the device before this run; zero if it booted for this run.
+    /// Counters of the device before this run; all zero if the device booted for this run.
     begun: Counters,
     refused: usize,
-    /// Latest refusal and its time, s after the start.
+    /// Latest refusal of a request, with its time, s after the start of the trains.
     last_refused: Option<(f64, RefusalInWords)>,
-    /// Reason why the device ended the session, if it did.
+    /// Reason why the device ended the session; `None` while it runs.
     ended: Option<RunError>,
-    /// Latest event and its time, s after the start, until a step has returned it.
+    /// Latest event with its time, s after the start of the trains; `None` if a step has already
+    /// returned it.
     event: Option<(f64, Event)>,
-    /// Number of events beyond the maximum that is kept.
+    /// Number of events that were not recorded because the record has too many already.
     left_out: u64,
     /// Whether every train with a fixed number of pulses has played, so that the session is over.
     is_finished: bool,
-    /// Latest forces at the hand that were asked for, mN, with the numbers of their requests.
+    /// Latest wanted forces at the hand that were sent, mN, each with the number of its request.
     wishes: VecDeque<(u16, [i32; 3])>,
     programmed: Programmed,
-    /// Intensity of each channel on the link (0–9), percent of the session's own amplitudes.
+    /// Intensity of each channel (0–9), percent of the amplitudes in the session file.
     intensity: [u16; CHANNELS],
     /// State of a pause by hand.
     paused: Paused,
     /// Whether a person at the controls ended the session.
     is_stopped: bool,
-    /// Time of the last look at the controls, µs after the start.
+    /// Time at which actions at the controls were last requested, µs after the start of the trains.
     controlled_us: u64,
-    /// Time of the next keep-alive of a live session, in the port's time, µs; `None` in other
-    /// sessions.
+    /// Time at which the next keep-alive of a live session is due, in the port's time, µs; `None`
+    /// for other sessions.
     keep_alive_us: Option<u64>,
     /// Time of the device's last message, in the port's time, µs.
     heard_us: u64,
-    /// Total time that this computer had stalled by then, µs.
+    /// Total time for which this computer had not run the program when the device's last message
+    /// arrived, µs.
     heard_stalled_us: u64,
 }
 
-/// Turns the link's report of a signal into [`RunError::Signal`], `t_s` seconds after the start;
-/// returns other errors unchanged.
+/// Converts the link's error about a signal into [`RunError::Signal`]; returns other errors
+/// unchanged. `t_s` is the time since the start of the trains, s, and `stopped` says what became of
+/// the stop.
 pub(super) fn to_signal_error(error: RunError, t_s: Option<f64>, stopped: Stopped) -> RunError {
     match error {
         RunError::Link(Error::Interrupted(signal)) => RunError::Signal {
@@ -181,7 +189,8 @@ pub(super) fn to_signal_error(error: RunError, t_s: Option<f64>, stopped: Stoppe
 }
 
 impl<'a, P: Port> Stepper<'a, P> {
-    /// Opens the device behind `port` for the session of `file`. Nothing is configured yet.
+    /// Opens a session with the device behind `port`, to run the session of `file`. The device is
+    /// not configured yet.
     ///
     /// # Errors
     /// The device does not answer, another host holds it, or a signal arrived. The port is lost.
@@ -194,7 +203,7 @@ impl<'a, P: Port> Stepper<'a, P> {
         Self::begin(Cow::Borrowed(&file.session), trial, port, attached)
     }
 
-    /// Does the same as [`Self::open`], and takes ownership of the session.
+    /// Opens a session as [`Self::open`] does, and takes ownership of `file`.
     ///
     /// # Errors
     /// The errors of [`Self::open`].
@@ -259,23 +268,23 @@ impl<'a, P: Port> Stepper<'a, P> {
         &self.session
     }
 
-    /// Returns everything recorded so far.
+    /// Returns everything that was recorded so far.
     pub const fn trial(&self) -> &Trial {
         &self.trial
     }
 
-    /// Returns the port, for example to read a simulated world.
+    /// Returns the port, for example to inspect a simulated world.
     pub fn port(&mut self) -> &mut P {
         self.connection.port()
     }
 
-    /// Returns the time since the trains started, µs of the port's time; 0 before the start.
+    /// Returns the time since the start of the trains, µs of the port's time; 0 before the start.
     pub fn time_us(&mut self) -> u64 {
         let now_us = self.connection.port().now_us();
         now_us.saturating_sub(self.started_us.unwrap_or(now_us))
     }
 
-    /// Sends the setup.
+    /// Sends the setup of the session to the device.
     ///
     /// # Errors
     /// The session does not fit the device, a request is refused or not answered, or the device is
@@ -301,7 +310,7 @@ impl<'a, P: Port> Stepper<'a, P> {
         Ok(())
     }
 
-    /// Checks the electrodes and arms.
+    /// Arms the device, which checks the electrodes first.
     ///
     /// # Errors
     /// Arming is refused (an electrode, an input) or not answered, the device is lost, or the host
@@ -342,7 +351,8 @@ impl<'a, P: Port> Stepper<'a, P> {
         self.post_programs(0)
     }
 
-    /// Starts the armed trains, and returns the device time of the start, µs.
+    /// Sends the first setpoint and starts the armed trains. Returns the device time of the start,
+    /// µs.
     fn start_trains(&mut self) -> Result<u64, RunError> {
         // The first setpoint is sent before the first pulse.
         for request in self.requests_before_start() {
@@ -351,7 +361,7 @@ impl<'a, P: Port> Stepper<'a, P> {
         Ok(self.connection.start()?)
     }
 
-    /// Streams setpoints and processes messages until the end that `until` gives. Does nothing
+    /// Sends setpoints and processes messages until the end that `until` defines. Does nothing
     /// before [`Self::start`].
     ///
     /// # Errors
@@ -398,7 +408,7 @@ impl<'a, P: Port> Stepper<'a, P> {
         }
     }
 
-    /// Runs all steps to the session's end.
+    /// Configures, arms and starts the device, and runs the session to its end.
     pub(super) fn run_to_end(&mut self) -> Result<(), RunError> {
         self.configure()?;
         self.arm()?;
@@ -406,19 +416,19 @@ impl<'a, P: Port> Stepper<'a, P> {
         self.step(StepLimit::Time(u64::MAX)).map(drop)
     }
 
-    /// Returns the device time now, µs.
+    /// Estimates the present device time, µs.
     fn device_now_us(&mut self) -> u64 {
         let now_us = self.connection.port().now_us();
         self.device_time(now_us)
     }
 
-    /// Returns the device time at `port_us`, µs of the port's time; the epoch before the first
-    /// answer.
+    /// Estimates the device time at the time `port_us` of the port, both in µs. Before the first
+    /// answer of the device, returns the start of the trains.
     fn device_time(&self, port_us: u64) -> u64 {
         self.connection.device_time(port_us).unwrap_or(self.epoch)
     }
 
-    /// Converts the device time `at_us` into seconds since the start of the trains.
+    /// Converts the device time `at_us`, µs, into the time since the start of the trains, s.
     fn since_start_s(&self, at_us: u64) -> f64 {
         trial::seconds_between(at_us, self.epoch)
     }

@@ -7,36 +7,38 @@ use firmware::link::Request;
 use firmware::safety::Stimulus;
 use std::iter;
 
-/// Time by which forces at the hand are sent before they take effect, so that none is late for its
-/// recruitment, µs.
+/// Time before it takes effect at which a wanted force at the hand is sent, µs, so that the device
+/// has it when it computes the recruitment.
 const AHEAD_US: u64 = 10_000;
 
-/// Maximum number of requested forces at the hand whose answers may be outstanding.
+/// Maximum number of wanted forces at the hand that are kept until the device has answered their
+/// requests.
 const WISHES: usize = 64;
 
-/// Time between two measurements of an arm's nine angles, µs.
+/// Time between two measurements of the nine angles of an arm, µs.
 const POSTURE_US: u64 = 20_000;
 
-/// Time by which the amplitudes of programs are sent before they are due, so that a stall of host
-/// or cable does not delay them, µs. Fast trains are sent fewer ticks ahead, because the device
-/// lets only 16 wait.
+/// Time before they are due at which the amplitudes of programs are sent, µs, so that a delay in
+/// the host or the cable does not delay them. At short ticks, less is sent ahead, because the
+/// device stores at most 16 amplitude requests.
 const PROGRAM_AHEAD_US: u64 = 100_000;
 
-/// Maximum number of program ticks that are sent ahead.
+/// Maximum number of program ticks whose amplitudes are sent ahead.
 const MOST_TICKS: u64 = 8;
 
-/// State of the programs' amplitudes sent so far.
+/// How far the amplitudes of the session's programs were sent.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Programmed {
-    /// Time of the next tick at which the amplitudes may change, µs after the start.
+    /// Time of the next tick whose amplitudes are to be sent, µs after the start of the trains.
     next_us: u64,
-    /// Latest amplitudes sent.
+    /// Amplitudes of the latest tick, by channel on the link (0–9).
     latest: Vec<(u8, Stimulus)>,
 }
 
 impl<P: Port> Stepper<'_, P> {
-    /// Sends the amplitudes that programs order up to `due` µs after the start and a little ahead
-    /// of it. Each carries the device time from which it holds; only changes are sent.
+    /// Sends the amplitudes that the session's programs give until `due`, µs after the start of the
+    /// trains, and some that are due soon afterwards. Each request carries the device time at which
+    /// it takes effect. Only changes are sent.
     pub(super) fn post_programs(&mut self, due: u64) -> Result<(), RunError> {
         let Some(tick_us) = self.session.setpoints.programs.tick_us() else {
             return Ok(());
@@ -58,15 +60,15 @@ impl<P: Port> Stepper<'_, P> {
         Ok(())
     }
 
-    /// Returns the programs' amplitudes for `at_us` µs after the start, at the channels'
-    /// intensities.
+    /// Returns the amplitudes that the session's programs give for `at_us`, µs after the start of
+    /// the trains, scaled by the intensities of their channels.
     fn programmed_amplitudes(&self, at_us: u64) -> Vec<(u8, Stimulus)> {
         let orders = self.session.setpoints.programs.at(at_us);
         let orders = orders.into_iter().map(|order| self.scale_stimulus(order));
         orders.collect()
     }
 
-    /// Returns the requests that are sent before `Start`.
+    /// Returns the requests with the first setpoints, which are sent before `Start`.
     pub(super) fn requests_before_start(&mut self) -> Vec<Request> {
         if self.is_live() {
             return Vec::new();
@@ -87,8 +89,8 @@ impl<P: Port> Stepper<'_, P> {
         all
     }
 
-    /// Sends the setpoint that is due `due` µs after the start, with measurements and lists, and
-    /// the changes of model level since `before`, µs after the start.
+    /// Sends what is due at `due`, µs after the start of the trains: the setpoint, measurements,
+    /// pulse lists, and changes of the model level after the time `before`.
     pub(super) fn post_due(&mut self, before: u64, due: u64) -> Result<(), RunError> {
         if self.is_paused() {
             return Ok(());

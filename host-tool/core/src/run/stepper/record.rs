@@ -8,10 +8,12 @@ use crate::session::{newtons, possible_part};
 use firmware::link::{Code, Event};
 use firmware::safety::StopCause;
 
-/// Maximum number of events and refusals that a record keeps; only a broken device sends more.
+/// Maximum number of events that a record contains, and of refusals. Only a broken device sends
+/// more.
 const MOST_EVENTS: usize = 10_000;
 
-/// Maximum number of electrode readings that a record keeps: several for each of ten channels.
+/// Maximum number of readings of the electrode check that a record contains; this is several for
+/// each of ten channels.
 const MOST_READINGS: usize = 100;
 
 impl<P: Port> Stepper<'_, P> {
@@ -26,7 +28,8 @@ impl<P: Port> Stepper<'_, P> {
         Ok(())
     }
 
-    /// Records the readings of the electrode check in a run that was not started.
+    /// Receives and records the readings of the electrode check if arming failed, so that the
+    /// trains were not started.
     pub(super) fn read_electrodes(&mut self) -> Result<(), RunError> {
         let now_us = self.connection.port().now_us();
         while let Ok(Some(incoming)) = self.connection.next(now_us) {
@@ -37,7 +40,7 @@ impl<P: Port> Stepper<'_, P> {
         Ok(())
     }
 
-    /// Records the event if it is a reading of the electrode check, and returns whether it is.
+    /// Records an event that is a reading of the electrode check. Returns whether it is one.
     fn record_electrode(&mut self, event: &Event) -> Result<bool, RunError> {
         let &Event::Electrode {
             channel,
@@ -68,8 +71,8 @@ impl<P: Port> Stepper<'_, P> {
         self.trial.clock = clock;
     }
 
-    /// Records the number of pulses played, and a likely reason if there were none. A device that
-    /// was lost has not reported its count.
+    /// Records the number of pulses that were output and, if there were none, the likely reason.
+    /// The number remains unknown if the device was lost before it reported its count.
     pub(super) fn count_pulses(&mut self) {
         let counted = |name: &str| {
             let found = self.trial.counters.iter().find(|(n, _)| n == name);
@@ -96,7 +99,7 @@ impl<P: Port> Stepper<'_, P> {
         }
     }
 
-    /// Hands the output of a simulated device to its receiver, once every [`TAKE_US`].
+    /// Passes the output of a simulated device to its receiver, once every [`TAKE_US`].
     pub(super) fn take_outputs(&mut self) {
         let now_us = self.connection.port().now_us();
         if now_us >= self.taken.1 + TAKE_US {
@@ -106,7 +109,7 @@ impl<P: Port> Stepper<'_, P> {
         }
     }
 
-    /// Hands over the rest of the output at the end.
+    /// Passes the rest of the output to its receiver at the end of the run.
     pub(super) fn take_the_last_outputs(&mut self) {
         self.take_outputs_until(u64::MAX);
         let now_us = self.connection.port().now_us();
@@ -126,12 +129,12 @@ impl<P: Port> Stepper<'_, P> {
         }
     }
 
-    /// Returns the time of the latest sample, s.
+    /// Returns the time of the latest recorded sample, s since the start of the trains.
     pub(super) fn t_s(&self) -> f64 {
         self.trial.samples.last().map_or(0.0, |sample| sample.t_s)
     }
 
-    /// Records how far the session went and why it ended there.
+    /// Records the time at which the session ended early, and the reason.
     pub(super) fn record_early_end(&mut self, error: &RunError) {
         let t_s = self.t_s();
         self.trial.duration_s = t_s;
@@ -222,7 +225,9 @@ impl<P: Port> Stepper<'_, P> {
         Ok(())
     }
 
-    /// Describes the possible force nearest to a refused force at the hand, in words.
+    /// Describes the wanted force at the hand and the nearest possible one, in words, if the device
+    /// refused a request because the arm cannot produce the wanted force; `None` for other
+    /// refusals.
     fn describe_nearest_force(&self, seq: Option<u16>, refused: &RefusalInWords) -> Option<String> {
         let (_, permille) = refused.allowed?;
         if refused.code() != Some(Code::WrenchOutOfReach) {
@@ -238,7 +243,7 @@ impl<P: Port> Stepper<'_, P> {
         ))
     }
 
-    /// Records how many events were left out.
+    /// Records how many events were not recorded because there were too many.
     pub(super) fn count_left_out(&mut self) {
         if self.left_out == 0 {
             return;

@@ -5,9 +5,10 @@ use crate::link::{Port, SimulatedPort};
 use std::borrow::Cow;
 
 impl<P: Port> Stepper<'_, P> {
-    /// Returns a copy of the session and the simulated device in their present state, which
-    /// continues on its own; no recorder, receiver or observer is attached. Returns `None` if the
-    /// device or its wearer cannot be copied: among the devices only the chip simulator can.
+    /// Returns a copy of the session together with a copy of the simulated device in its present
+    /// state. The copies continue independently of the originals, and have no recorder, receiver of
+    /// outputs or observer. Returns `None` if the device or its wearer cannot be copied. Of all
+    /// devices, only the chip simulator can be copied.
     #[must_use]
     pub fn snapshot(&self) -> Option<Stepper<'static, SimulatedPort>> {
         Some(Stepper {
