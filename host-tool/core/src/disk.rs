@@ -9,14 +9,15 @@ use std::path::Path;
 /// Destination for the files of a trial: the file system, or in tests a disk that is full after a
 /// given number of bytes.
 pub trait Disk: fmt::Debug {
-    /// Creates a file at `path`, replacing an old one. Every write is handed to the system at once.
+    /// Creates a file at `path`, replacing an old one. The returned writer hands every write to the
+    /// operating system at once, without a buffer.
     ///
     /// # Errors
     /// The file cannot be created.
     fn create(&self, path: &Path) -> io::Result<Box<dyn Write>>;
 }
 
-/// The computer's file system, as the usual [`Disk`].
+/// Destination that writes to the computer's own file system.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FileSystem;
 
@@ -26,8 +27,8 @@ impl Disk for FileSystem {
     }
 }
 
-/// Replaces a file as a whole. A reader, a crash or a full disk never sees half of it, and the old
-/// file stays until the new one is complete.
+/// Replaces a file as a whole. A reader never sees half of the new file, even after a crash or on a
+/// full disk: the old file stays until the new one is complete.
 ///
 /// # Errors
 /// The file cannot be written; the old file stays.

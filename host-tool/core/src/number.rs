@@ -2,7 +2,7 @@
 //! at a fraction of its cost. Used for rows and pictures, which have hundreds of thousands of
 //! numbers.
 
-/// Appends `value` to `text` as `Display` writes it.
+/// Appends `value` to `text`, with the same characters as `Display` writes.
 pub fn push(text: &mut Vec<u8>, value: f64) {
     match millionths(value) {
         Some(millionths) => push_millionths(text, millionths),
@@ -11,7 +11,8 @@ pub fn push(text: &mut Vec<u8>, value: f64) {
 }
 
 /// Appends a time in seconds with six digits after the point, because devices count whole
-/// microseconds. A time that is not a whole number of microseconds is written as by [`push`].
+/// microseconds. A time that is not a whole number of microseconds is written as [`push`] writes
+/// it.
 pub fn push_micros(text: &mut Vec<u8>, seconds: f64) {
     let Some(micros) = millionths(seconds) else {
         return push(text, seconds);
@@ -33,9 +34,9 @@ pub fn push_micros(text: &mut Vec<u8>, seconds: f64) {
     text.extend(std::iter::repeat_n(b'0', zeros));
 }
 
-/// Returns `value` in millionths if it is a whole number of millionths with at most 15 digits. No
-/// two decimals of so few digits read as the same number, so the shortest decimal that reads as
-/// `value` is this one without its trailing zeros.
+/// Returns `value` in millionths; `None` unless it is a whole number of millionths with at most 15
+/// digits. Two different decimals of at most 15 digits never read as the same `f64`. The result
+/// without its trailing zeros is therefore the shortest decimal that reads as `value`.
 pub(crate) fn millionths(value: f64) -> Option<i64> {
     let scaled = value * 1e6;
     // The comparisons below exclude NaN and values that are too large.
@@ -44,7 +45,7 @@ pub(crate) fn millionths(value: f64) -> Option<i64> {
     (is_whole && (nearest != 0 || value.is_sign_positive())).then_some(nearest)
 }
 
-/// The digits of the numbers from 0 to 99.
+/// The two ASCII digits of each number from 00 to 99, so that digits are written in pairs.
 const PAIRS: [[u8; 2]; 100] = {
     let mut pairs = [[b'0'; 2]; 100];
     let mut n = 0;
@@ -101,11 +102,14 @@ fn push_any(text: &mut Vec<u8>, value: f64) {
     text.extend_from_slice(shortest.as_bytes());
 }
 
-/// Returns whether two shortest decimals may be equally close to `value`, so that either could be
-/// written. In this case its exact decimal has one digit more and ends in 5. An odd number m of 53
-/// − t bits over 2^k has the digits of m·5^k, at most 18 for that: k ≤ 3.4 + 0.43·t; and half a
-/// unit of the digit before lies within half of the last bit's: k ≥ 1.4 + 0.43·t. The bounds here
-/// are slightly wider.
+/// Returns whether two shortest decimals may be equally close to `value`, so that two correct
+/// algorithms could write different ones. In that case the exact decimal of `value` has one digit
+/// more than the shortest and ends in 5.
+///
+/// An odd integer m of 53 − t bits, divided by 2^k, has the same decimal digits as m·5^k. A tie
+/// allows at most 18 digits, so k ≤ 3.4 + 0.43·t. Half a unit of the last shortest digit must lie
+/// within half a unit of the last bit, so k ≥ 1.4 + 0.43·t. The bounds in the code are slightly
+/// wider.
 fn may_tie(value: f64) -> bool {
     let bits = value.to_bits();
     let t = bits.trailing_zeros().min(52) as i32;

@@ -1,13 +1,14 @@
 //! The known name that a misspelt one was probably meant to be.
 
-/// Longer texts are not misspelt names.
+/// Length from which a text is not compared with names, bytes: nobody mistypes a name into so long
+/// a text.
 const LONGEST: usize = 100;
 
-/// Least Jaro–Winkler similarity of a misspelt name.
+/// Jaro–Winkler similarity that a typed text must exceed to count as a misspelt name.
 const LEAST_SIMILARITY: f64 = 0.8;
 
-/// The most similar of `names` if it is similar enough to be what was meant, upper and lower case
-/// alike; the last of equally similar names.
+/// Returns the name that is most similar to `typed`, ignoring case; `None` if none is similar
+/// enough. If several are equally similar, returns the last of them.
 #[must_use]
 pub fn nearest<'n>(typed: &str, names: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
     if typed.len() >= LONGEST {
@@ -22,15 +23,17 @@ pub fn nearest<'n>(typed: &str, names: impl IntoIterator<Item = &'n str>) -> Opt
         .map(|(_, name)| name)
 }
 
-/// `: did you mean NAME?` in backticks for a misspelt name; empty if none of `names` is similar.
+/// Returns ``: did you mean `NAME`?``, to be appended to an error message; an empty text if none of
+/// `names` is similar to `typed`.
 #[must_use]
 pub fn did_you_mean<'n>(typed: &str, names: impl IntoIterator<Item = &'n str>) -> String {
     let nearest = nearest(typed, names);
     nearest.map_or_else(String::new, |name| format!(": did you mean `{name}`?"))
 }
 
-/// Jaro–Winkler similarity, 0 to 1; a single slip in a word of three letters or more, which that
-/// measure judges harshly in short words, is always similar enough.
+/// Returns the Jaro–Winkler similarity of two lower-case names, 0 to 1. That measure rates short
+/// words with one typing error too low. A text of three letters or more that differs from `name` by
+/// one edit therefore always counts as similar enough.
 fn similarity(typed: &str, name: &str) -> f64 {
     let similarity = strsim::jaro_winkler(typed, name);
     let is_slip = typed.len() >= 3 && strsim::damerau_levenshtein(typed, name) <= 1;

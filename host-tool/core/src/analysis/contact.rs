@@ -3,40 +3,44 @@
 use crate::record::{Sample, Trial, WallPlace};
 use serde::{Deserialize, Serialize};
 
-/// Time away from everything that the wall renders after which a hit is over, s. It is longer than
-/// an arm bounces and shorter than a person needs for the next try.
+/// Time outside the wall and its pre-wall after which a hit is over, s. It is longer than a bounce
+/// of the limb and shorter than the time until a wearer's next attempt.
 const GAP_S: f64 = 1.0;
-/// Length of the last part of the approach, over which its speed is computed, s.
+/// Time before the hit over which the speed of the approach is computed, s.
 const APPROACH_S: f64 = 0.1;
-/// Smallest return of the limb that counts as a turn, degrees: well above a sensor's noise.
+/// Smallest movement back that counts as a turning point, degrees; it is well above a sensor's
+/// noise.
 const TURN_DEG: f64 = 0.5;
-/// Part of a hit in which the limb's swing is judged, as shares of the hit's length: after the
-/// impact, before the limb leaves.
+/// Part of a hit in which the limb's swing is judged, as shares of the hit's length. It begins
+/// after the impact has settled and ends before the limb leaves the wall.
 const LATE: (f64, f64) = (0.5, 0.75);
 
-/// Visit of the limb to a virtual wall, pre-wall included.
+/// One hit of a virtual wall: the time from the moment at which the limb enters the wall or its
+/// pre-wall until it has stayed outside for 1 s.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct WallContact {
-    /// Start of the hit, s.
+    /// Start of the hit: first sample inside the wall or its pre-wall, s since the start of the
+    /// trial.
     pub at_s: f64,
-    /// Length of the hit, s.
+    /// Time from the first to the last sample inside the wall or its pre-wall, s.
     pub for_s: f64,
-    /// Speed of the approach, °/s, positive into the wall.
+    /// Mean speed over the last 0.1 s before the hit, °/s, positive into the wall; 0 if the trial
+    /// has no sample before the hit.
     pub speed_deg_per_s: f64,
-    /// Deepest penetration of the wall itself, degrees; negative if the limb
-    /// stayed in the pre-wall.
+    /// Deepest penetration of the wall, degrees; negative if the limb entered only the pre-wall.
     pub deepest_deg: f64,
-    /// Number of turns back and forth of at least half a degree.
+    /// Number of reversals of the limb's movement during the hit; only movements of at least half a
+    /// degree count.
     pub turns: usize,
-    /// Peak-to-peak swing within the third quarter of the hit, degrees.
+    /// Peak-to-peak movement of the limb during the third quarter of the hit, degrees.
     pub late_swing_deg: f64,
-    /// Mean penetration of the wall within the third quarter, degrees; negative in front of the
-    /// wall.
+    /// Mean penetration of the wall during the third quarter of the hit, degrees; negative in front
+    /// of the wall.
     pub late_depth_deg: f64,
 }
 
-/// Returns the hits of a trial in the order of time; none without a wall. The true angle is used
-/// where it is known, otherwise the sensor's angle.
+/// Returns the hits of a trial in the order of time; an empty list without a wall. Uses the true
+/// angle where it is known, otherwise the sensor's angle.
 pub fn wall_contacts(trial: &Trial) -> Vec<WallContact> {
     let Some(wall) = trial.wall else {
         return Vec::new();
@@ -60,13 +64,15 @@ pub fn wall_contacts(trial: &Trial) -> Vec<WallContact> {
         .collect()
 }
 
-/// Returns how far the limb is inside the wall, degrees; `None` if no angle is known.
+/// Returns how far the limb is inside the wall, degrees, negative in front of it; `None` if no
+/// angle is known.
 fn penetration(wall: &WallPlace, sample: &Sample) -> Option<f64> {
     let inside = sample.true_deg.or(sample.measured_deg)? - wall.at_deg;
     Some(if wall.stops_flexion { inside } else { -inside })
 }
 
-/// Computes the hit from sample `first` to sample `last` of the course of penetration.
+/// Measures one hit, from sample `first` to sample `last` of `course`, which has pairs of time (s)
+/// and penetration (degrees).
 fn measure_contact(course: &[(f64, f64)], first: usize, last: usize) -> WallContact {
     let visit = &course[first..=last];
     let (at_s, for_s) = (course[first].0, course[last].0 - course[first].0);
@@ -95,7 +101,8 @@ fn measure_contact(course: &[(f64, f64)], first: usize, last: usize) -> WallCont
     }
 }
 
-/// Counts turning points after each of which the course goes back by at least [`TURN_DEG`].
+/// Counts the turning points of a course, after each of which it moves back by at least
+/// [`TURN_DEG`].
 fn count_turning_points(depths: &[f64]) -> usize {
     let mut count = 0;
     let (mut is_rising, mut extreme) = (true, f64::MIN);

@@ -30,7 +30,7 @@ pub struct ChannelDose {
     pub name: String,
     /// Unit of `peak`: "mA" or "V".
     pub unit: String,
-    /// Largest amplitude in any row, in `unit`; 0 for a channel that did not stimulate.
+    /// Largest amplitude in any sample, in `unit`; 0 for a channel that did not stimulate.
     pub peak: f64,
     /// Largest charge per phase of any pulse, µC: amplitude times width.
     pub charge_per_phase_uc: Option<f64>,
@@ -39,21 +39,22 @@ pub struct ChannelDose {
     /// Total charge of all anodic phases, µC. Grounding after a monophasic pulse does not count
     /// as a phase.
     pub anodic_uc: Option<f64>,
-    /// Root mean square of the current over the whole trial, mA; the current is 0 while no pulse
-    /// plays.
+    /// Root mean square of the current over the whole trial, mA. The current counts as 0 between
+    /// pulses.
     pub rms_ma: Option<f64>,
     /// Time for which the channel was on, s. Each burst adds the time until the next is due, which
     /// is one period of the current rate. A channel is on as long as each burst follows within
     /// that time.
     pub on_time_s: Option<f64>,
-    /// Number of stretches of on-time. Between two stretches the channel was off for longer than a
-    /// period.
+    /// Number of uninterrupted stretches of stimulation. Between two stretches the channel was off
+    /// for longer than one period.
     pub stretches: Option<u64>,
     /// Number of pulses with an amplitude above 0; each pulse of a burst counts.
     pub pulses: Option<u64>,
     /// Smallest and largest width of a phase, µs; `None` if there was no pulse.
     pub width_us: Option<(f64, f64)>,
-    /// Lowest and highest rate of bursts, Hz; `None` if there was no pulse.
+    /// Lowest and highest pulse rate, Hz; a burst counts as one pulse. `None` if there was no
+    /// pulse.
     pub frequency_hz: Option<(f64, f64)>,
 }
 
@@ -81,14 +82,14 @@ pub fn doses(trial: &Trial) -> Vec<ChannelDose> {
         .collect()
 }
 
-/// Largest time between two rows that are joined, s. A longer gap means that nothing was recorded
-/// in between.
+/// Largest time between two samples that count as consecutive, s. After a longer gap a new stretch
+/// begins, because nothing was recorded in between.
 const GAP_S: f64 = 0.5;
-/// Time for which a row still shows the latest pulse after its period has passed, s. The device
+/// Time after a period's end for which a sample still shows the pulse of that period, s. The device
 /// waits 1.5 ms (`GRACE_US` in `firmware/src/device/controller/in_force.rs`).
 const GRACE_S: f64 = 0.0015;
 
-/// Smallest and largest of some values; `None` before the first.
+/// Smallest and largest of the values seen so far; `None` if there were none.
 type Range = Option<(f64, f64)>;
 
 /// Widens `range` so that it includes `value`.
@@ -97,19 +98,21 @@ fn widen(range: &mut Range, value: f64) {
     *range = Some((low.min(value), high.max(value)));
 }
 
-/// The timing of a train, and the current of its channel.
+/// Timing of a channel's train, and the factor that converts its amplitude into current.
 struct TrainTiming {
     shape: Shape,
     period_s: f64,
-    /// Delay of the first burst after the start of the trains, s. `None` for a train that waits
-    /// for a trigger or whose rate changes: its first burst is assumed to begin at the time of
-    /// the row that shows it.
+    /// Delay of the first burst after the start of the trains, s. `None` for a train that waits for
+    /// a trigger or whose rate changes: its first burst is assumed to begin at the time of the
+    /// first sample that shows it.
     offset_s: Option<f64>,
     pulses_per_burst: u64,
-    /// Time for which a row still shows the latest burst when the next is overdue, s. The device
-    /// counts from the last pulse of the burst, so the burst's own length is included.
+    /// Time for which a sample still shows the latest burst although the next is already due, s.
+    /// The device counts it from the last pulse of the burst, so the length of the burst is
+    /// included.
     grace_s: f64,
-    /// Current per unit of amplitude, mA.
+    /// Current at an amplitude of 1 mA or 1 V, mA: 1 for a current stage, 1000 divided by the load
+    /// in Ω for a voltage stage.
     ma_per_unit: f64,
 }
 
@@ -131,8 +134,9 @@ impl TrainTiming {
         }
     }
 
-    /// Returns the number of bursts that the first row of a stretch adds, and the start of the
-    /// latest of them, s. The row is at `t_s` and the row before at `before_s`.
+    /// Returns the number of bursts that the first sample of a stretch adds, and the start time of
+    /// the latest of these bursts, s. `t_s` is the time of that sample, and `before_s` the time of
+    /// the sample before it.
     fn first_bursts(&self, before_s: f64, t_s: f64) -> (u64, f64) {
         let Some(offset_s) = self.offset_s else {
             return (1, t_s);
@@ -146,28 +150,28 @@ impl TrainTiming {
     }
 }
 
-/// Sums up the dose of one channel, row by row.
+/// Adds up the dose of one channel from the samples of a trial.
 struct DoseCounter {
-    /// Index of the channel's amplitude in a row.
+    /// Index of the channel in [`Sample::amplitudes`].
     place: usize,
-    /// Index of the live width in a row, if the channel has one.
+    /// Index of the channel in [`Sample::widths_us`]; `None` if its pulse width does not change.
     live_width: Option<usize>,
-    /// Index of the live rate in a row, if the channel has one.
+    /// Index of the channel in [`Sample::rates_hz`]; `None` if its pulse rate does not change.
     live_rate: Option<usize>,
-    /// Width that does not change, µs: the shortest and the longest recorded phase, or the
-    /// train's width if no edges were recorded.
+    /// Shortest and longest recorded phase of a channel whose pulse width does not change, µs.
+    /// Without recorded edges, both are the pulse width in the session file.
     fixed_width: Range,
     timing: Option<TrainTiming>,
-    /// Time of the row before, s.
+    /// Time of the previous sample, s; `None` before the first.
     before_s: Option<f64>,
     /// Start of the latest burst of the current stretch, s; `None` outside a stretch.
     latest_s: Option<f64>,
     peak: f64,
-    /// Largest charge of one phase, µC.
+    /// Largest charge of one phase of any pulse so far, µC.
     per_phase_uc: f64,
-    /// Charge of one phase of each pulse, summed over the pulses, µC.
+    /// Charge of one phase, summed over all pulses so far, µC.
     phases_uc: f64,
-    /// Squared current times width of one phase, summed over the pulses, mA²·s.
+    /// Squared current times the width of one phase, summed over all pulses so far, mA²·s.
     square: f64,
     on_s: f64,
     stretches: u64,
@@ -206,7 +210,7 @@ impl DoseCounter {
         }
     }
 
-    /// Adds the bursts that a row shows for the first time.
+    /// Adds the bursts that began since the previous sample.
     fn add(&mut self, sample: &Sample) {
         let t_s = sample.t_s;
         let before_s = self.before_s.replace(t_s);
@@ -264,7 +268,7 @@ impl DoseCounter {
         widen(&mut self.rate_hz, rate_hz);
     }
 
-    /// Returns the dose of the channel in a trial of `duration_s`.
+    /// Returns the channel's dose in a trial that lasted `duration_s`.
     fn finish(self, info: &ChannelInfo, duration_s: f64) -> ChannelDose {
         let shape = self.timing.as_ref().map(|timing| timing.shape);
         // `None` for a channel of which only the amplitude is known.

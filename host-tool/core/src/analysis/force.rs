@@ -10,39 +10,40 @@ use serde::{Deserialize, Serialize};
 pub struct ForceMetrics {
     /// Channel, counted from 1.
     pub channel: u8,
-    /// First moment judged, s: the start of the window, or of the prediction in it.
+    /// Start of the judged time, s: the start of the window, or the first predicted force in it if
+    /// that comes later.
     pub from_s: f64,
-    /// Last moment judged, s: the end of the window, or of the prediction in it.
+    /// End of the judged time, s: the end of the window, or the last predicted force in it if that
+    /// comes earlier.
     pub to_s: f64,
-    /// Number of samples judged.
+    /// Number of samples in which the predicted force is compared with the wanted force.
     pub samples: usize,
-    /// Root mean square of predicted − wanted, N.
+    /// Root mean square of predicted minus wanted force, N.
     pub rmse_n: f64,
-    /// Largest |predicted − wanted|, N.
+    /// Largest absolute difference between predicted and wanted force, N.
     pub max_abs_n: f64,
     /// Largest wanted force, N.
     pub peak_n: f64,
-    /// Gap between the forces that the channel's limits allow, if wanted forces were in one; `None`
-    /// otherwise.
+    /// Gap in the range of possible forces, if a wanted force lay inside one; `None` otherwise.
     pub gap: Option<GapMetrics>,
 }
 
-/// Gap between two forces in which a channel's limits allow no force. The device gave the nearer of
-/// the two.
+/// A range of forces that the channel's limits do not allow, although smaller and larger forces are
+/// possible. For a wanted force inside the gap, the device produced the nearer end of the gap.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct GapMetrics {
-    /// Force at the lower end of the gap, N.
+    /// Force at the lower end of the gap, which is still possible, N.
     pub below_n: f64,
-    /// Force at the upper end of the gap, N.
+    /// Force at the upper end of the gap, which is possible again, N.
     pub above_n: f64,
-    /// Share of the samples judged in which the wanted force lay in the gap, 0 to 1.
+    /// Share of the judged samples in which the wanted force lay inside the gap, 0 to 1.
     pub share: f64,
 }
 
-/// Returns the share of the samples with a wanted force, of any channel, in which the device was
-/// *limiting*: it could not give the whole wanted force. The device reports this for all its
-/// channels at once. The share covers the trial's `measure` window, or the whole trial; it is
-/// `None` where no force was wanted.
+/// Returns the share of samples, 0 to 1, in which the device reported that it was *limiting*: that
+/// it could not produce the whole wanted force. Only samples with a wanted force on any channel
+/// count. The device reports limiting for all its channels together. The share covers the trial's
+/// `measure` window, or the whole trial without one; it is `None` if no force was wanted.
 #[must_use]
 pub fn force_limiting_share(trial: &Trial) -> Option<f64> {
     let wanted = || samples_in_window(trial).filter(|s| s.wanted_n.iter().any(Option::is_some));
@@ -57,8 +58,8 @@ fn samples_in_window(trial: &Trial) -> impl Iterator<Item = Sample> {
     samples.filter(move |s| (from_s..=to_s).contains(&s.t_s))
 }
 
-/// Returns the channels for which forces were wanted but none was predicted, because no muscle
-/// model ran. The trial's `measure` window is searched, or the whole trial.
+/// Returns the numbers of the channels for which forces were wanted but never predicted, because no
+/// muscle model ran. Searches the trial's `measure` window, or the whole trial without one.
 #[must_use]
 pub fn channels_without_prediction(trial: &Trial) -> Vec<u8> {
     let numbers = trial.channels.iter().filter(|c| c.force).map(|c| c.number);

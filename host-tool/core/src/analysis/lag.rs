@@ -2,14 +2,15 @@
 
 use std::ops::Range;
 
-/// Longest lag searched for, s, unless a quarter of the record is shorter.
+/// Longest lag that is searched for, s. In a record shorter than four times this lag, a quarter of
+/// the record is the limit.
 const LONGEST_S: f64 = 2.0;
 
-/// Returns how far `measured` trails `target`, s; negative if it leads. Both are resampled to the
-/// mean step of `t_s` (increasing, s). For each shift the correlation coefficient of the
-/// overlapping parts is computed, and the largest is refined by a parabola through its neighbours.
-/// Returns `None` for fewer than 16 samples, a constant signal, or no maximum within ±2 s (or a
-/// quarter of the record).
+/// Returns the delay of `measured` behind `target`, s; negative if `measured` leads. Both signals
+/// are resampled at the mean step of `t_s` (increasing, s). For each shift, the correlation
+/// coefficient of the overlapping parts is computed. A parabola through the largest coefficient and
+/// its neighbours refines the result. Returns `None` for fewer than 16 samples, a constant signal,
+/// or no maximum within ±2 s (or a quarter of the record).
 pub fn lag_s(t_s: &[f64], target: &[f64], measured: &[f64]) -> Option<f64> {
     let (first, last) = (*t_s.first()?, *t_s.last()?);
     let n = t_s.len();
@@ -33,7 +34,7 @@ pub fn lag_s(t_s: &[f64], target: &[f64], measured: &[f64]) -> Option<f64> {
     Some((best as f64 - longest as f64 + refined) * step)
 }
 
-/// Interpolates `values` linearly at `first + i·step`, at as many points as there are values.
+/// Interpolates `values` linearly at `first + i·step`, and returns as many values as were given.
 fn resample(t_s: &[f64], values: &[f64], first: f64, step: f64) -> Vec<f64> {
     let mut right = 1;
     (0..t_s.len())
@@ -53,25 +54,27 @@ fn resample(t_s: &[f64], values: &[f64], first: f64, step: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Two signals that are shifted against each other.
+/// Target and measured signal, which are compared at different shifts against each other.
 struct Pair<'a> {
     signals: [&'a [f64]; 2],
-    /// Largest shift in samples; shift number `longest` is no shift.
+    /// Largest shift in either direction, samples. Shifts are numbered from 0, and number `longest`
+    /// means that the signals are not shifted.
     longest: usize,
-    /// Signals minus their means, and for each signal the sums of its first values and of their
-    /// squares.
+    /// Both signals minus their means.
     centred: [Vec<f64>; 2],
+    /// For each signal, the sums of its first n centred values and of their squares, for every n
+    /// from 0.
     sums: [Vec<(f64, f64)>; 2],
 }
 
-/// Largest difference between scores from sums and exact scores. Rounding moves a sum of n products
-/// by n·2⁻⁵³ of the sum of their magnitudes. For centred signals, that sum is at most
-/// [`LEAST_SHARE`]⁻¹ of the number by which the score is divided, so the difference is below 1e-6
-/// up to a million samples.
+/// Largest difference between a score that is computed from running sums and the exact score.
+/// Rounding changes a sum of n products by n·2⁻⁵³ of the sum of their magnitudes. For centred
+/// signals, that sum is at most 1/[`LEAST_SHARE`] times the number by which the score is divided.
+/// For up to a million samples, the difference is therefore below 1e-6.
 const MARGIN: f64 = 1e-6;
 
-/// Smallest part of a signal's variation that an overlap must hold for its score to be computed
-/// from sums.
+/// Smallest share of a signal's variation that must lie within the overlap, so that its score can
+/// be computed from running sums.
 const LEAST_SHARE: f64 = 1e-3;
 
 impl<'a> Pair<'a> {
@@ -99,7 +102,8 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// Returns the overlapping ranges of target and measured signal at `shift`.
+    /// Returns the ranges of samples of the target and of the measured signal that overlap at
+    /// `shift`.
     fn overlap(&self, shift: usize) -> [Range<usize>; 2] {
         let n = self.signals[0].len();
         match shift.checked_sub(self.longest) {
@@ -111,14 +115,15 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// Returns Pearson's coefficient at `shift`; `None` if a signal is constant there.
+    /// Returns Pearson's correlation coefficient of the overlap at `shift`; `None` if a signal is
+    /// constant within the overlap.
     fn score(&self, shift: usize) -> Option<f64> {
         let [target, measured] = self.overlap(shift);
         correlation(&self.signals[0][target], &self.signals[1][measured])
     }
 
-    /// Returns Pearson's coefficient at `shift` within [`MARGIN`]; `None` where sums cannot give
-    /// it.
+    /// Estimates Pearson's correlation coefficient at `shift` from running sums, with an error of
+    /// at most [`MARGIN`]; `None` where the sums are not exact enough.
     fn estimate(&self, shift: usize) -> Option<f64> {
         let overlap = self.overlap(shift);
         let n = overlap[0].len() as f64;
@@ -135,9 +140,9 @@ impl<'a> Pair<'a> {
         Some((product - sum_a * sum_b / n) / (varies_a * varies_b).sqrt())
     }
 
-    /// Returns the shift with the largest score, the last if several are equal; `None` if a signal
-    /// is constant at any shift. The result is exact: scores are left out only if their estimates
-    /// are clearly below the largest.
+    /// Returns the shift with the largest score; of several equal scores, the last. `None` if a
+    /// signal is constant within the overlap of any shift. The result is exact: an exact score is
+    /// computed unless its estimate is clearly below the largest.
     fn best_shift(&self) -> Option<usize> {
         let shifts = 0..=2 * self.longest;
         let estimates: Vec<f64> = shifts
@@ -155,7 +160,8 @@ impl<'a> Pair<'a> {
     }
 }
 
-/// Returns the sum of products, computed as eight sums that a processor can add at a time.
+/// Returns the sum of products a·b. It adds up eight partial sums side by side, so that a processor
+/// can use vector instructions.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (a, b) = (a.chunks_exact(8), b.chunks_exact(8));
@@ -169,7 +175,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// Returns Pearson's coefficient; `None` if a signal is constant.
+/// Returns Pearson's correlation coefficient; `None` if a signal is constant.
 fn correlation(a: &[f64], b: &[f64]) -> Option<f64> {
     let n = a.len() as f64;
     let (mean_a, mean_b) = (a.iter().sum::<f64>() / n, b.iter().sum::<f64>() / n);

@@ -2,11 +2,12 @@
 
 use crate::record::Trial;
 
-/// Text with which the event of a limit cycle begins.
+/// Text with which the device's event about a limit cycle begins in a record.
 pub const LIMIT_CYCLE: &str = "limit cycle: ";
 
-/// Returns the time, s, and the text of each limit cycle that changed the feedback. A limit cycle
-/// that is found again ends with the same feedback as the one before, and is not counted again.
+/// Returns the limit cycles because of which the device lowered its feedback: the time of each, s,
+/// and its text. A limit cycle that leads to the same feedback as the one before it is not counted
+/// again.
 pub fn limit_cycles(trial: &Trial) -> impl Iterator<Item = (f64, &str)> {
     let mut latest = None;
     trial.events.iter().filter_map(move |(t_s, what)| {

@@ -23,8 +23,8 @@ impl GasExchange {
             + CARBON_DIOXIDE_KJ_PER_L * self.carbon_dioxide_ml_per_s
     }
 
-    /// Returns the net power of a body of `mass_kg` (above zero), W/kg: equation 5 minus its value
-    /// at rest.
+    /// Returns the metabolic power above rest per body mass, W/kg: equation 5 for this exchange
+    /// minus equation 5 for `rest`, divided by `mass_kg`, which must be above zero.
     #[must_use]
     pub fn net_w_per_kg(&self, rest: &Self, mass_kg: f64) -> f64 {
         (self.power_w() - rest.power_w()) / mass_kg

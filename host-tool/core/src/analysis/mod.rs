@@ -31,19 +31,20 @@ pub use smoothness::{Sparc, matching_error};
 use crate::record::{Sample, Trial};
 use serde::{Deserialize, Serialize};
 
-/// Errors of a trial against its target within the measured window.
+/// Tracking errors of a trial: how far the measured angle was from the target within the judged
+/// window.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Metrics {
-    /// First moment judged, s.
+    /// Start of the judged window, s: its time in the session, or the time of the first sample.
     pub from_s: f64,
-    /// Last moment judged, s.
+    /// End of the judged window, s: its time in the session, or the time of the last sample.
     pub to_s: f64,
     /// Number of samples judged: those with a target and a measured angle.
     pub samples: usize,
     /// Root mean square of measured − target, degrees.
     pub rmse_deg: f64,
-    /// Root mean square of true angle of the simulated body − target, degrees; `None` if any sample
-    /// lacks the true angle.
+    /// Root mean square of the true angle of the simulated limb minus the target, degrees; `None`
+    /// if any sample lacks the true angle.
     pub rmse_true_deg: Option<f64>,
     /// Largest |measured − target|, degrees.
     pub max_abs_deg: f64,
@@ -56,7 +57,7 @@ pub struct Metrics {
     pub lag_s: Option<f64>,
 }
 
-/// Sample with both angles, which can be judged.
+/// Angles of a sample that has both a target and a measured angle.
 struct JudgedSample {
     t_s: f64,
     target: f64,
@@ -65,9 +66,9 @@ struct JudgedSample {
     limiting: bool,
 }
 
-/// Returns the metrics of a trial over its `measure` window, both ends included, or over the whole
-/// trial. Returns `None` when no sample lies in the window, and without a joint, because nothing
-/// then follows the target.
+/// Returns the tracking errors of a trial over its `measure` window, both ends included, or over
+/// the whole trial without one. Returns `None` if no sample lies in the window, or if the session
+/// controls no joint.
 pub fn metrics(trial: &Trial) -> Option<Metrics> {
     compute_metrics(trial, true)
 }
@@ -128,13 +129,14 @@ fn compute_metrics(trial: &Trial, searches_lag: bool) -> Option<Metrics> {
     })
 }
 
-/// Sums over errors. The errors themselves are not kept, because a trial may be a day long.
+/// Running sums and extremes of the tracking errors. The errors themselves are not kept, because a
+/// trial may be a day long.
 #[derive(Clone, Copy, Default)]
 struct Errors {
     count: usize,
     squares: f64,
     absolute: f64,
-    /// Largest absolute error.
+    /// Largest absolute error so far, degrees.
     most: f64,
 }
 
@@ -152,11 +154,12 @@ impl Errors {
     }
 }
 
-/// Maximum number of samples for which the lag is computed, the first of those judged: 87 minutes
-/// at 10 ms. More samples would not change it, and the search holds them several times.
+/// Maximum number of samples from which the lag is computed: the first 87 minutes of the judged
+/// window at 10 ms per sample. More samples would not change the lag, and the search needs several
+/// times their memory.
 const LAG_SAMPLES: usize = 1 << 19;
 
-/// Returns the measured window, or the time from the first to the last sample.
+/// Returns the `measure` window, or the time from the first to the last sample without one.
 fn window(trial: &Trial) -> Option<(f64, f64)> {
     let last_s = trial.samples.last()?.t_s;
     match trial.measure {
@@ -166,8 +169,8 @@ fn window(trial: &Trial) -> Option<(f64, f64)> {
     }
 }
 
-/// Longest time between two samples, s: a window that ends later than this after the last sample
-/// was not reached.
+/// Tolerance for the end of the `measure` window, s. A window that ends later than this after the
+/// last sample counts as not reached.
 const LATE_S: f64 = 0.25;
 
 #[cfg(test)]

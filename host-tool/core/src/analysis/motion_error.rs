@@ -3,13 +3,14 @@
 /// Reason why a movement is not judged.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MotionError {
-    /// The samples are not a speed profile; their number is given (E763).
+    /// The samples are not a speed profile, which needs at least two finite values that are not
+    /// negative and not all zero (E763). The field is the number of samples.
     #[error(
         "E763 cannot compute the smoothness (number of speed samples: {0}): give two or more \
          finite speeds, none of them negative and not all zero"
     )]
     Speed(usize),
-    /// The movement is shorter than the filter that is to smooth it (E764).
+    /// The movement has fewer samples than the smoothing filter needs (E764).
     #[error(
         "E764 the movement has {samples} samples, fewer than the {window} of the filter's window: \
          record more of it, or choose a higher cutoff"
@@ -20,17 +21,17 @@ pub enum MotionError {
         /// Number of samples in the filter's window.
         window: usize,
     },
-    /// No filter has the requested cutoff (E765).
+    /// No window length gives a filter with the requested cutoff (E765).
     #[error(
         "E765 no smoothing filter of order {order} has a cutoff of {cutoff_hz} Hz at {rate_hz} \
          samples per second: choose another order or cutoff"
     )]
     Filter {
-        /// Order of the polynomial.
+        /// Order of the filter's polynomials.
         order: usize,
-        /// Cutoff, at which half of the power remains, Hz.
+        /// Requested frequency at which half of the power remains, Hz.
         cutoff_hz: f64,
-        /// Sample rate, Hz.
+        /// Rate at which the signal was sampled, Hz.
         rate_hz: f64,
     },
 }

@@ -5,24 +5,25 @@ use super::motion_error::MotionError;
 use nalgebra::DMatrix;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
-/// Largest half window, samples.
+/// Largest half width of a window, samples; a window has twice as many samples plus one.
 const LONGEST: usize = 500;
 
-/// Savitzky–Golay filter with a polynomial order and a window.
+/// Savitzky–Golay filter: it replaces each sample by the value of a polynomial that is fitted to
+/// the samples in a window around it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SavitzkyGolay {
     half: usize,
-    /// Weights of the filter: one row for each place in the window, whose products with the
-    /// window's samples sum to the smoothed value.
+    /// Weights of the filter, one row for each position in the window. The products of a row with
+    /// the window's samples add up to the smoothed value at that position.
     rows: DMatrix<f64>,
     cutoff_hz: f64,
 }
 
 impl SavitzkyGolay {
-    /// Creates a filter with polynomials of this order. Of all windows with an odd number of
-    /// samples, it takes the window at whose middle half of the power remains at the frequency
-    /// nearest to `cutoff_hz`. (The cutoff of such a filter depends on its window and its order:
-    /// Schafer 2011.)
+    /// Creates a filter with polynomials of this order. Among the windows with an odd number of
+    /// samples, chooses the one whose cutoff is nearest to `cutoff_hz`. The cutoff is the frequency
+    /// at which half of the power remains in the middle of the window; it depends on window and
+    /// order (Schafer 2011).
     ///
     /// # Errors
     /// E765: no window has such a cutoff.
@@ -73,19 +74,21 @@ impl SavitzkyGolay {
         })
     }
 
-    /// Returns the frequency at which half of the power remains, Hz.
+    /// Returns the frequency at which half of the power remains, Hz; it is near the requested
+    /// cutoff, but not equal to it.
     #[must_use]
     pub const fn cutoff_hz(&self) -> f64 {
         self.cutoff_hz
     }
 
-    /// Returns the number of samples in the window.
+    /// Returns the number of samples in the window, which is odd.
     #[must_use]
     pub const fn window(&self) -> usize {
         2 * self.half + 1
     }
 
-    /// Smooths the samples; at both ends it uses the polynomial of the first and the last window.
+    /// Smooths the samples. Near both ends of the signal, it uses the polynomials of the first and
+    /// of the last whole window.
     ///
     /// # Errors
     /// E764: fewer samples than a window has.

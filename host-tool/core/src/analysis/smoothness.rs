@@ -7,18 +7,18 @@ use std::f64::consts::TAU;
 /// Parameters of the spectral arc length (Balasubramanian et al. 2015).
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Sparc {
-    /// Padding exponent: the spectrum has as many points as the next power of two of the samples,
-    /// times 2^padding.
+    /// Padding exponent p: the spectrum has 2^p times as many points as the smallest power of two
+    /// that is not below the number of samples.
     pub padding: u32,
-    /// Highest frequency that counts, Hz.
+    /// Highest frequency of the spectrum that is considered, Hz.
     pub cutoff_hz: f64,
-    /// Threshold that limits the part of the spectrum that counts: from its first to its last value
-    /// that reaches this share of the largest value.
+    /// Threshold, as a share of the spectrum's largest value. The arc runs from the first to the
+    /// last frequency at which the spectrum reaches this share.
     pub threshold: f64,
 }
 
 impl Sparc {
-    /// Parameters of the authors' own program.
+    /// Default parameters of the authors' own program.
     pub const USUAL: Self = Self {
         padding: 4,
         cutoff_hz: 10.0,
@@ -26,9 +26,9 @@ impl Sparc {
     };
 
     /// Returns the spectral arc length of a speed (not negative, any unit) sampled at `rate_hz`.
-    /// The result is below zero; the nearer it is to zero, the smoother is the movement. For a
-    /// speed, no part of the spectrum is larger than that at 0 Hz, so only frequencies up to the
-    /// cutoff are computed.
+    /// The result is below zero; the nearer it is to zero, the smoother the movement. The spectrum
+    /// is computed only up to the cutoff: it is normalized by its largest value, which for a speed
+    /// is always at 0 Hz.
     ///
     /// # Errors
     /// E763: fewer than two samples, a speed that is negative, not finite, or nothing but zero.
@@ -61,12 +61,13 @@ impl Sparc {
     }
 }
 
-/// Number of frequencies whose recurrences are computed side by side, because a single recurrence
-/// would wait for its own results.
+/// Number of frequencies whose recurrences are computed together. The steps of a single recurrence
+/// depend on each other, so that a processor would have to wait for each result.
 const AT_ONCE: usize = 8;
 
-/// Returns |Σ x·e^(−i·angle·n)| at each angle, by Goertzel's recurrence (1958). For N samples its
-/// error is about N²·ε of the largest value, 1e-10 for a lift.
+/// Returns the magnitude |Σ x·e^(−i·angle·n)| of the samples' spectrum at each angle (rad per
+/// sample), by Goertzel's recurrence (1958). For N samples its error is about N²·ε of the largest
+/// value, which is 1e-10 for a lift movement.
 fn magnitudes(samples: &[f64], angles: [f64; AT_ONCE]) -> [f64; AT_ONCE] {
     let cosines = angles.map(f64::cos);
     let (mut last, mut before) = ([0.0; AT_ONCE], [0.0; AT_ONCE]);
@@ -84,8 +85,9 @@ fn magnitudes(samples: &[f64], angles: [f64; AT_ONCE]) -> [f64; AT_ONCE] {
     })
 }
 
-/// Returns the mean distance between actual and target positions of the hands, in the points' unit
-/// (Buatier de Mongeot, equation 6); `None` for no points.
+/// Returns the mean distance between the actual and the target positions of the hands, in the unit
+/// of the points (Buatier de Mongeot, equation 6). Each pair has the actual and the target
+/// position; `None` without pairs.
 #[must_use]
 pub fn matching_error<const D: usize>(pairs: &[([f64; D], [f64; D])]) -> Option<f64> {
     let apart = |(at, target): &([f64; D], [f64; D])| {

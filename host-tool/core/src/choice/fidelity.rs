@@ -9,45 +9,48 @@ use crate::session::{BodySpec, Session};
 use firmware::control::{Joint, JointSpec};
 use rayon::prelude::*;
 
-/// Periods of the control law that are tried, ms.
+/// Periods of the control law that are tried, ms; the first is the finest.
 const LAW_PERIODS_MS: [u8; 5] = [1, 2, 5, 11, 20];
-/// Periods of telemetry that are tried, ms.
+/// Periods of telemetry that are tried, ms; the first is the finest.
 const TELEMETRY_MS: [u16; 7] = [1, 2, 5, 10, 20, 50, 100];
-/// Steps of the simulated finger that are tried, µs.
+/// Simulation steps of the finger that are tried, µs; the first is the finest.
 const STEPS_US: [u32; 4] = [1_000, 2_000, 5_000, 10_000];
 
-/// Effect of a setting that was tried, as a share of the largest force or of the wanted angle's
-/// range.
+/// Error that one setting causes, for instance one telemetry period.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Effect {
-    /// Period or step, µs.
+    /// The setting: a telemetry period, a period of the control law, or a simulation step, µs.
     pub us: u32,
-    /// Error of this setting compared with the finest.
+    /// Error of this setting compared with the finest. It is a share of the range of a force or
+    /// angle for telemetry, and a share of the wanted angle's range for the other settings.
     pub error: f64,
 }
 
-/// Effects of the settings besides the models, finest first. A list is empty where the session does
-/// not use the setting or fixes it itself.
+/// Errors of the settings besides the models, finest setting first. A list is empty if the session
+/// does not use the setting, or fixes it in its file.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Fidelity {
-    /// Largest error of straight lines through telemetry against the values that the device reports
-    /// every millisecond: forces and the measured angle.
+    /// Errors of the telemetry periods. The error is the largest difference between the values that
+    /// the device reports every millisecond and straight lines through the values at this period.
+    /// Forces and the measured angle are compared.
     pub telemetry: Vec<Effect>,
-    /// Increase of the root mean square tracking error with a slower control law.
+    /// Errors of the periods of the control law: increase of the root mean square tracking error.
     pub law: Vec<Effect>,
-    /// Difference of the tracking error with a coarser step of the finger.
+    /// Errors of the finger's simulation steps: absolute change of the root mean square tracking
+    /// error.
     pub step: Vec<Effect>,
 }
 
-/// Returns the coarsest setting up to which all are within `tolerance`; the finest if none is;
-/// `None` if none was tried.
+/// Returns the coarsest setting for which it and all finer settings have an error of at most
+/// `tolerance`. Returns the finest setting if its own error is larger, and `None` if no setting was
+/// tried.
 #[must_use]
 pub fn coarsest(tried: &[Effect], tolerance: f64) -> Option<Effect> {
     let within = tried.iter().take_while(|effect| effect.error <= tolerance);
     within.last().or(tried.first()).copied()
 }
 
-/// Tries the settings on the first `length_us` of `session`.
+/// Tries all settings on the first `length_us` of `session`.
 ///
 /// # Errors
 /// Returns [`PlayError`] if the session cannot be played.
@@ -116,7 +119,8 @@ pub(super) fn try_settings(
     Ok(fidelity)
 }
 
-/// Returns the effect of each error relative to the first, which is the finest.
+/// Converts the errors of the settings into effects relative to the first, which is the finest
+/// setting. `off` computes the effect from a setting's error and the finest setting's error.
 fn relative_effects(tried: &[(u32, f64)], off: impl Fn(f64, f64) -> f64) -> Vec<Effect> {
     let finest = tried.first().map_or(0.0, |pair| pair.1);
     let effect = |&(us, error): &(u32, f64)| Effect {
@@ -144,7 +148,7 @@ fn tracking_error(samples: &Samples) -> f64 {
     }
 }
 
-/// Returns the error of each telemetry period against values reported every millisecond.
+/// Returns the effect of each telemetry period, from samples that were reported every millisecond.
 fn telemetry_effects(dense: &Samples) -> Vec<Effect> {
     let muscles = dense.first().map_or(0, |sample| sample.forces_n.len());
     let force = |n: usize| -> Vec<f64> {
@@ -175,12 +179,13 @@ fn telemetry_effects(dense: &Samples) -> Vec<Effect> {
     TELEMETRY_MS.map(of).to_vec()
 }
 
-/// Returns a muscle's reported force, N.
+/// Returns the reported force of a muscle, N; 0 if none was reported.
 fn reported_force(sample: &Sample, muscle: usize) -> f64 {
     super::play::force_or_zero(&sample.forces_n, muscle)
 }
 
-/// Returns the largest error of straight lines through every `apart`th point.
+/// Returns the largest difference between `course` and straight lines that connect every `apart`th
+/// of its points.
 fn interpolation_error(course: &[f64], apart: usize) -> f64 {
     let pieces = (0..course.len().saturating_sub(apart)).step_by(apart);
     let missed = pieces.flat_map(|from| {
@@ -192,8 +197,8 @@ fn interpolation_error(course: &[f64], apart: usize) -> f64 {
 }
 
 impl Fidelity {
-    /// Makes `session` as coarse as `tolerance` allows, and returns a note for people about the
-    /// result.
+    /// Sets the coarsest periods and step within `tolerance` in `session`. Returns a note for the
+    /// user that lists them.
     pub(super) fn coarsen_session(&self, session: &mut Session, tolerance: f64) -> String {
         let mut note = String::new();
         if let Some(effect) = coarsest(&self.telemetry, tolerance) {

@@ -25,24 +25,25 @@ use crate::session::{BodySpec, Model, Muscle, Session, Share, level_name};
 use firmware::muscle::MuscleLevel;
 use tried::Trials;
 
-/// Seed of the simulated wearer on which sessions are tried.
+/// Seed of the simulated wearer with which sessions are tried.
 pub const SEED: u64 = 1;
 
-/// Model level that a channel's muscle needs, and the level that it gets.
+/// Result of the choice for one channel: the model level that its muscle needs, and the level that
+/// it gets.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Need {
     /// Index of the channel in [`Session::channels`].
     pub place: usize,
-    /// Outputs of the model that the session uses.
+    /// Outputs of the muscle model that the session uses.
     pub uses: ModelUses,
-    /// Cheapest model level within the tolerance; `None` if no level is.
+    /// Cheapest model level whose error is within the tolerance; `None` if there is none.
     pub enough: Option<MuscleLevel>,
-    /// Model level that the muscle gets: the level in the file, or the cheapest level within the
-    /// tolerance, or else the most accurate.
+    /// Model level that the muscle gets: the level that the session file fixes, or with `"auto"`
+    /// the cheapest level within the tolerance, or else the most accurate level.
     pub level: MuscleLevel,
     /// Results of each model level that the muscle allows, the most detailed last.
     pub tried: Vec<LevelResult>,
-    /// Error of the outputs in use when all channels have the levels that they get.
+    /// Error of the channel's outputs in use when every channel runs at the level that it gets.
     pub together: f64,
     /// Whether the muscle got a more detailed level than it needs by itself, because the levels
     /// together were not accurate enough.
@@ -59,28 +60,29 @@ impl Need {
     }
 }
 
-/// Result of the choice for a session.
+/// Result of the choice for all channels of a session.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Choice {
-    /// Tolerance of the choice.
+    /// Largest error that was allowed, as a share of the largest true force.
     pub tolerance: Share,
-    /// Part of the session that was tried, µs from its start.
+    /// Length of the part that was tried, µs from the session's start.
     pub tried_us: u64,
-    /// Number of times that sessions were played.
+    /// Number of times that a session was played, over all variants and model levels.
     pub plays: usize,
-    /// Number of sessions that were tried: the file's own, and those within its bounds.
+    /// Number of variants of the session that were tried: the file's own, and one for each worst
+    /// course within its declared bounds.
     pub sessions: usize,
-    /// Need of each channel with a muscle.
+    /// Results for the channels that have a muscle.
     pub needs: Vec<Need>,
-    /// Settings that were tried besides the models, for a session with `[fidelity]`.
+    /// Errors of the settings besides the models; empty for a session without `[fidelity]`.
     pub fidelity: Fidelity,
 }
 
-/// Reason why no choice was made.
+/// Reason why no model levels could be chosen.
 #[derive(Debug, thiserror::Error)]
 pub enum ChoiceError {
     /// The session could not be played (E552).
-    #[error("E552 the session cannot be tried: {0}")]
+    #[error("E552 the session cannot be simulated to choose its muscle models: {0}")]
     Unplayed(PlayError),
     /// No model level is within the tolerance (E553).
     #[error(
@@ -92,7 +94,7 @@ pub enum ChoiceError {
         channel: u8,
         /// Tolerance that was requested.
         tolerance: Share,
-        /// Smallest error of any model level, %, rounded up.
+        /// Smallest error of any model level on this channel, %, rounded up.
         least_percent: f64,
         /// Name of the model level with the smallest error.
         best: &'static str,
@@ -106,26 +108,26 @@ impl From<PlayError> for ChoiceError {
 }
 
 impl Share {
-    /// Returns the share as a fraction, 0 to 1.
+    /// Returns the share as a fraction, from 0 for 0 % to 1 for 100 %.
     #[must_use]
     pub fn fraction(self) -> f64 {
         f64::from(self.0) * 1e-4
     }
 }
 
-/// Tries `session` with every model level that its muscles allow, natively and in memory, on a
-/// wearer with this seed. For each channel it takes the level that is cheapest in cycles and whose
-/// error in the outputs in use is within `tolerance`. A channel whose level the file fixes stays
-/// there, and changes as its `changes` say.
+/// Tries `session` with every model level that its muscles allow, on the native backend, in memory,
+/// and with a simulated wearer whose noise `seed` determines. For each channel it chooses the
+/// cheapest level, in cycles, whose error in the outputs in use is within `tolerance`. A channel
+/// whose level the file fixes keeps that level and the file's later `changes`.
 ///
 /// A level is tried on all channels at once, because no channel's pulses and report depend on
 /// another's level. Then the chosen levels are played together. While any channel's error exceeds
 /// the tolerance, the channel with the largest error gets its next level.
 ///
-/// A session that declares bounds is also tried with the worst courses within them; the largest
-/// error of all counts.
+/// A session that declares bounds for a live client is also tried with the worst courses within
+/// these bounds. The largest error of all variants counts.
 ///
-/// For a session longer than [`Session::try_us`], its first part is tried.
+/// Of a session longer than [`Session::try_us`], only the first part is tried.
 ///
 /// # Errors
 /// [`ChoiceError::Unplayed`].
@@ -195,12 +197,12 @@ pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, 
     })
 }
 
-/// Returns the model level that each channel gets, by index.
+/// Returns the index of each channel that has a muscle, with the model level that it gets.
 fn chosen_levels(needs: &[Need]) -> impl Iterator<Item = (usize, MuscleLevel)> {
     needs.iter().map(|need| (need.place, need.level))
 }
 
-/// Returns `session` with the model levels that its channels get, by index.
+/// Returns a copy of `session` in which these channels, given by index, have these `"auto"` levels.
 fn with_levels(
     session: &Session,
     levels: impl IntoIterator<Item = (usize, MuscleLevel)>,
@@ -214,10 +216,10 @@ fn with_levels(
     session
 }
 
-/// Resolves the `"auto"` models of this session, and adds notes for people. With `[fidelity]` it
-/// also makes control law, telemetry and finger as coarse as the tolerance allows. A session with
-/// neither is left unchanged. A session that cannot be played keeps the most detailed models, and a
-/// note says so.
+/// Replaces the `"auto"` models of `session` by model levels, and adds notes for the user. With
+/// `[fidelity]` it also makes control law, telemetry and simulated finger as coarse as the
+/// tolerance allows. A session with neither is left unchanged. If the session cannot be played, its
+/// muscles keep the most detailed models, and a note says so.
 ///
 /// # Errors
 /// [`ChoiceError::NoRung`] if the session has a `[fidelity]` that no model meets.
@@ -268,8 +270,8 @@ pub fn resolve_auto_models(session: &mut Session) -> Result<(), ChoiceError> {
     Ok(())
 }
 
-/// Gives `"auto"` models and `[fidelity]` the values that they had in this trial. Returns whether
-/// the trial records all of them.
+/// Sets `"auto"` models and `[fidelity]` of `session` to the values that a recorded trial had, so
+/// that a rerun repeats it. Returns whether the trial recorded all of them.
 pub fn restore_choice(session: &mut Session, trial: &Trial) -> bool {
     let mut is_known = !session.has_fidelity || trial.fidelity.is_some();
     for channel in &mut session.channels {
@@ -300,8 +302,8 @@ pub fn restore_choice(session: &mut Session, trial: &Trial) -> bool {
 }
 
 impl Choice {
-    /// Returns a note for each channel whose model the file fixes and whose error exceeds the
-    /// tolerance.
+    /// Returns a note for each channel whose error exceeds the tolerance because the session file
+    /// fixes its model.
     fn tolerance_notes(&self, session: &Session) -> Vec<String> {
         let coarse = |need: &&Need| need.together > self.tolerance.fraction();
         let told = self.needs.iter().filter(coarse).map(|need| {

@@ -20,31 +20,34 @@ pub enum PlayError {
     Run(#[from] RunError),
 }
 
-/// Pulse: its time, µs from the start, and the recruited share of the muscle, 0 to 1.
+/// One pulse that reaches a muscle: its time, µs since the start of the trains, and the share of
+/// the muscle that it recruits, 0 to 1.
 pub type Pulse = (u64, f64);
 
-/// Output of the device in a played session.
+/// Pulses and reports of the device in a session that was played in memory.
 pub struct PlayedSession {
-    /// Pulses that reach each channel's muscle, by channel of the session; empty for a channel
-    /// without a muscle.
+    /// Pulses that reach the muscle of each channel, in the order of the session's channels; empty
+    /// for a channel without a muscle.
     pub pulses: Vec<Vec<Pulse>>,
-    /// Reports of the device: time, µs from the start, and the forces by muscle, N.
+    /// Reports of the device. Each has its time, µs since the start of the trains, and the
+    /// predicted force of each muscle, N.
     pub reports: Vec<(u64, Vec<Option<f64>>)>,
     /// Length of the session, µs.
     pub length_us: u64,
 }
 
-/// Plays `session` and returns its recorded trial.
+/// Plays `session` on a simulated wearer whose noise `seed` determines, and returns the recorded
+/// trial.
 pub(super) fn play_trial(session: &Session, seed: u64) -> Result<Trial, PlayError> {
     Ok(play_session(session, seed)?.0.trial)
 }
 
-/// Returns a muscle's force in a list of forces, N; 0 if none was reported.
+/// Returns the force of muscle number `muscle` (from 0) in a report, N; 0 if none was reported.
 pub(super) fn force_or_zero(forces_n: &[Option<f64>], muscle: usize) -> f64 {
     forces_n.get(muscle).copied().flatten().unwrap_or(0.0)
 }
 
-/// Plays `session` in memory to its end.
+/// Plays `session` in memory to its end, on a simulated wearer whose noise `seed` determines.
 fn play_session(
     session: &Session,
     seed: u64,
@@ -63,7 +66,8 @@ fn play_session(
 }
 
 impl PlayedSession {
-    /// Plays `session` on a wearer with this seed.
+    /// Plays `session` on a simulated wearer whose noise `seed` determines, and keeps its pulses
+    /// and reports.
     ///
     /// # Errors
     /// Returns [`PlayError`] if the session cannot be played.
@@ -97,14 +101,16 @@ impl PlayedSession {
         })
     }
 
-    /// Returns the true force of a channel's muscle at these ascending times, N.
+    /// Returns the force that the reference model computes from the pulses of a channel, at the
+    /// given times in ascending order, N.
     pub fn true_force(&self, muscle: &Muscle, channel: usize, times_us: &[u64]) -> Vec<f64> {
         muscle_forces(muscle, &self.pulses[channel], times_us.iter().copied())
     }
 }
 
-/// Returns the share of a channel's muscle that a pulse of this code recruits; `None` below the
-/// motor threshold. A code is rounded down, so the threshold's own code lies just below it.
+/// Returns the share of a channel's muscle that a pulse with this DAC code recruits; `None` below
+/// the motor threshold. Amplitudes are rounded down to a code, so a pulse exactly at the threshold
+/// has a code that lies slightly below it.
 fn recruited_share(channel: &Channel, code: u16) -> Option<f64> {
     let recruits = channel.muscle.as_ref()?.recruitment;
     let step = f64::from(channel.spec.stage.full_scale().get()) / 65_535.0;
@@ -115,8 +121,9 @@ fn recruited_share(channel: &Channel, code: u16) -> Option<f64> {
     (milli > threshold - step).then(|| (slope * (milli - reference)).exp().min(1.0))
 }
 
-/// Returns the force of a muscle under these pulses at these ascending times, N. It uses equations
-/// (2) to (4) of Lee 2020 and those of Ding 2003, in f64, and shares no code with the device.
+/// Returns the force of a muscle under these pulses, at the given times in ascending order, N. It
+/// uses equations (2) to (4) of Lee 2020 and those of Ding 2003, in f64, and shares no code with
+/// the device.
 pub fn muscle_forces(
     muscle: &Muscle,
     pulses: &[Pulse],
@@ -152,8 +159,8 @@ fn parameters(muscle: &Muscle) -> Parameters {
     }
 }
 
-/// Converts the device's fatigue parameters for the f64 muscle. K and τ1 end where the device's
-/// ranges do.
+/// Converts the device's fatigue parameters for the reference model in f64. The upper bounds of K
+/// and τ1 are those of the device.
 #[must_use]
 pub fn fatigue(spec: &FatigueSpec) -> Fatigue {
     Fatigue {

@@ -5,12 +5,14 @@ use super::play::{PlayError, PlayedSession};
 use crate::session::{Channel, Model, Session};
 use firmware::muscle::MuscleLevel;
 
-/// Lengths of a session that are played, one after the other, until all its muscles have had a
-/// pulse, µs.
+/// Lengths of the session that are played, one after the other, until every muscle has received a
+/// pulse, µs. Most sessions need only the shortest.
 const LOOKS_US: [u64; 3] = [1_000_000, 5_000_000, u64::MAX];
 
-/// Returns whether pulses alone decide the models of `session`, whatever the models' errors: the
-/// levels below report nothing, which is completely wrong, and there are none above.
+/// Returns whether the choice depends only on which muscles receive pulses: no muscle tires, no
+/// channel is under force control, no live client streams, the session has no `[fidelity]`, and the
+/// tolerance is below 100 %. Then only one model level reports a force. A lower level reports none,
+/// which is an error of 100 %, and there is no higher level.
 pub(super) fn is_decided_by_pulses(session: &Session) -> bool {
     let tires = |c: &Channel| {
         c.muscle
@@ -24,8 +26,8 @@ pub(super) fn is_decided_by_pulses(session: &Session) -> bool {
         && !channels.any(|c| c.force.is_some() || tires(c))
 }
 
-/// Returns the model levels that [`super::choose`] finds for such a session by trying its first
-/// `length_us`, by index in [`Session::channels`].
+/// Returns the model levels that [`super::choose`] would choose if [`is_decided_by_pulses`] is
+/// true, by index in [`Session::channels`]. It plays at most the first `length_us`.
 ///
 /// # Errors
 /// Returns [`PlayError`] if the session cannot be played.

@@ -2,13 +2,14 @@
 
 use crate::session::{Bounds, Course, ForceCourse, Session};
 
-/// Time between single bursts, µs.
+/// Least time between the single bursts of a worst course, µs.
 const APART_US: u64 = 2_000_000;
 
-/// Returns the sessions that a choice is tried on: the file's own and, if it declares bounds, the
-/// worst courses within them, on all such channels at once. These are: held at the top, which tires
-/// most; swung between the ends as fast as allowed; single short bursts; a slow way up and down;
-/// and held low, where an error is large compared with the peak.
+/// Returns the sessions with which a choice is tried: the file's own and, if it declares bounds for
+/// a live client, one for each worst course within these bounds. A course applies to all streamed
+/// channels at once. The courses are: constantly at the upper bound, which tires most; alternating
+/// between the bounds as fast as allowed; single short bursts; a slow rise and fall; and constantly
+/// low, where an error is large compared with the peak.
 pub(super) fn trial_sessions(session: &Session, length_us: u64) -> Vec<Session> {
     let mut all = vec![session.clone()];
     if session.setpoints.bounds.is_empty() {
@@ -26,8 +27,9 @@ pub(super) fn trial_sessions(session: &Session, length_us: u64) -> Vec<Session> 
     all
 }
 
-/// Returns `session` with these courses for the channels to which a live client streams. Forces are
-/// mN at µs, amplitudes are thousandths of their unit at µs.
+/// Returns a copy of `session` in which the channels that a live client would control follow a
+/// fixed course. `of` returns the course of a channel as pairs of time, µs, and value: force in mN,
+/// or amplitude in thousandths of the channel's unit.
 pub fn with_courses(session: &Session, mut of: impl FnMut(&Bounds) -> Vec<(u64, u32)>) -> Session {
     let mut session = session.clone();
     let setpoints = &mut session.setpoints;
@@ -53,7 +55,8 @@ pub fn with_courses(session: &Session, mut of: impl FnMut(&Bounds) -> Vec<(u64, 
 }
 
 impl Bounds {
-    /// Returns the shortest time for the way from one value to another, µs; 1 for a step.
+    /// Returns the shortest time in which a value may change from `from` to `to`, µs; 1 where a
+    /// sudden change is allowed.
     #[must_use]
     pub fn shortest_change_us(&self, from: u32, to: u32) -> u64 {
         let way = u64::from(from.abs_diff(to)) * 1_000_000;
@@ -61,8 +64,8 @@ impl Bounds {
             .map_or(1, |per_s| (way / u64::from(per_s.max(1))).max(1))
     }
 
-    /// Returns a course from rest through these values, each kept for its given time, until
-    /// `length_us`.
+    /// Returns a course from the lower bound through these values, until `length_us`. Each value is
+    /// kept for the time that is given with it, µs. The result has pairs of time, µs, and value.
     pub fn course_through(
         &self,
         values: impl IntoIterator<Item = (u32, u64)>,

@@ -6,44 +6,45 @@ use crate::session::{Muscle, Session};
 use firmware::muscle::MuscleLevel;
 use rayon::prelude::*;
 
-/// Resolution of a reported force, N: forces are reported in whole mN, so that smaller differences
-/// come from the report itself.
+/// Resolution of a reported force, N. Forces are reported in whole mN, so a smaller difference
+/// comes from rounding and does not count as an error of the model.
 const RESOLUTION_N: f64 = 1e-3;
 
-/// Outputs of a channel's model that a session uses.
+/// Which outputs of a channel's muscle model the session uses.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct ModelUses {
-    /// Whether the predicted force is read.
+    /// Whether the session uses the force that the model predicts.
     pub report: bool,
-    /// Whether the model steers the channel's own pulses.
+    /// Whether the model determines the channel's own pulses, as under force control.
     pub steering: bool,
 }
 
-/// Result of a model level on a channel. Errors are shares of the largest true force.
+/// Errors and cost of one model level on one channel. Errors are shares of the largest true force.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct LevelResult {
     /// Model level that was tried.
     pub level: MuscleLevel,
-    /// Error of the reported against the true force of the same pulses; `None` where the report is
-    /// not read.
+    /// Error of the reported force against the true force of the same pulses; `None` if the session
+    /// does not use the report.
     pub report: Option<f64>,
-    /// Error of the true force against that under the most detailed level; `None` where the model
-    /// does not steer.
+    /// Error of the true force compared with the true force under the most detailed level; `None`
+    /// if the model does not determine the channel's pulses.
     pub steering: Option<f64>,
-    /// Cost of the level; `None` if it was not measured.
+    /// Cycles of the level; `None` if they were not measured.
     pub cycles: Option<Cycles>,
-    /// Rate of the pulses that the model computes, pulses per second.
+    /// Rate of the pulses that the model has to compute, pulses per second.
     pub pulses_per_s: f64,
 }
 
 impl LevelResult {
-    /// Returns the larger error of the outputs in use; 0 if none is used.
+    /// Returns the larger of the errors of the outputs in use; 0 if the session uses neither.
     #[must_use]
     pub fn error(&self) -> f64 {
         self.report.unwrap_or(0.0).max(self.steering.unwrap_or(0.0))
     }
 
-    /// Returns the larger errors and costs of two sessions.
+    /// Combines the results of this level in two sessions: keeps the larger of each error and of
+    /// the pulse rates.
     fn max_with(self, other: &Self) -> Self {
         let larger = |a: Option<f64>, b: Option<f64>| a.map(|a| a.max(b.unwrap_or(0.0))).or(b);
         Self {
@@ -54,7 +55,8 @@ impl LevelResult {
         }
     }
 
-    /// Returns the cycles per second; infinity for a level that was not measured.
+    /// Returns the processor cycles per second that the level needs; infinity if they were not
+    /// measured.
     #[must_use]
     pub fn cost(&self) -> f64 {
         let cost = self
@@ -64,11 +66,11 @@ impl LevelResult {
     }
 }
 
-/// All sessions that are tried.
+/// Every session that is tried for one choice, with its results.
 pub(super) struct Trials<'a>(Vec<Trial<'a>>);
 
 impl<'a> Trials<'a> {
-    /// Plays each of `sessions` once for each model level that can make a difference.
+    /// Plays each of `sessions` once for each model level that can make a difference to it.
     pub(super) fn play(sessions: &'a [Session], seed: u64) -> Result<Self, PlayError> {
         let all = sessions
             .par_iter()
@@ -76,7 +78,8 @@ impl<'a> Trials<'a> {
         Ok(Self(all.collect::<Result<_, _>>()?))
     }
 
-    /// Returns the results of a channel's model levels in the worst of the sessions.
+    /// Returns the results of a channel's model levels, with the largest errors over all sessions.
+    /// `place` is the index of the channel.
     pub(super) fn level_results(&self, place: usize) -> Vec<LevelResult> {
         let each = self.0.iter().map(|trial| trial.tried[place].clone());
         let worse = |a: Vec<LevelResult>, b: Vec<LevelResult>| {
@@ -86,12 +89,13 @@ impl<'a> Trials<'a> {
         each.reduce(worse).unwrap_or_default()
     }
 
-    /// Returns the number of plays so far.
+    /// Returns how many times a session has been played so far.
     pub(super) fn play_count(&self) -> usize {
         self.0.iter().map(|trial| trial.plays).sum()
     }
 
-    /// Returns the outputs in use of a channel, which are the same in every session.
+    /// Returns which outputs of the channel with index `place` are used; they are the same in every
+    /// session.
     pub(super) fn used_outputs(&self, place: usize) -> ModelUses {
         let first = self.0.first().map(|trial| trial.used_outputs(place));
         first.unwrap_or(ModelUses {
@@ -100,8 +104,8 @@ impl<'a> Trials<'a> {
         })
     }
 
-    /// Returns the error of each of these channels in the worst session, with all of them on these
-    /// levels at once.
+    /// Returns the largest error of each channel over all sessions when the channels run together.
+    /// `all` has the index and the model level of each channel.
     pub(super) fn combined_errors(
         &mut self,
         all: &[(usize, MuscleLevel)],
@@ -116,22 +120,23 @@ impl<'a> Trials<'a> {
     }
 }
 
-/// Session that is tried, with its plays.
+/// One session that is tried, with the results of playing it.
 struct Trial<'a> {
     session: &'a Session,
     seed: u64,
-    /// Plays by model level: all muscles had this level, or the most detailed level that they allow
-    /// below it.
+    /// Played sessions by model level. All muscles had this level, except for muscles that allow
+    /// only less detailed levels: these had the most detailed level that they allow.
     played: Vec<(MuscleLevel, PlayedSession)>,
     plays: usize,
-    /// Results by channel; empty for a channel without a muscle.
+    /// Results of the model levels, by channel; empty for a channel without a muscle.
     tried: Vec<Vec<LevelResult>>,
-    /// True force at each millisecond under the most detailed levels, for channels that steer, N.
+    /// True force at each millisecond under the most detailed levels, by channel, N; empty for
+    /// channels whose pulses the model does not determine.
     steered: Vec<Vec<f64>>,
 }
 
 impl<'a> Trial<'a> {
-    /// Plays `session` once for each model level that can make a difference.
+    /// Plays `session` once for each model level that can make a difference to it.
     fn play(session: &'a Session, seed: u64) -> Result<Self, PlayError> {
         let muscles = || session.channels.iter().filter_map(|c| c.muscle.as_ref());
         let fullest = muscles().map(most_detailed_level).max();
@@ -176,8 +181,8 @@ impl<'a> Trial<'a> {
         }
     }
 
-    /// Returns the results of a channel on each model level, and its true force at each ms under
-    /// the most detailed.
+    /// Returns the results of each model level on the channel with index `place`. Also returns its
+    /// true force at each millisecond under the most detailed level.
     fn try_levels(&self, place: usize) -> (Vec<LevelResult>, Vec<f64>) {
         let Some(muscle) = &self.session.channels[place].muscle else {
             return Default::default();
@@ -221,7 +226,9 @@ impl<'a> Trial<'a> {
         (tried.collect(), steered)
     }
 
-    /// Returns the errors of a channel's report and of its steering.
+    /// Returns the error of a channel's reported force, and the error that its model causes in the
+    /// true force by determining the pulses. `steered` is the true force under the most detailed
+    /// level.
     fn errors(
         &self,
         place: usize,
@@ -243,7 +250,8 @@ impl<'a> Trial<'a> {
         (Some(report), steering)
     }
 
-    /// Returns the error of each of these channels, with all of them on these levels at once.
+    /// Returns the error of each channel when the channels run together. `all` has the index and
+    /// the model level of each channel.
     fn combined_errors(&mut self, all: &[(usize, MuscleLevel)]) -> Result<Vec<f64>, PlayError> {
         let of = |place: usize, muscle: &Muscle| {
             let found = all.iter().find(|pair| pair.0 == place);
@@ -288,7 +296,8 @@ fn most_detailed_level(muscle: &Muscle) -> MuscleLevel {
     }
 }
 
-/// Returns the part of `session` that is tried, with its muscles on the levels that `play` returns.
+/// Returns the part of `session` that is tried, with each muscle at the model level that `of`
+/// returns for its channel's index.
 fn session_at_levels(session: &Session, of: impl Fn(usize, &Muscle) -> MuscleLevel) -> Session {
     let mut variant = session.clone();
     variant.duration_us = session.duration_us.min(session.try_us);
@@ -301,13 +310,13 @@ fn session_at_levels(session: &Session, of: impl Fn(usize, &Muscle) -> MuscleLev
     variant
 }
 
-/// Returns every millisecond of the played session, µs.
+/// Returns the times of all whole milliseconds of the played session, µs.
 fn millisecond_times(played: &PlayedSession) -> Vec<u64> {
     (0..=played.length_us / 1000).map(|ms| ms * 1000).collect()
 }
 
-/// Returns the largest difference at any moment, minus the resolution, as a share of the largest
-/// true force; 0 without any difference.
+/// Returns the largest absolute difference at any time, reduced by `resolution`, as a share of the
+/// largest true force. If the true force is always 0, returns 1 for any difference and 0 for none.
 fn worst_error(truth: &[f64], other: impl Iterator<Item = f64>, resolution: f64) -> f64 {
     let peak = truth.iter().copied().fold(0.0, f64::max);
     let off = truth

@@ -17,7 +17,7 @@ use std::time::Duration;
 
 /// Clock that measures durations.
 pub trait Clock: Send + Sync {
-    /// Returns the time since a moment that stays the same as long as this clock exists. The result
-    /// never decreases.
+    /// Returns the time since a fixed moment, which is the same as long as this clock exists. The
+    /// result never decreases.
     fn now(&self) -> Duration;
 }

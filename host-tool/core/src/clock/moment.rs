@@ -4,7 +4,7 @@ use std::time::Duration;
 
 const SECONDS_PER_DAY: i64 = 86_400;
 
-/// Moment by the clock of the computer that records. The default is 1970-01-01, for programs that
+/// A date and time of day by the computer's clock. The default is 1970-01-01, for programs that
 /// have no clock.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Moment {
@@ -25,7 +25,8 @@ impl Moment {
         format!("{date}T{hour:02}:{minute:02}:{second:02}.{millis:03}Z")
     }
 
-    /// Returns local date and time for the name of a folder: `2026-11-27-134736`.
+    /// Returns local date and time in the form that names of record folders have:
+    /// `2026-11-27-134736`.
     #[must_use]
     pub fn local_stamp(self) -> String {
         let local_s = self.seconds().saturating_add(self.local_offset_s.into());
@@ -33,7 +34,7 @@ impl Moment {
         format!("{date}-{hour:02}{minute:02}{second:02}")
     }
 
-    /// Returns the whole seconds since 1970.
+    /// Returns the whole seconds since 1970-01-01 UTC.
     fn seconds(self) -> i64 {
         i64::try_from(self.since_1970.as_secs()).unwrap_or(i64::MAX)
     }

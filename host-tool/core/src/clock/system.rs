@@ -3,14 +3,14 @@
 use super::Clock;
 use std::time::{Duration, Instant};
 
-/// Monotonic clock; on Linux it stands still while the computer sleeps.
+/// Clock that never goes backwards; on Linux it stands still while the computer sleeps.
 #[derive(Clone, Copy, Debug)]
 pub struct SystemClock {
     begun: Instant,
 }
 
 impl SystemClock {
-    /// Creates a clock that counts from now.
+    /// Creates a clock that starts at 0 now.
     #[must_use]
     pub fn start() -> Self {
         let begun = Instant::now();
@@ -24,8 +24,8 @@ impl Clock for SystemClock {
     }
 }
 
-/// Clock of the processor time of all threads of this program, which other programs do not
-/// lengthen. It measures wall-clock time where the system does not report processor time.
+/// Clock that measures the processor time of all threads of this program, so that other programs do
+/// not affect it. On systems that do not report processor time, it measures elapsed real time.
 #[derive(Clone, Copy, Debug)]
 pub struct ProcessorClock {
     wall: SystemClock,
@@ -33,7 +33,7 @@ pub struct ProcessorClock {
 }
 
 impl ProcessorClock {
-    /// Creates a clock that counts from now.
+    /// Creates a clock that starts at 0 now.
     #[must_use]
     pub fn start() -> Self {
         Self {

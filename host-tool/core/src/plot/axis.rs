@@ -4,24 +4,27 @@ use super::ink::{ChannelMark, Color, INK, MUTED};
 use super::series::round_step;
 use super::words::{power_of_ten, width};
 
-/// Gap between the parts of a cut axis, pixels.
+/// Gap that replaces each part that was cut out of an axis, pixels.
 const CUT: f64 = 20.0;
 
-/// Mapping of values to positions. Values beyond the ends are placed at the ends.
+/// Mapping of values on an axis to positions. A value beyond an end is drawn at that end.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Scale {
-    /// Linear scale from one end to the other.
+    /// Linear scale between these two values.
     Linear(f64, f64),
-    /// Logarithmic scale; both ends are above 0.
+    /// Logarithmic scale between these two values, which are above 0.
     Log(f64, f64),
-    /// This many rows or columns; row or column n, from 0, has its middle at n.
+    /// Rows or columns, as many as the number says. The middle of row or column n, from 0, is at
+    /// value n.
     Rows(f64),
-    /// Linear scale that consists of these parts, with everything between them cut out.
+    /// Linear scale that shows only these parts, each from its first to its second value.
+    /// Everything between the parts is cut out.
     Parts(Vec<(f64, f64)>),
 }
 
 impl Scale {
-    /// Returns the position of a value between the pixels of both ends.
+    /// Returns the position of a value, pixels. The ends of the scale are at the positions `from`
+    /// and `to`.
     #[must_use]
     pub fn position(&self, value: f64, from: f64, to: f64) -> f64 {
         let along = |part: f64| from + (to - from) * part.clamp(0.0, 1.0);
@@ -44,7 +47,7 @@ impl Scale {
         }
     }
 
-    /// Returns the total length of the scale, in the unit of the axis.
+    /// Returns the length of the shown values, in the unit of the axis; for rows, their number.
     #[must_use]
     pub fn span(&self) -> f64 {
         match self {
@@ -54,7 +57,7 @@ impl Scale {
         }
     }
 
-    /// Returns the positions at which time was cut out, pixels.
+    /// Returns the positions at which parts are cut out of a scale from `from` to `to`, pixels.
     pub(super) fn cuts(&self, from: f64, to: f64) -> Vec<f64> {
         let Self::Parts(parts) = self else {
             return Vec::new();
@@ -66,14 +69,14 @@ impl Scale {
     }
 }
 
-/// A name beside a row, at the left edge of the panel.
+/// Name of a row, at the left edge of a panel.
 #[derive(Clone, Debug, Default)]
 pub struct Head {
-    /// Position of the row, as a value of the axis.
+    /// Vertical position of the row, as a value of the y axis.
     pub at: f64,
-    /// Mark of the channel, before its name.
+    /// Mark of a channel, drawn before the name; `None` for a row without a channel.
     pub mark: Option<ChannelMark>,
-    /// Name, in the colour of text.
+    /// Name of the row; it is truncated if it is too long for the panel.
     pub name: String,
     /// Second line below the name, in smaller letters; may be empty.
     pub more: String,
@@ -81,16 +84,17 @@ pub struct Head {
     pub bold: bool,
 }
 
-/// Words at the far side of a panel.
+/// Text at the far side of a panel: on the right for a y axis, above the plot for an x axis.
 #[derive(Clone, Debug)]
 pub struct FarLabel {
-    /// Position, as a value of the axis.
+    /// Value on the axis that the text belongs to.
     pub at: f64,
-    /// Words, which are moved apart from their neighbours.
+    /// The text; it is moved along the axis if it would overlap another one.
     pub words: String,
-    /// Colour of a line through the panel to the words; `None` for a short lead instead.
+    /// Colour of a line across the whole plot at this value; `None` for no such line.
     pub rule: Option<Color>,
-    /// Colour of the words.
+    /// Colour of the short line from the plot to the text, if there is no line across the plot.
+    /// With [`INK`], this short line is drawn only if the text had to be moved.
     pub color: Color,
 }
 
@@ -99,20 +103,20 @@ pub struct FarLabel {
 pub struct Axis {
     /// Name of the quantity, with its unit.
     pub name: String,
-    /// Mapping of values to positions.
+    /// Mapping of values to positions along the axis.
     pub scale: Scale,
-    /// Values of the ticks, with their labels.
+    /// Ticks: the value and the label of each. A tick without a label has an empty text.
     pub ticks: Vec<(f64, String)>,
-    /// Whether a faint line is drawn at every tick.
+    /// Whether a faint grid line is drawn at every tick.
     pub grid: bool,
-    /// Names at the left edge; for a y axis only.
+    /// Names of rows, at the left edge of the panel; used by a y axis only.
     pub heads: Vec<Head>,
-    /// Words at the far side.
+    /// Texts at the far side: on the right for a y axis, above the plot for an x axis.
     pub far: Vec<FarLabel>,
 }
 
 impl Axis {
-    /// Returns an axis without ticks.
+    /// Returns an axis with a name and a scale, and without ticks.
     #[must_use]
     pub fn new(name: &str, scale: Scale) -> Self {
         Self {
@@ -125,7 +129,8 @@ impl Axis {
         }
     }
 
-    /// Returns a linear axis between two values, with at most `parts` round steps.
+    /// Returns a linear axis from `low` to `high`. Its ticks divide the axis into at most `parts`
+    /// steps of a round size.
     #[must_use]
     pub fn linear(name: &str, (low, high): (f64, f64), parts: f64) -> Self {
         let step = round_step(high - low, parts);
@@ -139,7 +144,7 @@ impl Axis {
         }
     }
 
-    /// Returns a logarithmic axis in decades, from one power of ten to another.
+    /// Returns a logarithmic axis from 10^`low` to 10^`high`, with a tick at every power of ten.
     #[must_use]
     pub fn decades(name: &str, (low, high): (i32, i32)) -> Self {
         let tick = |n: i32| (10f64.powi(n), power_of_ten(n));
@@ -149,7 +154,7 @@ impl Axis {
         }
     }
 
-    /// Returns an axis of rows or columns with these names.
+    /// Returns an axis of rows or columns, one for each of these names.
     #[must_use]
     pub fn rows(name: &str, names: impl IntoIterator<Item = String>) -> Self {
         let ticks: Vec<_> = (0..).map(f64::from).zip(names).collect();
@@ -159,13 +164,14 @@ impl Axis {
         }
     }
 
-    /// Replaces the ticks.
+    /// Returns the axis with these ticks, each a value and a label, instead of its own.
     #[must_use]
     pub fn ticks(self, ticks: Vec<(f64, String)>) -> Self {
         Self { ticks, ..self }
     }
 
-    /// Removes the words if `hide_labels`, because another panel with the same axis has them.
+    /// Removes the axis name, row names and tick labels if `silent`, because another panel with the
+    /// same axis shows them.
     #[must_use]
     pub fn hide_labels(mut self, silent: bool) -> Self {
         if silent {
@@ -176,20 +182,21 @@ impl Axis {
         self
     }
 
-    /// Adds a line through the panel, with its name at the far side.
+    /// Adds a line across the plot at the value `at`, with a text at the far side.
     #[must_use]
     pub fn reference_line(self, at: f64, words: &str, color: Color) -> Self {
         let rule = Some(color);
         self.add_far_label(at, words, rule, MUTED)
     }
 
-    /// Adds words at the far side.
+    /// Adds a text at the far side at the value `at`, without a line across the plot.
     #[must_use]
     pub fn far_label(self, at: f64, words: &str) -> Self {
         self.add_far_label(at, words, None, INK)
     }
 
-    /// Adds words at the far side, with the colour of an optional line and of the words.
+    /// Adds a text at the far side at the value `at`. `rule` is the colour of a line across the
+    /// plot, and `color` that of the short line to the text; see [`FarLabel`].
     #[must_use]
     pub fn add_far_label(
         mut self,
@@ -213,7 +220,7 @@ impl Axis {
         !self.name.is_empty() || self.ticks.iter().any(|(_, words)| !words.is_empty())
     }
 
-    /// Returns the width of the widest tick label, pixels.
+    /// Returns the width of the widest tick label, pixels, for letters of height `size`.
     pub(super) fn widest(&self, size: f64) -> f64 {
         let widths = self
             .ticks
@@ -223,8 +230,8 @@ impl Axis {
     }
 }
 
-/// Moves positions apart until neighbours are `gaps` apart, between two ends if there is room; the
-/// order is unchanged.
+/// Moves positions apart so that neighbours do not overlap, and keeps their order. `gaps` is the
+/// space that each needs. The result is between `low` and `high` if there is enough room.
 pub(super) fn spread_apart(places: &[f64], gaps: &[f64], low: f64, high: f64) -> Vec<f64> {
     let mut order: Vec<usize> = (0..places.len()).collect();
     order.sort_by(|a, b| places[*a].total_cmp(&places[*b]));

@@ -5,31 +5,32 @@ use super::ink::{self, Color, Paint, Shape, Stroke};
 use crate::number;
 use std::fmt::Write;
 
-/// The elements drawn so far.
+/// Collects the elements of an SVG figure in the order in which they are drawn.
 #[derive(Clone, Debug, Default)]
 pub struct Canvas {
     body: String,
 }
 
-/// Style of a text. Its position is its left end, unless `anchor` says otherwise, at half its
-/// height.
+/// Style of a text. A text is drawn from its position to the right, unless `anchor` says otherwise,
+/// with half of its height above the position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Words {
     /// Height of the letters, CSS pixels.
     pub size: f64,
     /// Colour on a light screen.
     pub color: Color,
-    /// Whether the text is bold.
+    /// Whether the letters are bold; by default they are regular.
     pub bold: bool,
-    /// Part of the text that is at its position: 0 for its left end, 0.5 for its middle, 1 for its
-    /// right end.
+    /// Part of the text that is placed at its position: 0 for its left end, 0.5 for its middle, 1
+    /// for its right end.
     pub anchor: f64,
-    /// Whether the text runs upwards.
+    /// Whether the text is rotated by 90° so that it reads from bottom to top.
     pub turned: bool,
 }
 
 impl Words {
-    /// Returns the style of text of this size and colour.
+    /// Returns a regular, horizontal style with the left end of the text at its position. `size` is
+    /// the height of the letters, CSS pixels.
     #[must_use]
     pub const fn new(size: f64, color: Color) -> Self {
         Self {
@@ -41,13 +42,13 @@ impl Words {
         }
     }
 
-    /// Returns the same style in bold.
+    /// Returns this style with bold letters instead of regular ones, and with all else unchanged.
     #[must_use]
     pub const fn bold(self) -> Self {
         Self { bold: true, ..self }
     }
 
-    /// Returns the same style with the text centred on its position.
+    /// Returns this style with the middle of the text, instead of its left end, at its position.
     #[must_use]
     pub const fn centred(self) -> Self {
         Self {
@@ -56,7 +57,7 @@ impl Words {
         }
     }
 
-    /// Returns the same style with the text ending at its position.
+    /// Returns this style with the right end of the text, instead of its left end, at its position.
     #[must_use]
     pub const fn right_aligned(self) -> Self {
         Self {
@@ -65,7 +66,8 @@ impl Words {
         }
     }
 
-    /// Returns the same style with the text centred and running upwards.
+    /// Returns this style rotated by 90°, so that the text reads from bottom to top, and with its
+    /// middle at its position.
     #[must_use]
     pub const fn rotated(self) -> Self {
         Self {
@@ -81,7 +83,7 @@ fn short(value: f64) -> f64 {
     (value * 10.0).round() / 10.0 + 0.0
 }
 
-/// Formats points as a list for SVG.
+/// Formats points in the syntax of the SVG attribute `points`.
 fn path(points: &[At]) -> String {
     let mut all = Vec::with_capacity(12 * points.len());
     for (x, y) in points {
@@ -94,8 +96,8 @@ fn path(points: &[At]) -> String {
     String::from_utf8(all).unwrap_or_default() // numbers are
 }
 
-/// A figure as markup; empty if nothing is drawn. Only a [`Canvas`] can make one, and it escapes
-/// every text.
+/// A finished figure as SVG markup; empty if nothing is drawn. Only a [`Canvas`] creates it, and a
+/// canvas escapes every text.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Svg(String);
 
@@ -108,12 +110,12 @@ impl std::ops::Deref for Svg {
 }
 
 impl Canvas {
-    /// Writes one element; writing to a `String` cannot fail.
+    /// Appends one SVG element. It cannot fail, because it writes to a `String`.
     fn element(&mut self, element: std::fmt::Arguments) {
         let _ = writeln!(self.body, "{element}");
     }
 
-    /// Draws an upright box between two corners.
+    /// Draws a rectangle between two opposite corners.
     pub fn area(&mut self, from: At, to: At, paint: Paint) {
         let (x, y) = (short(from.0.min(to.0)), short(from.1.min(to.1)));
         let (w, h) = (short((to.0 - from.0).abs()), short((to.1 - from.1).abs()));
@@ -123,7 +125,7 @@ impl Canvas {
         ));
     }
 
-    /// Draws a line through points; nothing for fewer than two.
+    /// Draws a line through all points in their order; draws nothing for fewer than two points.
     pub fn line(&mut self, points: &[At], stroke: Stroke) {
         if points.len() < 2 {
             return;
@@ -135,7 +137,7 @@ impl Canvas {
         ));
     }
 
-    /// Draws a closed outline.
+    /// Draws a polygon with these corners, closed from the last to the first.
     pub fn polygon(&mut self, corners: &[At], paint: Paint) {
         let points = path(corners);
         self.element(format_args!(
@@ -144,7 +146,7 @@ impl Canvas {
         ));
     }
 
-    /// Draws a mark of this radius.
+    /// Draws a mark with its centre at a point; `radius` is in pixels.
     pub fn mark(&mut self, (x, y): At, shape: Shape, radius: f64, paint: Paint) {
         if shape != Shape::Disc {
             let corners = shape.corners().into_iter();
@@ -185,8 +187,8 @@ impl Canvas {
         ));
     }
 
-    /// Returns the SVG of this width and height, which scales with its page; screen readers read
-    /// `description`.
+    /// Returns the drawn elements as an SVG of this width and height, which scales with the page
+    /// that shows it. Screen readers read `description`.
     #[must_use]
     pub fn svg(&self, (width, height): At, description: &str) -> Svg {
         let (width, height) = (width.ceil(), height.ceil());
@@ -210,9 +212,8 @@ fn paint_attributes(paint: Paint) -> String {
     }
 }
 
-/// Escapes a text for HTML, SVG and XML, also within quotes. Characters that an XML document must
-/// not contain (XML 1.0, section 2.2: U+FFFE, U+FFFF and most control characters), and the other
-/// control characters, become U+FFFD.
+/// Escapes a text for HTML, SVG and XML, also within quotes. Control characters, and characters
+/// that an XML document must not contain (XML 1.0, section 2.2), become U+FFFD.
 #[must_use]
 pub fn escape(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
@@ -231,7 +232,7 @@ pub fn escape(text: &str) -> String {
     safe
 }
 
-/// Returns the figure with its style and background, for a file of its own.
+/// Returns the figure as the content of an SVG file, with style rules and background included.
 #[must_use]
 pub fn standalone(figure: &Svg) -> String {
     let open = figure.find('>').map_or(0, |end| end + 1);

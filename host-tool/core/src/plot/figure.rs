@@ -5,10 +5,11 @@ use super::ink::{EDGE, HALO, INK, MUTED, Paint, Shape, Stroke, stroke};
 use super::panel::{LetterScale, Margins, Panel};
 use super::words::{width, wrap_text};
 
-/// Width of every figure, CSS pixels.
+/// Width of every figure, CSS pixels; a page may scale it.
 pub const WIDTH: f64 = 1000.0;
-/// Height of a line of the legend, and of the notes, pixels.
+/// Height of one row of the legend, pixels.
 const LEGEND: f64 = 22.0;
+/// Height of one line of the subtitle or of the notes, pixels.
 const NOTE: f64 = 18.0;
 
 /// Symbol of a legend entry.
@@ -24,16 +25,16 @@ pub enum Key {
     Marked(Stroke, Shape),
 }
 
-/// The content of a figure.
+/// Content of a figure with titles, legend, panels and notes, from which its SVG is drawn.
 #[derive(Clone, Debug, Default)]
 pub struct Figure {
     /// Title above everything else, in bold; may be empty.
     pub title: String,
     /// Subtitle below the title; may be empty.
     pub subtitle: String,
-    /// Description that screen readers read.
+    /// Description of the figure for screen readers.
     pub description: String,
-    /// Symbols with their meanings, in as many rows as needed.
+    /// Legend: symbols with their meanings. It takes as many rows as it needs.
     pub legend: Vec<(Key, String)>,
     /// Rows of panels; the panels of one column are aligned.
     pub rows: Vec<Vec<Panel>>,
@@ -42,7 +43,7 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// Returns the figure for a page, which must include [`super::ink::style`].
+    /// Draws the figure for a page. The page must include the rules of [`super::ink::style`].
     #[must_use]
     pub fn svg(&self) -> Svg {
         let mut canvas = Canvas::default();
@@ -63,7 +64,7 @@ impl Figure {
         canvas.svg((WIDTH, y), &self.description)
     }
 
-    /// Returns the figure as a file of its own.
+    /// Draws the figure for a separate SVG file, which includes its own style rules.
     #[must_use]
     pub fn file(&self) -> String {
         standalone(&self.svg())
@@ -121,8 +122,8 @@ impl Figure {
     }
 }
 
-/// Draws legend entries in rows from a position, no further right than `right`; returns the
-/// vertical position below them.
+/// Draws legend entries from the position (`left`, `top`) on, in as many rows as needed. No entry
+/// extends beyond `right`. Returns the vertical position below the last row.
 pub fn draw_legend(
     canvas: &mut Canvas,
     letters: LetterScale,

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// Red, green and blue of a colour on a light screen.
+/// Colour on a light screen: its red, green and blue parts, 0 to 255.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Color(pub u8, pub u8, pub u8);
 
@@ -13,7 +13,7 @@ impl fmt::Display for Color {
 }
 
 impl Color {
-    /// Returns the colour at the share `part`, 0 to 1, between this one and another.
+    /// Mixes this colour with `other`. `part` is the share of `other`, 0 to 1.
     #[must_use]
     pub fn mix(self, other: Self, part: f64) -> Self {
         let mix =
@@ -26,27 +26,27 @@ impl Color {
     }
 }
 
-/// Colour of text, axes and references.
+/// Colour of text, axes and the reference that a controller follows.
 pub const INK: Color = Color(0x1F, 0x23, 0x28);
-/// Colour of secondary text.
+/// Colour of secondary text, such as tick labels and notes.
 pub const MUTED: Color = Color(0x59, 0x63, 0x6E);
 /// Colour of grid lines.
 pub const GRID: Color = Color(0xD8, 0xDE, 0xE4);
-/// Background of parts that do not count.
+/// Background of parts of a plot that are not judged.
 pub const SHADE: Color = Color(0xEE, 0xF0, 0xF3);
-/// Background of a picture.
+/// Background of a figure.
 pub const PAPER: Color = Color(0xFF, 0xFF, 0xFF);
 
-/// Colour of a mark that is readable on every colour in light and dark, together with [`HALO`].
-/// These two stay the same on a dark screen.
+/// Colour of a mark that must be readable on every background, light or dark; [`HALO`] surrounds
+/// it. Both stay the same on a dark screen.
 pub const EDGE: Color = Color(0x11, 0x11, 0x11);
-/// Colour that surrounds [`EDGE`].
+/// Colour around a mark in the colour [`EDGE`].
 pub const HALO: Color = Color(0xFD, 0xFD, 0xFD);
 
-/// Okabe and Ito's palette for all kinds of colour vision, without its yellow and black, which
-/// vanish on white or dark (Color Universal Design, 2008). Its orange is darkened until it stands
-/// out from white by 3:1 (WCAG 1.4.11); violet replaces its sky blue, which cannot be distinguished
-/// from blue on dark.
+/// Colours that people with any kind of colour vision can distinguish, after Okabe and Ito (Color
+/// Universal Design, 2008). Their yellow and black are left out, because these vanish on white or
+/// on dark. Their orange is darkened to a contrast of 3:1 with white (WCAG 1.4.11). Violet replaces
+/// their sky blue, which cannot be distinguished from blue on dark.
 pub const PALETTE: [Color; 6] = [
     Color(0x00, 0x72, 0xB2),
     Color(0xD5, 0x5E, 0x00),
@@ -55,12 +55,12 @@ pub const PALETTE: [Color; 6] = [
     Color(0xBF, 0x83, 0x00),
     Color(0x66, 0x39, 0xB7),
 ];
-/// First additional colour, where six do not suffice.
+/// Seventh colour, for figures that need more colours than [`PALETTE`] has.
 pub const BROWN: Color = Color(0x8C, 0x56, 0x4B);
-/// Second additional colour, where six do not suffice.
+/// Eighth colour, for figures that need more colours than [`PALETTE`] has.
 pub const SKY: Color = Color(0x2B, 0x8F, 0xA8);
 
-/// Replacements of some colours on a dark screen.
+/// Colours that are replaced on a dark screen: the colour on a light screen, and its replacement.
 const DARK: [(Color, Color); 8] = [
     (INK, Color(0xE6, 0xED, 0xF3)),
     (MUTED, Color(0x9D, 0xA7, 0xB1)),
@@ -72,7 +72,7 @@ const DARK: [(Color, Color); 8] = [
     (BROWN, Color(0xC0, 0x8A, 0x7E)),
 ];
 
-/// Returns the style rules that every figure needs, within the page or on its own.
+/// Returns the CSS rules that every figure needs, in a page or in an SVG file.
 #[must_use]
 pub fn style() -> String {
     let dark = DARK.map(|(light, dark)| {
@@ -89,7 +89,7 @@ pub fn style() -> String {
     )
 }
 
-/// Style of a line.
+/// Colour and width of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stroke {
     /// Colour on a light screen.
@@ -98,24 +98,24 @@ pub struct Stroke {
     pub width: f64,
 }
 
-/// Way in which an outline is painted.
+/// How the area inside an outline is painted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Paint {
     /// Filled with this colour.
     Full(Color),
-    /// Filled so faintly that the background shows through.
+    /// Filled with this colour, almost transparent.
     Tint(Color),
-    /// Outline only, this many pixels wide.
+    /// Not filled: only an outline in this colour, with this width in pixels.
     Ring(Color, f64),
 }
 
-/// Returns a line style of this colour, `width` CSS pixels wide.
+/// Returns a line style with this colour. `width` is in CSS pixels.
 #[must_use]
 pub const fn stroke(color: Color, width: f64) -> Stroke {
     Stroke { color, width }
 }
 
-/// Shape of a mark at a point.
+/// Shape of a mark that is drawn at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
     /// Filled circle.
@@ -132,12 +132,12 @@ pub enum Shape {
     Star,
     /// Short upright stroke, for the end of a bar.
     End,
-    /// Head of an arrow to the right, for a bar that continues.
+    /// Arrowhead that points right, for a bar that continues beyond the plot.
     Beyond,
 }
 
 impl Shape {
-    /// Shapes that distinguish series.
+    /// Shapes for the points of different series in one plot.
     pub const SERIES: [Self; 5] = [
         Self::Disc,
         Self::Square,
@@ -146,7 +146,8 @@ impl Shape {
         Self::Diamond,
     ];
 
-    /// Returns the corners around the middle, for a radius of 1; none for a disc.
+    /// Returns the corners of the shape around its centre, for a radius of 1; an empty list for a
+    /// disc.
     pub(super) fn corners(self) -> Vec<(f64, f64)> {
         let turned = |count: u32, start: f64, long: f64, short: f64| {
             let corner = |n: u32| {
@@ -177,17 +178,18 @@ impl Shape {
     }
 }
 
-/// Appearance of a channel in every figure, beside its number: ten marks that all differ.
+/// Colour and filling by which a channel is recognized in every figure. The ten channels have ten
+/// different marks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelMark {
     /// Colour of the channel's lines.
     pub color: Color,
-    /// Whether the mark is filled: it is for the first six channels; the others repeat the colours,
-    /// hollow.
+    /// Whether the mark is filled. The marks of the first six channels are filled; those of the
+    /// other channels repeat the colours as rings.
     pub filled: bool,
 }
 
-/// Returns the mark of a channel, from 1.
+/// Returns the mark of the channel with this number, from 1.
 #[must_use]
 pub fn channel_mark(number: u8) -> ChannelMark {
     let place = usize::from(number.saturating_sub(1));
@@ -198,7 +200,7 @@ pub fn channel_mark(number: u8) -> ChannelMark {
 }
 
 impl ChannelMark {
-    /// Returns the paint of a dot: a disc or a ring.
+    /// Returns the paint of a mark's dot: a filled disc or a ring.
     #[must_use]
     pub fn dot(self) -> Paint {
         if self.filled {
@@ -208,7 +210,8 @@ impl ChannelMark {
         }
     }
 
-    /// Returns the paint of the area between a line and zero; `None` if the mark is not filled.
+    /// Returns the paint for the area between a channel's curve and zero; `None` for a channel
+    /// whose mark is not filled.
     #[must_use]
     pub fn tint(self) -> Option<Paint> {
         self.filled.then_some(Paint::Tint(self.color))

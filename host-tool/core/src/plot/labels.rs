@@ -2,10 +2,10 @@
 
 use super::At;
 
-/// Box of a label: left, top, right, bottom.
+/// Rectangle that a label occupies: left, top, right and bottom, pixels.
 pub(super) type Box4 = [f64; 4];
 
-/// Parts of a panel that are already in use.
+/// Parts of a panel that are occupied, so that further labels avoid them.
 #[derive(Default)]
 pub(super) struct OccupiedSpace {
     labels: Vec<Box4>,
@@ -13,7 +13,8 @@ pub(super) struct OccupiedSpace {
     lines: Vec<(At, At)>,
 }
 
-/// Costs of a label on another label, outside the panel, on a mark, and on a line.
+/// Costs of a position for a label, for each label that it overlaps, for leaving the panel, for
+/// each mark and for each line that it overlaps. The position with the lowest sum is chosen.
 const COSTS: [f64; 4] = [1000.0, 400.0, 60.0, 25.0];
 
 impl OccupiedSpace {
@@ -31,8 +32,8 @@ impl OccupiedSpace {
         self.labels.push(label);
     }
 
-    /// Returns the left middle of a label of this size for a point, at the best of many positions
-    /// around it, and marks the space as in use.
+    /// Finds the best of many positions around a point for a label of size (`wide`, `high`), and
+    /// marks its space as occupied. Returns the left end of the label, at half its height.
     pub(super) fn place_label(&mut self, (x, y): At, (wide, high): At, bounds: Box4) -> At {
         let mut best = (f64::MAX, (x, y));
         for (ring, distance) in [9.0, 18.0, 30.0, 46.0, 66.0, 90.0].into_iter().enumerate() {
@@ -76,7 +77,8 @@ fn overlap(a: Box4, b: Box4) -> bool {
     a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
 }
 
-/// Returns whether a line crosses a box, checked in steps of a few pixels.
+/// Returns whether a line crosses the rectangle of a label. It tests points of the line that are at
+/// most 4 pixels apart.
 fn crosses(label: Box4, (from, to): (At, At)) -> bool {
     let length = (to.0 - from.0).hypot(to.1 - from.1);
     let steps = (length / 4.0).ceil().max(1.0) as u32;

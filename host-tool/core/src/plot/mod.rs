@@ -22,5 +22,6 @@ pub use figure::{Figure, Key};
 pub use ink::{Color, Paint, Shape, Stroke};
 pub use panel::{Mark, Panel};
 
-/// A position: on a canvas in CSS pixels from its top left, on a panel in the units of its axes.
+/// Horizontal and vertical position: on a canvas in CSS pixels from the top left, in a panel in the
+/// units of its axes.
 pub type At = (f64, f64);

@@ -7,66 +7,66 @@ use super::ink::{Color, GRID, INK, MUTED, PALETTE, Paint, Shape, Stroke, stroke}
 use super::labels::OccupiedSpace;
 use super::words::{truncate, width};
 
-/// Maximum width of the names at a panel's left edge, pixels.
+/// Maximum width of the row names at a panel's left edge, pixels.
 const HEADS: f64 = 150.0;
-/// Space for the tick label of a bold name, to its right, pixels.
+/// Space to the right of a bold row name, for the tick label of the same row, pixels.
 const OWN_TICK: f64 = 70.0;
-/// Distance between words and the object that they label, pixels.
+/// Distance between a text and the object that it labels, pixels.
 const NEAR: f64 = 6.0;
 
-/// An object that is drawn between the axes, in their units.
+/// Object that is drawn in a plot; its positions are in the units of the axes.
 #[derive(Clone, Debug)]
 pub enum Mark {
-    /// Line through points.
+    /// Line through these points.
     Line(Vec<At>, Stroke),
-    /// Closed outline.
+    /// Closed outline with these corners.
     Outline(Vec<At>, Paint),
-    /// Box from x to x, then from y to y: a bar, a band or a cell; infinite ends reach the edges of
-    /// the panel.
+    /// Rectangle with a horizontal range and then a vertical range, such as a bar, a band or a
+    /// cell. An infinite end reaches the edge of the plot.
     Area(At, At, Paint),
-    /// Mark at a point, with its radius in pixels.
+    /// Mark at a point; the number is its radius in pixels.
     Dot(At, Shape, f64, Paint),
-    /// Words at a free position near a point.
+    /// Text near a point, placed where it overlaps as little as possible.
     Label(At, String, Color),
-    /// Words this many pixels to the right of a point.
+    /// Text to the right of a point; the number is the distance in pixels.
     Beside(At, f64, String),
 }
 
-/// A plot between two axes, with its titles and marks.
+/// A plot between two axes, with its titles and the objects in it.
 #[derive(Clone, Debug)]
 pub struct Panel {
-    /// Title over the left end, in bold.
+    /// Title above the left end of the plot, in bold.
     pub title: String,
-    /// Result over the right end, in bold and blue.
+    /// Main result, above the right end of the plot, in bold and blue.
     pub result: String,
     /// Horizontal axis.
     pub x: Axis,
-    /// Vertical axis, upwards; rows are counted downwards.
+    /// Vertical axis: values increase upwards, but rows are counted from the top.
     pub y: Axis,
-    /// Height of the plot alone, pixels.
+    /// Height of the plot without its margins, pixels.
     pub height: f64,
-    /// Width relative to that of its neighbours.
+    /// Width of the panel relative to other panels in the same row; 1 by default.
     pub share: f64,
-    /// Marks under the grid.
+    /// Objects that are drawn under the grid lines.
     pub ground: Vec<Mark>,
-    /// Marks over the grid, in order.
+    /// Objects that are drawn over the grid lines, the first at the bottom.
     pub marks: Vec<Mark>,
 }
 
 /// Margins to the left, above, to the right and below a plot, pixels.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Margins {
-    /// Space for names, tick labels and the axis name.
+    /// Space for row names, tick labels and the name of the y axis.
     pub left: f64,
-    /// Space for titles and words at the far side.
+    /// Space for the titles, and for the texts at the far side of the x axis.
     pub top: f64,
-    /// Space for words at the far side.
+    /// Space for the texts at the far side of the y axis.
     pub right: f64,
-    /// Space for tick labels and the axis name.
+    /// Space for tick labels and the name of the x axis.
     pub bottom: f64,
 }
 
-/// Size of the letters relative to the usual size.
+/// Factor for the size of all letters; 1 is the usual size.
 #[derive(Clone, Copy, Debug)]
 pub struct LetterScale(pub f64);
 
@@ -83,14 +83,14 @@ impl LetterScale {
         Words::new(13.0 * self.0, INK).bold()
     }
 
-    /// Returns the height of a line of tick labels.
+    /// Returns the height of one line of tick labels, pixels.
     fn line(self) -> f64 {
         15.0 * self.0
     }
 }
 
 impl Panel {
-    /// Returns an empty plot of this height.
+    /// Returns a panel without objects. `height` is the height of the plot, pixels.
     #[must_use]
     pub fn new(title: &str, x: Axis, y: Axis, height: f64) -> Self {
         Self {
@@ -105,7 +105,7 @@ impl Panel {
         }
     }
 
-    /// Returns the space for everything around a plot that is `wide` pixels wide.
+    /// Returns the margins that the panel needs around a plot that is `wide` pixels wide.
     #[must_use]
     pub fn margins(&self, letters: LetterScale, wide: f64) -> Margins {
         let ticks = self.y.widest(letters.tick().size);
@@ -150,7 +150,8 @@ impl Panel {
         widest.min(HEADS * letters.0)
     }
 
-    /// Returns the interval between columns that are labelled, and the number of lines of labels.
+    /// Returns the layout of the labels of columns: 1 if every column has a label, n if only every
+    /// n-th one has, and the number of lines of labels.
     fn label_layout(&self, letters: LetterScale, wide: f64) -> (usize, f64) {
         let Scale::Rows(count) = self.x.scale else {
             return (1, 1.0);
@@ -163,8 +164,8 @@ impl Panel {
         }
     }
 
-    /// Draws the panel with its plot between the top left `from` and the bottom right `to`, and its
-    /// title `above` pixels over the plot.
+    /// Draws the panel. `from` and `to` are the top left and bottom right corners of its plot; the
+    /// title is `above` pixels over the plot.
     pub fn draw(
         &self,
         canvas: &mut Canvas,
@@ -188,7 +189,7 @@ impl Panel {
     }
 }
 
-/// A panel at its position on a canvas.
+/// A panel with the position of its plot on a canvas, while it is drawn.
 struct PlacedPanel<'a> {
     panel: &'a Panel,
     letters: LetterScale,
@@ -220,7 +221,8 @@ impl PlacedPanel<'_> {
             .collect()
     }
 
-    /// Draws faint lines at the ticks, lines with names, and the marks of cuts on the axis.
+    /// Draws the grid lines at the ticks, the lines across the plot that have a name, and the signs
+    /// for parts that are cut out of the x axis.
     fn grid(&self, canvas: &mut Canvas) {
         let across = |x: f64| [(x, self.from.1), (x, self.to.1)];
         let up = |y: f64| [(self.from.0, y), (self.to.0, y)];
@@ -279,7 +281,8 @@ impl PlacedPanel<'_> {
         }
     }
 
-    /// Draws the labels, after everything else, so that they avoid the space in use.
+    /// Draws the texts of [`Mark::Label`]. They are drawn last, so that they avoid the other
+    /// objects where possible.
     fn labels(&self, canvas: &mut Canvas, taken: &mut OccupiedSpace) {
         let bounds = [self.from.0, self.from.1, self.to.0, self.to.1];
         for mark in &self.panel.marks {
@@ -300,7 +303,7 @@ impl PlacedPanel<'_> {
         }
     }
 
-    /// Draws titles, heads, tick labels, names and words at the far side.
+    /// Draws titles, row names, tick labels, axis names and the texts at the far side.
     fn draw_texts(&self, canvas: &mut Canvas) {
         let (panel, letters) = (self.panel, self.letters);
         let over = self.from.1 - self.above + 11.0 * letters.0;

@@ -1,15 +1,17 @@
 //! Reduces long signals to a number of points that can be drawn, without losing a peak.
 
-/// A time and a value.
+/// Time and value of a signal.
 pub type Point = (f64, f64);
 
-/// Time without rows after which a signal is interrupted, because nothing was recorded, s.
+/// Time between two points from which a signal is interrupted, s, because nothing was recorded in
+/// between.
 const GAP_S: f64 = 0.5;
 
-/// Splits a signal where nothing was recorded, and keeps the smallest and the largest value of each
-/// bucket, in their order: at most two points per bucket. Values that are not finite are left out.
+/// Reduces a signal to at most two points for each of `buckets` groups of consecutive points: those
+/// with the smallest and the largest value, in their order. Splits the signal where nothing was
+/// recorded, and leaves out values that are not finite.
 ///
-/// The iterator runs over the points twice, and at most one bucket is in memory.
+/// The iterator runs over the points twice, and at most one group is in memory.
 pub fn shorten(points: impl Iterator<Item = Point> + Clone, buckets: usize) -> Vec<Vec<Point>> {
     let points = points.filter(|(t, value)| t.is_finite() && value.is_finite());
     let mut short = ShortenedSeries::new(points.clone().count(), buckets);
@@ -17,7 +19,7 @@ pub fn shorten(points: impl Iterator<Item = Point> + Clone, buckets: usize) -> V
     short.finish()
 }
 
-/// A signal that is reduced as by [`shorten`] while its points arrive one by one.
+/// Signal that is reduced as by [`shorten`] while its points arrive one by one.
 #[derive(Clone, Debug)]
 pub struct ShortenedSeries {
     per_bucket: usize,
@@ -27,7 +29,8 @@ pub struct ShortenedSeries {
 }
 
 impl ShortenedSeries {
-    /// Returns an empty signal that will receive `points` points, for this many buckets.
+    /// Returns an empty signal that will receive `points` points and reduces them to `buckets`
+    /// groups.
     #[must_use]
     pub fn new(points: usize, buckets: usize) -> Self {
         Self {
@@ -55,7 +58,7 @@ impl ShortenedSeries {
         self.bucket.push(point);
     }
 
-    /// Returns the parts of the signal between which nothing was recorded.
+    /// Returns the parts of the reduced signal, split where nothing was recorded.
     #[must_use]
     pub fn finish(mut self) -> Vec<Vec<Point>> {
         self.part.extend(extremes(&self.bucket));
@@ -65,8 +68,8 @@ impl ShortenedSeries {
     }
 }
 
-/// Returns the points with the smallest and the largest value, the earlier one first; only one if
-/// they are the same.
+/// Returns the points with the smallest and the largest value, the earlier one first; only one
+/// point if they are the same.
 fn extremes(points: &[Point]) -> impl Iterator<Item = Point> {
     let by_value = |a: &&Point, b: &&Point| a.1.total_cmp(&b.1);
     let low = points.iter().min_by(by_value).copied();
@@ -93,7 +96,7 @@ pub fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
         })
 }
 
-/// Returns a round step (1, 2 or 5 times a power of ten) that divides `span` into at most `parts`.
+/// Returns a step of 1, 2 or 5 times a power of ten that divides `span` into at most `parts` steps.
 pub fn round_step(span: f64, parts: f64) -> f64 {
     let rough = (span / parts).max(1e-9);
     let decade = 10f64.powf(rough.log10().floor());

@@ -8,10 +8,10 @@
 use std::collections::HashMap;
 use std::sync::LazyLock;
 
-/// Units per em in the table of widths.
+/// Units per em in which the table of letter widths is given.
 const PER_EM: f64 = 2048.0;
 
-/// Widths of letters in ems, regular and bold.
+/// Width of each letter, in ems: regular, then bold.
 static ADVANCES: LazyLock<HashMap<char, [f64; 2]>> = LazyLock::new(|| {
     let lines = include_str!("advances.txt").lines();
     let row = |line: &str| {
@@ -29,15 +29,16 @@ pub fn advance(letter: char, bold: bool) -> Option<f64> {
     Some(ADVANCES.get(&letter)?[usize::from(bold)])
 }
 
-/// Returns the width of a text that is `size` pixels high, pixels; a letter without an entry counts
-/// as one em.
+/// Returns the width of a text, pixels, in letters of height `size`. A letter that the table does
+/// not have counts as one em.
 #[must_use]
 pub fn width(size: f64, text: &str, bold: bool) -> f64 {
     let each = text.chars().map(|c| advance(c, bold).unwrap_or(1.0));
     size * each.sum::<f64>()
 }
 
-/// Returns the text, cut to `room` pixels and with an ellipsis if it is too long.
+/// Returns `text` unchanged if it fits in `room` pixels; otherwise shortens it and ends it with an
+/// ellipsis.
 #[must_use]
 pub fn truncate(size: f64, text: &str, room: f64, bold: bool) -> String {
     if width(size, text, bold) <= room {
@@ -48,20 +49,21 @@ pub fn truncate(size: f64, text: &str, room: f64, bold: bool) -> String {
     short.trim_end().to_owned() + "…"
 }
 
-/// Splits a paragraph into lines that fit in `room` pixels.
+/// Splits a paragraph into lines that are at most `room` pixels wide, in letters of height `size`.
 #[must_use]
 pub fn wrap_text(size: f64, paragraph: &str, room: f64) -> Vec<String> {
     wrap_by(|line| width(size, line, false), paragraph, room)
 }
 
-/// Splits a paragraph into lines that fit in the columns of a terminal.
+/// Inserts line breaks into a paragraph so that no line is longer than `columns` characters.
 #[must_use]
 pub fn wrap_columns(paragraph: &str, columns: u16) -> String {
     let wide = |line: &str| line.chars().count() as f64;
     wrap_by(wide, paragraph, columns.into()).join("\n")
 }
 
-/// Splits a paragraph into lines for which `wide` is at most `room`; a single word may be wider.
+/// Splits a paragraph into lines whose width, as `wide` measures it, is at most `room`. Only a
+/// single long word may be wider.
 fn wrap_by(wide: impl Fn(&str) -> f64, paragraph: &str, room: f64) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in paragraph.split_whitespace() {
@@ -77,7 +79,7 @@ fn wrap_by(wide: impl Fn(&str) -> f64, paragraph: &str, room: f64) -> Vec<String
     lines
 }
 
-/// Formats a number with its digits in groups of three, separated by thin spaces.
+/// Formats a number with thin spaces between groups of three digits.
 #[must_use]
 pub fn group_digits(number: u64) -> String {
     let digits = number.to_string();

@@ -8,18 +8,21 @@ use crate::plot::words::truncate;
 use crate::plot::{Axis, Figure, Key, Mark, Paint, Panel, Scale, Shape, Svg};
 use crate::record::{PaperRow, Trial};
 
-/// Height of a bar with its space, and maximum width of its name, pixels.
+/// Height of a bar with the space around it, pixels.
 const PITCH: f64 = 24.0;
+/// Maximum width of the name of a bar, pixels.
 const NAME: f64 = 300.0;
 
-/// One bar, with dots for the single values behind it.
+/// One bar of the chart: the RMSE of this run, or the mean of a paper's trials with a dot for each
+/// of them.
 struct Bar<'a> {
     label: &'a str,
     value: f64,
     dots: &'a [f64],
 }
 
-/// Returns the bars of every trial that has values from a paper; an empty figure if there are none.
+/// Draws the bars of every trial for which a paper reports values; an empty figure if there are
+/// none.
 pub(super) fn figure(trials: &[Trial], paper: &[PaperRow]) -> Svg {
     let groups = trials
         .iter()
@@ -92,7 +95,8 @@ fn trial_bars<'a>(trial: &Trial, paper: &'a [PaperRow]) -> Option<Vec<Bar<'a>>> 
     (bars.len() > 1).then_some(bars)
 }
 
-/// Draws a bar with its dots and its number; returns the value at its end.
+/// Adds a bar with its dots and its number to `marks`. Returns the largest value that the bar or a
+/// dot shows.
 fn draw(marks: &mut Vec<Mark>, at: f64, bar: &Bar) -> f64 {
     let (color, words) = match bar.dots {
         [] => (PALETTE[0], degrees(bar.value)),

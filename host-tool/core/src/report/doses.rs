@@ -6,7 +6,7 @@ use crate::analysis::{ChannelDose, doses};
 use crate::html;
 use crate::record::Trial;
 
-/// Headings of [`cells`], with units.
+/// Headings of the cells that [`cells`] returns, with units.
 pub(super) const HEADS: [&str; 8] = [
     "peak",
     "µC/phase",
@@ -18,7 +18,7 @@ pub(super) const HEADS: [&str; 8] = [
     "rate Hz",
 ];
 
-/// Explanation of the columns, shown below a table.
+/// Explanation of the columns, shown below a table of doses.
 pub(super) const NOTE: &str = "Computed from the record; current is not measured during \
      stimulation. Charge is the sum over all pulses: − in cathodic phases, + in anodic phases, \
      ± the same in both. Rms is taken over the whole trial. A channel counts as on while each \
@@ -27,7 +27,7 @@ pub(super) const NOTE: &str = "Computed from the record; current is not measured
 
 const UNKNOWN: &str = "–";
 
-/// Returns the output of a channel, in the order of [`HEADS`].
+/// Formats the dose of a channel as the cells of a table row, in the order of [`HEADS`].
 pub(super) fn cells(dose: &ChannelDose) -> [String; 8] {
     let known = |value: Option<f64>| value.map_or_else(|| UNKNOWN.to_owned(), three_digits);
     let range = |range: Option<(f64, f64)>| {
@@ -48,7 +48,8 @@ pub(super) fn cells(dose: &ChannelDose) -> [String; 8] {
     ]
 }
 
-/// Formats the delivered charge with its sign.
+/// Formats the larger of cathodic and anodic charge. The sign is − if all charge was cathodic, + if
+/// all was anodic, and ± if both were delivered.
 fn charge(dose: &ChannelDose) -> String {
     let (Some(cathodic), Some(anodic)) = (dose.cathodic_uc, dose.anodic_uc) else {
         return UNKNOWN.to_owned();
@@ -62,12 +63,12 @@ fn charge(dose: &ChannelDose) -> String {
     }
 }
 
-/// Returns the number and name of a channel.
+/// Formats the number and the name of a channel as one text.
 pub(super) fn channel(dose: &ChannelDose) -> String {
     format!("{} {}", dose.channel, dose.name)
 }
 
-/// Returns a table with one row for the output of each channel of each trial; empty without
+/// Returns a table with the dose of each channel of each trial in a row; an empty text without
 /// channels.
 pub(super) fn dose_table(trials: &[Trial]) -> Html {
     let is_single = trials.len() == 1;

@@ -8,20 +8,23 @@ use crate::plot::{At, Axis, Figure, Key, Mark, Paint, Panel, Scale, Svg};
 use crate::record::{Edge, State, Trial};
 
 const ROW: f64 = 54.0;
-/// Half the height of a pulse, as a share of a row.
+/// Half of the height of a drawn pulse, as a share of the height of its row.
 const LEVEL: f64 = 0.35;
-/// Lengths above which a stretch without an edge is cut, µs. The smaller ones are tried if the
-/// narrowest phase would otherwise be too thin to see.
+/// Lengths above which a stretch without an edge is cut out of the time axis, µs. The first length
+/// that leaves the narrowest phase wide enough to see is used.
 const CUTS_US: [u64; 4] = [2500, 1000, 400, 100];
-/// Width that is too thin to see, and width of a cut, as shares of the plot.
+/// Width below which a phase is too thin to see, as a share of the plot.
 const THIN: f64 = 10.0 / 840.0;
+/// Width of the gap where a stretch is cut out, as a share of the plot.
 const CUT: f64 = 20.0 / 840.0;
 
-/// One state of a channel: start, end (µs since the first edge), state.
+/// Time during which a channel does not change its state: its start and end, µs since the first
+/// edge, and the state.
 type Stretch = (u64, u64, State);
 
-/// Returns the edges of one trial; an empty figure if none were recorded. `alike` are trials with
-/// the same edges and possibly other amplitudes, whose DAC codes are shown as well.
+/// Draws the switch states of one trial; an empty figure if no edges were recorded. `alike` are
+/// trials with the same edges but possibly other amplitudes. Their DAC codes are included in the
+/// range that each channel shows.
 #[must_use]
 pub fn edges_figure(trial: &Trial, alike: &[&Trial]) -> Svg {
     let Some(start) = trial.edges.iter().map(|edge| edge.t_us).min() else {
@@ -77,7 +80,7 @@ pub fn edges_figure(trial: &Trial, alike: &[&Trial]) -> Svg {
     .svg()
 }
 
-/// Returns the time axis, with ticks in every part.
+/// Returns the time axis for the visible parts of the period, with ticks in each part.
 fn time(parts: &[(u64, u64)]) -> Axis {
     let real = parts.iter().map(|(from, to)| (*from as f64, *to as f64));
     let scale = Scale::Parts(real.collect());
@@ -89,8 +92,8 @@ fn time(parts: &[(u64, u64)]) -> Axis {
     Axis::new("time since the first edge (µs)", scale).ticks(ticks.collect())
 }
 
-/// Returns the parts of the period that are drawn, µs: the ones with the longest cuts at which the
-/// narrowest phase is still visible.
+/// Returns the parts of the period that are drawn, as start and end in µs. Uses the first length in
+/// [`CUTS_US`] with which the narrowest phase is visible, or else the one with which it is widest.
 fn visible_parts(edges: &[Edge]) -> Vec<(u64, u64)> {
     let narrowest = narrowest_phase(edges) as f64;
     let seen = |parts: &Vec<(u64, u64)>| {
@@ -104,8 +107,8 @@ fn visible_parts(edges: &[Edge]) -> Vec<(u64, u64)> {
     best.cloned().unwrap_or_default()
 }
 
-/// Returns the parts of the period that remain if every stretch without an edge longer than
-/// `longest` µs is cut out.
+/// Returns the parts of the period that remain, as start and end in µs, if every stretch without an
+/// edge that is longer than `longest` µs is cut out.
 fn cut_gaps(edges: &[Edge], longest: u64) -> Vec<(u64, u64)> {
     let groups: Vec<(u64, u64)> = edges
         .chunk_by(|a, b| b.t_us - a.t_us <= longest)
@@ -119,7 +122,7 @@ fn cut_gaps(edges: &[Edge], longest: u64) -> Vec<(u64, u64)> {
         .collect()
 }
 
-/// Returns the length of the shortest anodic or cathodic phase, µs.
+/// Returns the length of the shortest anodic or cathodic phase, µs; 100 without any phase.
 fn narrowest_phase(edges: &[Edge]) -> u64 {
     let phases = edges.iter().enumerate().filter(|(_, e)| is_phase(e.state));
     let length = |(i, phase): (usize, &Edge)| {
@@ -133,7 +136,8 @@ fn is_phase(state: State) -> bool {
     matches!(state, State::Anodic | State::Cathodic)
 }
 
-/// Returns the states of a channel within one part.
+/// Returns the states of a channel, one after the other, within the visible part from `from` to
+/// `to`.
 fn stretches(edges: &[Edge], channel: u8, (from, to): (u64, u64)) -> Vec<Stretch> {
     let mut stretches: Vec<Stretch> = vec![(from, to, State::Isolated)];
     for edge in edges.iter().filter(|edge| edge.channel == channel) {
@@ -146,7 +150,8 @@ fn stretches(edges: &[Edge], channel: u8, (from, to): (u64, u64)) -> Vec<Stretch
     stretches
 }
 
-/// Returns the name of a channel, with the smallest and the largest DAC code of its phases.
+/// Returns the row name of a channel, with the smallest and the largest DAC code of its phases
+/// below it.
 fn head(trial: &Trial, codes: Option<(u16, u16)>, channel: u8, at: f64) -> Head {
     let info = trial.channels.iter().find(|info| info.number == channel);
     let name = info.map_or(String::new(), |info| info.name.clone());

@@ -8,15 +8,16 @@ use crate::plot::{Axis, Figure, Key, Mark, Panel, Stroke, Svg};
 use crate::record::{Run, Sample, Trial};
 
 const HEIGHT: f64 = 90.0;
-/// Number of points of a curve, more than a third of a screen can show.
+/// Number of groups of points to which a curve is reduced; each group keeps at most two points.
 const BUCKETS: usize = 300;
 const CAME: Stroke = stroke(PALETTE[0], 1.8);
 const WANTED: Stroke = stroke(INK, 1.0);
 
-/// Names of the directions, in the order of a sample's values.
+/// Directions of a force at the hand, in the order of the values in a sample.
 const AXES: [&str; 3] = ["backward (N)", "to the right (N)", "upward (N)"];
 
-/// Returns a panel for each direction of each trial with an arm; an empty figure if there is none.
+/// Draws a panel for each direction of the force in each trial with an arm; an empty figure if
+/// there is none.
 pub(super) fn figure(trials: &[Trial]) -> Svg {
     let driven = trials
         .iter()
@@ -67,7 +68,8 @@ pub(super) fn figure(trials: &[Trial]) -> Svg {
     .svg()
 }
 
-/// Returns the result of the forces wanted in a run, in a sentence; `None` without an arm.
+/// Describes in one sentence the wanted force at the hand, how often the arm could not produce it,
+/// and how far the force of a simulated arm differed from it; `None` without an arm.
 pub(super) fn hand_result(run: &Run) -> Option<String> {
     let samples = || run.trials.iter().flat_map(|trial| &trial.samples);
     let wanted = samples()

@@ -5,21 +5,21 @@ use std::borrow::Cow;
 use std::fmt;
 use std::ops::{Add, AddAssign};
 
-/// Markup that is inserted in a page unchanged.
+/// Markup for a page; it is not escaped again when it is inserted.
 ///
-/// It consists of the program's own literals in [`html!`](crate::html), of figures, and of text,
-/// which is escaped on insertion: no `String` becomes markup without escaping.
+/// It is made from the program's own literals in [`html!`](crate::html), from figures, and from
+/// texts that are escaped on insertion. No `String` becomes markup without escaping.
 #[derive(Clone, PartialEq, Eq, Default, Debug)]
 pub struct Html(String);
 
-/// A value for a placeholder of [`html!`](crate::html).
+/// A value that may fill a placeholder of [`html!`](crate::html).
 pub trait Piece {
-    /// Returns the value as markup: text is escaped, markup is unchanged.
+    /// Returns the value as markup. A text is escaped; markup is returned unchanged.
     fn markup(&self) -> Cow<'_, str>;
 }
 
-/// Makes markup in which each `{}` is a [`Piece`]. The literal must not capture variables, which
-/// would be inserted without escaping.
+/// Creates markup from a literal, in which each `{}` stands for a [`Piece`]. The literal must not
+/// contain names of variables, which would be inserted without escaping.
 #[macro_export]
 macro_rules! html {
     ($form:literal $(, $piece:expr)* $(,)?) => {
@@ -31,33 +31,33 @@ macro_rules! html {
 }
 
 impl Html {
-    /// Fills a literal of [`html!`](crate::html) with its pieces; must not be called in any other
-    /// way.
+    /// Fills the literal of [`html!`](crate::html) with values that are already escaped. Only that
+    /// macro may call this function.
     #[doc(hidden)]
     #[must_use]
     pub fn filled(parts: fmt::Arguments<'_>) -> Self {
         Self(parts.to_string())
     }
 
-    /// Returns text as escaped markup.
+    /// Converts a text into markup by escaping it.
     #[must_use]
     pub fn text(text: &str) -> Self {
         Self(escape(text))
     }
 
-    /// Returns whether the markup is empty.
+    /// Returns whether there is no markup, so that a page can leave the part out.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Returns the markup as text.
+    /// Returns the markup as a text, for writing it to a file.
     #[must_use]
     pub fn as_str(&self) -> &str {
         &self.0
     }
 
-    /// Joins pieces of markup, with the text `separator` between them.
+    /// Joins pieces of markup. `separator` is a text that is escaped and inserted between them.
     #[must_use]
     pub fn joined(parts: impl IntoIterator<Item = Self>, separator: &str) -> Self {
         let parts: Vec<String> = parts.into_iter().map(|part| part.0).collect();

@@ -8,45 +8,48 @@ use crate::plot::series::{Point, ShortenedSeries, round_step};
 use crate::plot::{Axis, Figure, Mark, Panel, Scale, Svg};
 use crate::record::{ChannelInfo, Sample, Trial};
 
-/// Height of a row, pixels.
+/// Height of the row of a channel, pixels.
 const ROW: f64 = 58.0;
-/// Distance of 0 below the middle of a row, and height of the scale above 0, as shares of the row.
+/// Distance of the zero line below the middle of a row, as a share of the row's height.
 const ZERO: f64 = 0.42;
+/// Height of the top of the scale above the zero line, as a share of the row's height.
 const REACH: f64 = 0.76;
-/// Maximum number of columns side by side; further trials continue below.
+/// Maximum number of panels side by side; the panels of further trials are drawn below them.
 const COLUMNS: usize = 3;
-/// Number of points of a curve, as many as a third of a screen can show.
+/// Number of groups of points to which a curve is reduced; each group keeps at most two points.
 const BUCKETS: usize = 200;
 
-/// Quantity that a row shows of a channel.
+/// Quantity of a channel that a row shows.
 #[derive(Clone, Copy)]
 enum Value {
     /// Amplitude; 0 while the channel outputs nothing.
     Amplitude,
     /// Force that the muscle model predicts.
     Force,
-    /// Force that the setpoint asks for.
+    /// Force that the setpoint requests.
     Wanted,
-    /// Pulse rate that force control gives.
+    /// Pulse rate that force control sets.
     Rate,
 }
 
-/// A quantity of a channel, and its index in the samples of a trial that has it.
+/// Where the samples of a trial have a quantity of a channel: the quantity and its index in the
+/// sample's list. The index is `None` if the trial does not have the quantity.
 struct Source {
     value: Value,
     place: Option<usize>,
 }
 
-/// Summary of a quantity of a channel over a trial.
+/// Number and maximum of a quantity's values over a trial.
 #[derive(Clone, Copy, Default)]
 struct Survey {
-    /// Number of samples that have the quantity.
+    /// Number of samples that have a value of the quantity.
     count: usize,
     largest: Option<f64>,
 }
 
 impl Source {
-    /// Returns the sources of `values` for each of these channels, channel by channel.
+    /// Returns where the samples of `trial` have each of `values` for each of these channels. The
+    /// order is by channel, and within a channel by `values`.
     fn for_channels(trial: &Trial, channels: &[u8], values: &[Value]) -> Vec<Self> {
         let of = |value: Value, channel: u8| Self {
             value,
@@ -66,7 +69,7 @@ impl Source {
         channels.iter().flat_map(of_channel).collect()
     }
 
-    /// Returns the value of the quantity in a sample.
+    /// Returns the value of the quantity in a sample; `None` if it has none.
     fn value_in(&self, sample: &Sample) -> Option<f64> {
         let known = |values: &[Option<f64>]| values.get(self.place?).copied();
         match self.value {
@@ -78,8 +81,8 @@ impl Source {
     }
 }
 
-/// Returns the summaries of `values` of each of these channels over each trial, in the order of
-/// [`Source::for_channels`]. Each trial is read only once, because its samples are packed.
+/// Returns for each trial the number and maximum of each quantity, in the order of
+/// [`Source::for_channels`]. Reads each trial only once, because its samples must be decompressed.
 fn surveys(trials: &[Trial], channels: &[u8], values: &[Value]) -> Vec<Vec<Survey>> {
     let of_trial = |trial: &Trial| {
         let sources = Source::for_channels(trial, channels, values);
@@ -98,18 +101,19 @@ fn surveys(trials: &[Trial], channels: &[u8], values: &[Value]) -> Vec<Vec<Surve
     trials.iter().map(of_trial).collect()
 }
 
-/// One row of a panel.
+/// Row of a panel, which shows a channel over time.
 struct Lane {
     number: u8,
     name: String,
-    /// Quantity that the row shows, with its unit.
+    /// Name of the quantity that the row shows, with its unit.
     unit: String,
-    /// Top of the scale, and value with a tick.
+    /// Value at the top of the row's scale.
     top: f64,
+    /// Value at which the row has a tick, besides the tick at 0.
     scale: f64,
 }
 
-/// Returns the amplitude of every channel over time; an empty figure without channels.
+/// Draws the amplitude of every channel over time; an empty figure without channels.
 pub(super) fn amplitudes(trials: &[Trial]) -> Svg {
     let values = [Value::Amplitude];
     let channels = channels(trials);
@@ -130,16 +134,16 @@ pub(super) fn amplitudes(trials: &[Trial]) -> Svg {
     )
 }
 
-/// Returns the predicted force of every channel with a muscle over time, and the wanted force where
-/// it is controlled; an empty figure without muscles.
+/// Draws the predicted force of every channel with a muscle over time, and the wanted force of
+/// channels under force control; an empty figure without muscles.
 pub(super) fn forces(trials: &[Trial]) -> Svg {
     let shown = |channel: &ChannelInfo| channel.muscle;
     let what = ("Predicted force over time", "force (N)");
     common_scale_figure(trials, what, shown, &[Value::Force, Value::Wanted])
 }
 
-/// Returns the pulse rate of every channel under force control over time; an empty figure if there
-/// is none.
+/// Draws the pulse rate of every channel under force control over time; an empty figure if there is
+/// none.
 pub(super) fn rates(trials: &[Trial]) -> Svg {
     let shown = |channel: &ChannelInfo| channel.force;
     common_scale_figure(
@@ -150,8 +154,8 @@ pub(super) fn rates(trials: &[Trial]) -> Svg {
     )
 }
 
-/// Returns rows with a common scale, because small values would otherwise look as large as big
-/// ones.
+/// Draws rows that all have the same scale, because small values would otherwise look as large as
+/// big ones.
 fn common_scale_figure(
     trials: &[Trial],
     (what, unit): (&str, &str),
@@ -174,7 +178,7 @@ fn common_scale_figure(
     grid(trials, &lanes, what, (values, &surveys))
 }
 
-/// Returns the channels of all trials, each once, sorted by number.
+/// Returns the channels that occur in any trial, each once, sorted by number.
 fn channels(trials: &[Trial]) -> Vec<&ChannelInfo> {
     let all = trials.iter().flat_map(|trial| &trial.channels);
     let mut channels: Vec<&ChannelInfo> = all.collect();
@@ -194,13 +198,15 @@ impl Lane {
         }
     }
 
-    /// Returns the vertical position of a value in this row.
+    /// Returns the vertical position of a value in row number `row`, in the units of the panel's y
+    /// axis.
     fn height(&self, row: f64, value: f64) -> f64 {
         row + ZERO - REACH * value / self.top
     }
 
-    /// Returns the marks of a row: the parts of the first value as filled lines, and over them
-    /// those of the second value, if there is one.
+    /// Returns the objects that draw a row. The first entry of `values` is drawn as filled curves,
+    /// and a second entry as lines over them. Each entry has a curve for each uninterrupted part of
+    /// a signal.
     fn marks(&self, row: f64, values: Vec<Vec<Vec<Point>>>) -> Vec<Mark> {
         let ChannelMark { color, .. } = channel_mark(self.number);
         let strokes = [stroke(color, 1.3), stroke(INK, 1.0)];
@@ -223,7 +229,7 @@ impl Lane {
     }
 }
 
-/// Returns the marks of all rows of a trial, whose samples are read only once.
+/// Returns the objects that draw all rows of a trial. Reads its samples only once.
 fn rows(trial: &Trial, lanes: &[Lane], values: &[Value], surveys: &[Survey]) -> Vec<Mark> {
     let numbers: Vec<u8> = lanes.iter().map(|lane| lane.number).collect();
     let sources = Source::for_channels(trial, &numbers, values);
@@ -293,7 +299,7 @@ fn grid(
     .svg()
 }
 
-/// Returns the outline between a signal and zero, to be filled.
+/// Returns the outline of the area between a signal and the zero line at `zero`, to be filled.
 fn filled_outline(points: &[Point], zero: f64) -> Vec<Point> {
     let ends = [points.last(), points.first()];
     let feet = ends.into_iter().flatten().map(|(t, _)| (*t, zero));

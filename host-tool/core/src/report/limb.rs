@@ -6,7 +6,8 @@ use crate::plot::{At, Canvas, Paint, Shape};
 /// Width of the outline, pixels.
 const OUTLINE: f64 = 1.8;
 
-/// Draws bones in outline through these joints, with edges `half` pixels from their centre line.
+/// Draws the outline of a limb: bones that connect `joints` in their order. `half` is half the
+/// width of a bone, pixels.
 pub fn draw_bones(canvas: &mut Canvas, joints: &[At], half: f64, color: Color) {
     for (color, half) in [(color, half), (PAPER, half - OUTLINE)] {
         for at in joints {

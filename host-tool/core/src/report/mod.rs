@@ -38,18 +38,19 @@ use crate::record::{Assumption, PaperRow, Run};
 /// The content of a page.
 #[derive(Clone, Copy, Debug)]
 pub struct Report<'a> {
-    /// Run with its data.
+    /// Run that the page reports, with its data.
     pub run: &'a Run,
-    /// Values that a paper printed for the same trials; may be empty.
+    /// Values that a paper reports for the same trials, for comparison; may be empty.
     pub paper: &'a [PaperRow],
-    /// Assumptions of a simulation, and its outcomes; may be empty.
+    /// Assumptions behind a simulation, and outcomes that it computed; may be empty.
     pub assumptions: &'a [Assumption],
     /// Command line that repeats the run when typed in its folder.
     pub command: &'a str,
 }
 
 impl<'a> Report<'a> {
-    /// Returns the report of a run with everything that its record contains.
+    /// Returns the report of a run, with the paper's values and the assumptions that its record
+    /// contains.
     #[must_use]
     pub fn from_run(run: &'a Run) -> Self {
         Self {

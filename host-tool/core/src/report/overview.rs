@@ -15,24 +15,26 @@ use crate::plot::{At, Axis, Canvas, Key, Mark, Paint, Panel, Shape, Words};
 use crate::record::{Edge, Sample, State, Trial};
 use crate::session::LawName;
 
-/// Size of the picture, CSS pixels. On a screen of 360 pixels a README has 328: the smallest
-/// letters are then 9.7 pixels high.
+/// Size of the picture, CSS pixels. A phone with a screen 360 pixels wide shows a README 328 pixels
+/// wide; the smallest letters of the picture are then 9.7 pixels high.
 const SIZE: At = (540.0, 690.0);
 const LETTERS: LetterScale = LetterScale(16.0 / 11.0);
 const WORDS: Words = Words::new(16.0, INK);
-/// Top left and bottom right corners of the two plots.
+/// Top left and bottom right corners of the plot of the pulses.
 const LANES: (At, At) = ((262.0, 92.0), (524.0, 332.0));
+/// Top left and bottom right corners of the plot of the angles.
 const ANGLE: (At, At) = ((72.0, 470.0), (524.0, 630.0));
-/// Horizontal centre of the arm, and heights of elbow, wrist and knuckles.
+/// Horizontal position of the arm's centre line.
 const ARM: f64 = 96.0;
+/// Vertical positions of elbow, wrist and knuckles.
 const JOINTS: [f64; 3] = [380.0, 248.0, 196.0];
-/// Lengths of the finger's bones: the first, and the one that the angle turns.
+/// Lengths of the two bones of the finger: the fixed one, and the one that the angle rotates.
 const BONES: [f64; 2] = [46.0, 62.0];
-/// Part of the trials that is shown, s: two periods of the reference.
+/// Part of the trials that is shown, s. It is two periods of the reference.
 const SHOWN_S: (f64, f64) = (10.0, 20.0);
 
-/// Returns one picture of the same session under the default controller, with the edges of one
-/// period, and under the paper's controller.
+/// Draws the picture from two trials of the same session: one under the default controller, which
+/// also provides the edges of one period, and one under the paper's controller.
 #[must_use]
 pub fn picture(default: &Trial, paper: &Trial) -> String {
     let mut canvas = Canvas::default();
@@ -53,8 +55,8 @@ pub fn picture(default: &Trial, paper: &Trial) -> String {
     standalone(&canvas.svg(SIZE, what))
 }
 
-/// Draws the arm from the elbow up with its ten electrodes, and the finger at its smallest and its
-/// largest angle.
+/// Draws the arm from the elbow to the hand with ten electrodes, and the finger at its smallest and
+/// at its largest angle.
 fn draw_arm(canvas: &mut Canvas, trial: &Trial) {
     canvas.text((6.0, 60.0), "ten electrodes, one finger", WORDS);
     let [elbow, wrist, knuckles] = JOINTS;
@@ -87,7 +89,7 @@ fn draw_arm(canvas: &mut Canvas, trial: &Trial) {
     }
 }
 
-/// Draws two bones in outline; the joint between them is bent by `angle_deg`.
+/// Draws the two bones of the finger in outline. The joint between them is flexed by `angle_deg`.
 fn draw_finger(canvas: &mut Canvas, angle_deg: f64, color: Color) {
     let start = (ARM + 12.0, JOINTS[2] + 4.0);
     let joint = (start.0, start.1 - BONES[0]);
@@ -96,7 +98,8 @@ fn draw_finger(canvas: &mut Canvas, angle_deg: f64, color: Color) {
     draw_bones(canvas, &[start, joint, tip], 13.0, color);
 }
 
-/// Returns a row per channel: up while anodic, down while cathodic.
+/// Returns the plot of the pulses with a row for each channel. The line is up in an anodic phase
+/// and down in a cathodic phase.
 fn lanes(edges: &[Edge]) -> Panel {
     let names = (1..=10).map(|number| number.to_string());
     let mut panel = Panel::new(
@@ -126,7 +129,7 @@ fn lanes(edges: &[Edge]) -> Panel {
     panel
 }
 
-/// Draws the reference and the angle under both controllers, each with its RMSE.
+/// Draws the reference and the angle under each of both controllers, with the RMSE of each.
 fn draw_angles(canvas: &mut Canvas, default: &Trial, paper: &Trial) {
     let error =
         |trial: &Trial| metrics_without_lag(trial).map_or(String::new(), |m| degrees(m.rmse_deg));
@@ -163,7 +166,7 @@ fn draw_angles(canvas: &mut Canvas, default: &Trial, paper: &Trial) {
     .draw(canvas, LETTERS, 0.0, ANGLE);
 }
 
-/// Returns the samples in the part of a trial that is shown.
+/// Returns the samples of a trial in the part [`SHOWN_S`].
 fn shown_samples(trial: &Trial) -> impl Iterator<Item = Sample> + Clone {
     let (from, to) = SHOWN_S;
     let samples = trial.samples.iter();

@@ -13,7 +13,8 @@ use crate::html;
 use crate::plot::Svg;
 use crate::record::{Assumption, Role, Run, Trial};
 
-/// Returns a self-contained HTML document of about 50 kB per trial, without scripts or requests.
+/// Returns the report as one HTML document of about 50 kB per trial. It needs no other file,
+/// contains no script and sends no request.
 pub fn page(report: &Report) -> String {
     let run = report.run;
     let mut out = html!("<p class=\"result\">{}</p>\n", headline(run));
@@ -45,12 +46,12 @@ pub fn page(report: &Report) -> String {
     document(&run.title, &out)
 }
 
-/// Content security policy of a page: a browser may show it with its own style, but runs no script
-/// and sends no request, whatever a record contains.
+/// Content security policy of a page. A browser applies the page's own style, but runs no script
+/// and sends no request, even if a record contains malicious text.
 const POLICY: &str =
     "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'";
 
-/// Returns a page with this title, which is plain text, and the style of all pages.
+/// Returns an HTML document with the style of all pages. `title` is plain text.
 #[must_use]
 pub fn document(title: &str, body: &Html) -> String {
     let (style, figures) = (include_str!("page.css"), crate::plot::ink::style());
@@ -66,8 +67,8 @@ pub fn document(title: &str, body: &Html) -> String {
     )
 }
 
-/// Returns whether the record is whole and the run complete, whether any pulses were output, and
-/// the result.
+/// Returns the first line of the page: warnings about a damaged or incomplete record, trials in
+/// which no pulses were output, and then the result.
 fn headline(run: &Run) -> String {
     let silent = |trial: &Trial| Some((capitalised(&trial.name), trial.silent.clone()?));
     let silent: Vec<_> = run.trials.iter().filter_map(silent).collect();
@@ -82,7 +83,7 @@ fn headline(run: &Run) -> String {
     all.join(" ")
 }
 
-/// Returns the result of the run in one sentence.
+/// Describes the main result of the run in one sentence.
 fn result(run: &Run) -> String {
     let judged = run.trials.iter();
     let judged =
@@ -120,7 +121,7 @@ fn result(run: &Run) -> String {
     }
 }
 
-/// Returns the reason why there is nothing to assess.
+/// Returns a sentence that explains why there is no result.
 fn no_result_reason(run: &Run) -> &'static str {
     if run.trials.iter().any(Trial::has_reference) {
         "Nothing was recorded in the time window that is evaluated."
@@ -129,7 +130,8 @@ fn no_result_reason(run: &Run) -> &'static str {
     }
 }
 
-/// Returns the result of trials under force control: the channel with the largest RMSE.
+/// Describes how well the wanted forces were followed, by the channel with the largest RMSE; `None`
+/// without force control.
 fn force_result(run: &Run) -> Option<String> {
     let all = run.trials.iter().flat_map(|trial| {
         let own = force_metrics(trial).into_iter();
@@ -155,7 +157,8 @@ fn force_result(run: &Run) -> Option<String> {
     ))
 }
 
-/// Returns the result of the first trial for which no muscle model ran.
+/// Names the channels of the first trial for which forces were wanted but no muscle model ran;
+/// `None` if there is no such trial.
 fn unpredicted_result(run: &Run) -> Option<String> {
     let mut trials = run.trials.iter();
     let trial = trials.find(|trial| !channels_without_prediction(trial).is_empty())?;
@@ -163,7 +166,7 @@ fn unpredicted_result(run: &Run) -> Option<String> {
     Some(format!("{}: {remarks}", capitalised(&trial.name)))
 }
 
-/// Returns the result of trials at a virtual wall.
+/// Describes the hits of a virtual wall; `None` if no trial has a wall.
 fn wall_result(run: &Run) -> Option<String> {
     let depths = run.trials.iter().filter_map(|trial| {
         let deepest = wall_contacts(trial).into_iter().map(|hit| hit.deepest_deg);
@@ -203,7 +206,8 @@ fn capitalised(name: &str) -> String {
     first.unwrap_or_default() + letters.as_str()
 }
 
-/// Returns the origin of the numbers, in one line under the main figure.
+/// Returns one line for below the main figure that says where the numbers come from: device, seed,
+/// speed and muscle models.
 fn facts(run: &Run) -> Html {
     let mut facts = html!(
         "Device: {} · seed {}",
@@ -225,7 +229,7 @@ fn facts(run: &Run) -> Html {
     facts
 }
 
-/// Returns a figure with a caption, which is plain text; nothing for an empty figure.
+/// Returns a figure with a caption, which is plain text; an empty text for an empty figure.
 #[must_use]
 pub fn figure(svg: &Svg, caption: &str) -> Html {
     match (svg.is_empty(), caption) {
@@ -239,7 +243,7 @@ pub fn figure(svg: &Svg, caption: &str) -> Html {
     }
 }
 
-/// Returns the caption of the figure of forces.
+/// Returns the caption of the figure of forces, which depends on whether a muscle model ran.
 fn forces_caption(run: &Run) -> &'static str {
     let mut samples = run.trials.iter().flat_map(|trial| &trial.samples);
     if samples.any(|sample| sample.forces_n.iter().any(Option::is_some)) {
@@ -251,7 +255,7 @@ fn forces_caption(run: &Run) -> &'static str {
     }
 }
 
-/// Returns whether no trial had anything to follow; stimulation is then the result.
+/// Returns whether no trial had a reference to follow. The page then shows the stimulation first.
 fn is_open_loop(run: &Run) -> bool {
     !run.trials.iter().any(Trial::has_reference)
 }

@@ -50,9 +50,10 @@ struct TrialSummary<'a> {
     events: &'a [(f64, String)],
 }
 
-/// Writes `report.html` into `dir` and replaces its `summary.json`; returns the path of the page.
-/// The summary is written first, because the page can be made from it again. The summary of a
-/// damaged record is kept, because only it knows what the record contained.
+/// Writes `report.html` into `dir`, replaces `summary.json` there, and returns the path of the
+/// page. The summary is written first, because the page can be created again from the record. The
+/// summary of a damaged record is not replaced, because no other file knows what the record
+/// contained.
 ///
 /// # Errors
 /// The files cannot be written; the old summary stays.

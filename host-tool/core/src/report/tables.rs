@@ -8,22 +8,24 @@ use crate::analysis::{
 use crate::html;
 use crate::record::{PaperRow, Trial};
 
-/// Formats an angle with three digits, as the papers print it, for example "9.53°".
+/// Formats an angle with three significant digits, as the papers do, for example "9.53°".
 pub(super) fn degrees(value: f64) -> String {
     format!("{}°", three_digits(value))
 }
 
-/// Formats a force with three digits, for example "0.0532 N".
+/// Formats a force with three significant digits, for example "0.0532 N".
 pub(super) fn newtons(value: f64) -> String {
     format!("{} N", three_digits(value))
 }
 
-/// Formats a time with as many digits as it needs, to a millisecond, for example "10" or "0.25".
+/// Formats a time, s, rounded to a millisecond and without trailing zeros, for example "10" or
+/// "0.25".
 pub(super) fn seconds(value: f64) -> String {
     format!("{}", (value * 1000.0).round() / 1000.0)
 }
 
-/// Formats a range with each end to a tenth, for example "20" or "20–50".
+/// Formats a range of numbers rounded to a tenth, for example "20–50"; if both ends are equal, one
+/// number, for example "20".
 pub(super) fn number_range(low: f64, high: f64) -> String {
     let short = |value: f64| format!("{}", (value * 10.0).round() / 10.0);
     let (low, high) = (short(low), short(high));
@@ -33,7 +35,7 @@ pub(super) fn number_range(low: f64, high: f64) -> String {
     }
 }
 
-/// Formats a number with three digits or more, for example "9.53" or "104".
+/// Formats a number with at least three significant digits, for example "9.53" or "104".
 pub(super) fn three_digits(value: f64) -> String {
     let decimals = match value.abs() {
         v if v < 9.995 => 2,
@@ -43,10 +45,10 @@ pub(super) fn three_digits(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-/// Headings of columns with text, which is aligned to the left.
+/// Headings of columns that contain text; these columns are aligned to the left.
 const WORDS: [&str; 3] = ["Source", "Event", "Channel name"];
 
-/// Returns a table of these rows with a note below it; nothing without rows.
+/// Returns a table with these rows and a note below it; an empty text without rows.
 fn table<'a>(heads: impl Iterator<Item = &'a str>, rows: &Html, note: &str) -> Html {
     match (rows.is_empty(), note) {
         (true, _) => Html::default(),
@@ -55,7 +57,7 @@ fn table<'a>(heads: impl Iterator<Item = &'a str>, rows: &Html, note: &str) -> H
     }
 }
 
-/// Returns a table of these rows, whether or not there are any.
+/// Returns a table with a heading line and these rows, even if there are no rows.
 pub(super) fn headed<'a>(heads: impl Iterator<Item = &'a str>, rows: &Html) -> Html {
     let head = |name: &str| match WORDS.contains(&name) {
         true => html!("<th class=\"words\">{}</th>", name),
@@ -69,7 +71,7 @@ pub(super) fn headed<'a>(heads: impl Iterator<Item = &'a str>, rows: &Html) -> H
     )
 }
 
-/// Returns a row of such a table, whose first cell is its heading.
+/// Returns a table row. `name` is the heading of the row in its first cell.
 fn row(name: &str, cells: impl IntoIterator<Item = impl Into<Html>>) -> Html {
     let cells = cells.into_iter().map(Into::<Html>::into);
     let cells: Html = cells.map(|cell| html!("<td>{}</td>", cell)).collect();
@@ -81,12 +83,12 @@ fn bold(text: &str) -> Html {
     html!("<b>{}</b>", text)
 }
 
-/// Formats a range of time in s.
+/// Formats a range of time, s, with its unit.
 fn span(from_s: f64, to_s: f64) -> String {
     format!("{}–{} s", seconds(from_s), seconds(to_s))
 }
 
-/// Returns the hits of each trial at a virtual wall; nothing without any.
+/// Returns a table of all hits of a virtual wall; an empty text without hits.
 pub(super) fn hits_table(trials: &[Trial]) -> Html {
     let all = trials.iter().flat_map(|trial| {
         wall_contacts(trial)
@@ -112,7 +114,8 @@ pub(super) fn hits_table(trials: &[Trial]) -> Html {
     )
 }
 
-/// Returns the metrics of each trial that followed a reference; nothing without any.
+/// Returns a table of the tracking errors of each trial that controlled a joint; an empty text if
+/// there is none.
 pub(super) fn metrics_table(trials: &[Trial]) -> Html {
     let rows = trials
         .iter()
@@ -134,7 +137,8 @@ pub(super) fn metrics_table(trials: &[Trial]) -> Html {
     )
 }
 
-/// Returns how the predicted forces followed the wanted ones; nothing without any.
+/// Returns a table of how well predicted forces followed wanted forces; an empty text without force
+/// control.
 pub(super) fn force_table(trials: &[Trial]) -> Html {
     let all = trials
         .iter()
@@ -184,8 +188,8 @@ pub(super) fn models_in_words(trial: &Trial) -> Option<String> {
     (!words.is_empty()).then(|| words.join(", "))
 }
 
-/// Returns what a trial under force control did not achieve of the wanted forces, one sentence
-/// each.
+/// Describes the wanted forces that a trial under force control could not produce, one sentence for
+/// each reason.
 #[must_use]
 pub fn force_remarks(trial: &Trial) -> Vec<String> {
     let mut all = Vec::new();
@@ -212,7 +216,8 @@ pub fn force_remarks(trial: &Trial) -> Vec<String> {
     all
 }
 
-/// Returns the remarks of [`force_remarks`] on all trials, to be shown below their table.
+/// Returns the remarks that [`force_remarks`] makes on all trials, to be shown below the table of
+/// forces.
 pub(super) fn force_notes(trials: &[Trial]) -> Html {
     let all = trials.iter().flat_map(|trial| {
         force_remarks(trial)
@@ -237,8 +242,8 @@ fn metric_cells(m: &Metrics) -> [Html; 8] {
     ]
 }
 
-/// Returns a comparison of this run with the paper, one row per row of the paper; nothing without
-/// any.
+/// Returns a table that compares this run with a paper, one row for each of the paper's rows; an
+/// empty text without any.
 pub(super) fn paper_table(trials: &[Trial], paper: &[PaperRow]) -> Html {
     let mut rows = Html::default();
     for trial in trials {
@@ -269,7 +274,8 @@ pub(super) fn paper_table(trials: &[Trial], paper: &[PaperRow]) -> Html {
     )
 }
 
-/// Returns the counters of all trials side by side; nothing without any.
+/// Returns a table with the device's counters, one column for each trial; an empty text without
+/// counters.
 pub(super) fn counter_table(trials: &[Trial]) -> Html {
     let mut names: Vec<&str> = Vec::new();
     for (name, _) in trials.iter().flat_map(|trial| &trial.counters) {
@@ -300,7 +306,7 @@ pub(super) fn counter_table(trials: &[Trial]) -> Html {
     )
 }
 
-/// Returns the readings of the electrode check; nothing without any.
+/// Returns a table of the readings of the electrode check; an empty text without readings.
 pub(super) fn electrode_table(trials: &[Trial]) -> Html {
     let mut rows = Html::default();
     for trial in trials {
@@ -324,7 +330,7 @@ pub(super) fn electrode_table(trials: &[Trial]) -> Html {
     )
 }
 
-/// Returns the events of all trials with their times; nothing without any.
+/// Returns a table of the events of all trials with their times; an empty text without events.
 pub(super) fn event_table(trials: &[Trial]) -> Html {
     let mut rows = Html::default();
     for trial in trials {

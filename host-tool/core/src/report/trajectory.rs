@@ -8,17 +8,21 @@ use crate::plot::{At, Axis, Figure, Key, Mark, Paint, Panel, Stroke, Svg, ink::s
 use crate::record::{Sample, Trial, WallPlace};
 
 const HEIGHT: f64 = 130.0;
-/// Number of points of a curve: more than a screen can show, and few enough for a small page.
+/// Number of groups of points to which a curve is reduced; each group keeps at most two points.
+/// That is finer than a screen can show, and still makes a small page.
 const BUCKETS: usize = 600;
-/// Number of panels above which they are in two columns, so that they fit on the first screen.
+/// Largest number of panels that are drawn in one column. More panels are drawn in two columns, so
+/// that they fit on the first screen.
 const ONE_COLUMN: usize = 3;
 const MEASURED: Stroke = stroke(PALETTE[0], 1.8);
 const TARGET: Stroke = stroke(INK, 1.0);
 
-/// Function that returns an angle of a sample, degrees, if it is known.
+/// Function that selects an angle of a sample, degrees, such as the measured one; `None` if it is
+/// not known.
 pub(super) type Angle = fn(&Sample) -> Option<f64>;
 
-/// Returns the time of the last recorded or planned event of any trial, s; never zero.
+/// Returns the end of the time axis, s: the latest time that any trial has recorded or planned. It
+/// is never 0.
 pub(super) fn end_s(trials: &[Trial]) -> f64 {
     let last = |trial: &Trial| trial.samples.last().map_or(0.0, |sample| sample.t_s);
     let ends = trials.iter().map(|trial| last(trial).max(trial.duration_s));
@@ -27,7 +31,8 @@ pub(super) fn end_s(trials: &[Trial]) -> f64 {
         .max(0.01)
 }
 
-/// Returns the course of an angle as lines.
+/// Returns the curve of an angle over time, as a line for each uninterrupted part. `buckets` limits
+/// its number of points.
 pub(super) fn course(
     samples: impl Iterator<Item = Sample> + Clone,
     angle: Angle,
@@ -39,7 +44,7 @@ pub(super) fn course(
     parts.map(move |part| Mark::Line(part, stroke))
 }
 
-/// The data of a trial that the figure shows, without its samples.
+/// Data of a trial that the figure needs. The samples themselves are not kept.
 #[derive(Clone, Debug)]
 pub(super) struct TrialTrace {
     /// Name of the trial, above its panel.
@@ -48,15 +53,15 @@ pub(super) struct TrialTrace {
     joint: bool,
     wall: Option<WallPlace>,
     measure: Option<(f64, f64)>,
-    /// Time of the last recorded or planned event, s.
+    /// Latest time that the trial has recorded or planned, s.
     end_s: f64,
-    /// Smallest and largest angle, degrees.
+    /// Smallest and largest reference or measured angle, degrees; `None` without angles.
     angles: Option<(f64, f64)>,
     curves: Vec<Mark>,
 }
 
 impl TrialTrace {
-    /// Returns the data of this trial for the figure.
+    /// Extracts the data of a trial that the figure needs.
     pub(super) fn from_trial(trial: &Trial) -> Self {
         let curves = [
             (MEASURED, (|s: &Sample| s.measured_deg) as Angle),
@@ -84,7 +89,7 @@ impl TrialTrace {
         }
     }
 
-    /// Returns the same data under another name.
+    /// Returns a copy of the data in which the trial has another name.
     pub(super) fn with_name(&self, name: String) -> Self {
         Self {
             name,
@@ -92,13 +97,15 @@ impl TrialTrace {
         }
     }
 
-    /// Returns whether the trial has an angle to show, that of a joint or at a wall.
+    /// Returns whether the figure has a panel for the trial: whether it controlled a joint or
+    /// rendered a virtual wall.
     pub(super) const fn has_angle(&self) -> bool {
         self.joint || self.wall.is_some()
     }
 }
 
-/// Returns the main figure; empty if no trial has an angle to show.
+/// Draws reference and measured angle over time for each trial; an empty figure if no trial
+/// controlled a joint or rendered a wall.
 pub(super) fn figure(trials: &[Trial]) -> Svg {
     let has_angle = |trial: &Trial| trial.joint || trial.wall.is_some();
     if !trials.is_empty() && !trials.iter().any(has_angle) {
@@ -112,7 +119,7 @@ pub(super) fn figure(trials: &[Trial]) -> Svg {
     )
 }
 
-/// Returns the main figure of trials whose samples are no longer in memory.
+/// Draws the same figure as [`figure`], for trials whose samples are no longer in memory.
 pub(super) fn figure_from_traces(trials: &[TrialTrace]) -> Svg {
     // All panels share their scales, so that they can be compared at a glance.
     let angles = trials.iter().filter_map(|trial| trial.angles);
@@ -190,7 +197,7 @@ fn panel(trial: &TrialTrace, x: Axis, y: Axis) -> Panel {
     }
 }
 
-/// Returns the result of the trial in a few words.
+/// Describes the result of a trial in a few words, for the title line of its panel.
 fn result(trial: &Trial) -> String {
     match (trial.wall, metrics_without_lag(trial)) {
         (Some(_), _) => deepest_contacts(trial),
@@ -204,7 +211,7 @@ fn result(trial: &Trial) -> String {
     }
 }
 
-/// Returns the deepest penetration of each hit of a wall.
+/// Describes the deepest penetration in each hit of a virtual wall.
 fn deepest_contacts(trial: &Trial) -> String {
     let depths = wall_contacts(trial)
         .into_iter()

@@ -3,25 +3,28 @@
 use super::sample::{StatisticsError, check_count, check_equal_length, check_finite};
 use nalgebra::{Matrix3, Matrix4, Quaternion, UnitQuaternion, Vector3};
 
-/// Rigid motion: `to ≈ rotation · from + translation`.
+/// Rotation followed by a translation, which maps one set of points onto another: `to ≈ rotation ·
+/// from + translation`.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Alignment {
-    /// Rows of a proper rotation matrix, whose determinant is +1.
+    /// Rows of the rotation matrix, whose determinant is +1.
     pub rotation: [[f64; 3]; 3],
     /// Translation, in the points' unit.
     pub translation: [f64; 3],
-    /// Root mean square of the remaining distances, in the points' unit.
+    /// Root mean square of the distances that remain between corresponding points, in the points'
+    /// unit.
     pub rmsd: f64,
 }
 
-/// Smallest allowed gap between the best rotation's eigenvalue and the next, relative to the best.
-/// The rotation's rounding error is about 1e-14 divided by this gap.
+/// Smallest allowed difference between the two largest eigenvalues of Horn's matrix, relative to
+/// the largest. With a smaller difference, the best rotation is not unique. The rounding error of
+/// the rotation is about 1e-14 divided by this difference.
 const LEAST_GAP: f64 = 1e-5;
 
-/// Returns the rigid motion that aligns `from` with `to`, point by point, with the smallest root
-/// mean square distance. For mirror images it returns the best rotation, never a reflection (Kabsch
-/// 1976 and 1978; found as a quaternion by Horn 1987, eq. 25 and section 4, since nalgebra's
-/// singular values are not always good to ten digits).
+/// Returns the rotation and translation that map `from` onto `to`, point by point, with the
+/// smallest root mean square distance. For mirror images it returns the best rotation, never a
+/// reflection (Kabsch 1976 and 1978). The rotation is found as a quaternion (Horn 1987, eq. 25 and
+/// section 4), because nalgebra's singular values are not always correct to ten digits.
 ///
 /// # Errors
 /// Fewer than three points, unequal lengths, values that are not finite, points on a line, or
@@ -49,8 +52,9 @@ pub fn kabsch(from: &[[f64; 3]], to: &[[f64; 3]]) -> Result<Alignment, Statistic
     })
 }
 
-/// Returns the rotation R with the largest tr(R·`products`): the quaternion that is the eigenvector
-/// of the largest eigenvalue of Horn's matrix.
+/// Returns the rotation R with the largest tr(R·`products`). It is the quaternion that is the
+/// eigenvector of the largest eigenvalue of Horn's matrix. `products` is the sum of products of
+/// corresponding centred points.
 fn best_rotation(products: &Matrix3<f64>) -> Result<Matrix3<f64>, StatisticsError> {
     let turned = products - products.transpose();
     let axis = Vector3::new(turned[(1, 2)], turned[(2, 0)], turned[(0, 1)]);
@@ -79,7 +83,7 @@ fn best_rotation(products: &Matrix3<f64>) -> Result<Matrix3<f64>, StatisticsErro
     Ok(turn.to_rotation_matrix().into_inner())
 }
 
-/// Returns the mean of at least one point.
+/// Returns the mean of the points; there must be at least one.
 fn centre(points: &[[f64; 3]]) -> Vector3<f64> {
     let sum: Vector3<f64> = points.iter().map(|point| Vector3::from(*point)).sum();
     sum / points.len() as f64

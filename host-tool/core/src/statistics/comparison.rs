@@ -9,13 +9,13 @@ use super::sample::{
 /// Result of Student's paired t-test, two-sided.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PairedT {
-    /// Mean of first − second, in the samples' unit.
+    /// Mean of the differences first − second, in the samples' unit.
     pub mean_difference: f64,
-    /// Test statistic: mean difference over its standard error.
+    /// Test statistic t: mean difference divided by its standard error.
     pub t: f64,
     /// Degrees of freedom: number of pairs − 1.
     pub df: usize,
-    /// Two-sided p-value.
+    /// Two-sided p-value, from Student's t distribution.
     pub p: f64,
 }
 
@@ -34,8 +34,8 @@ pub fn paired_t(first: &[f64], second: &[f64]) -> Result<PairedT, StatisticsErro
     })
 }
 
-/// Returns Cohen's d of pairs, d_z: mean of first − second over the standard deviation of the
-/// differences (Cohen 1988, eq. 2.3.5; Lakens 2013, eq. 6).
+/// Returns Cohen's d of paired samples, named d_z: mean of first − second, divided by the standard
+/// deviation of the differences (Cohen 1988, eq. 2.3.5; Lakens 2013, eq. 6).
 ///
 /// # Errors
 /// The errors of [`paired_t`].
@@ -44,7 +44,8 @@ pub fn cohens_d_paired(first: &[f64], second: &[f64]) -> Result<f64, StatisticsE
     Ok(mean / deviation)
 }
 
-/// Returns mean and standard deviation of first − second, and the number of pairs.
+/// Returns the mean and the standard deviation of the differences first − second, and the number of
+/// pairs.
 fn differences(first: &[f64], second: &[f64]) -> Result<(f64, f64, usize), StatisticsError> {
     check_count("pairs", first.len(), 2)?;
     check_equal_length("second values of the pairs", second.len(), first.len())?;
@@ -61,8 +62,8 @@ fn differences(first: &[f64], second: &[f64]) -> Result<(f64, f64, usize), Stati
     Ok((mean(&differences), (squares / (n - 1) as f64).sqrt(), n))
 }
 
-/// Returns Cohen's d of two independent samples, d_s: mean of first − mean of second over the
-/// pooled standard deviation (Cohen 1988, eq. 2.5.1 and 2.5.2; Lakens 2013, eq. 1).
+/// Returns Cohen's d of two independent samples, named d_s: mean of first − mean of second, divided
+/// by the pooled standard deviation (Cohen 1988, eq. 2.5.1 and 2.5.2; Lakens 2013, eq. 1).
 ///
 /// # Errors
 /// A sample of fewer than two, values that are not finite, samples that do not vary.
@@ -77,8 +78,8 @@ pub fn cohens_d_pooled(first: &[f64], second: &[f64]) -> Result<f64, StatisticsE
     Ok((mean(first) - mean(second)) / (squares / (n - 2) as f64).sqrt())
 }
 
-/// Adjusts the p-values of one family of comparisons by Bonferroni's method: each is multiplied by
-/// their number and is at most one (Bonferroni, as in Dunn 1961).
+/// Adjusts the p-values of one family of comparisons by Bonferroni's method (Bonferroni, as in Dunn
+/// 1961). Each p-value is multiplied by the number of comparisons, and is at most one.
 ///
 /// # Errors
 /// No p-value, or one outside [0, 1].
@@ -90,7 +91,8 @@ pub fn bonferroni(p: &[f64]) -> Result<Vec<f64>, StatisticsError> {
 }
 
 /// Adjusts the p-values of one family of comparisons by Holm's step-down method (Holm 1979). The
-/// order is kept, and each result is compared with the family's level.
+/// results are in the order of `p`. Compare each of them with the significance level of the whole
+/// family.
 ///
 /// # Errors
 /// No p-value, or one outside [0, 1].

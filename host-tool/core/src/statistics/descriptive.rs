@@ -2,7 +2,7 @@
 
 use std::borrow::Borrow;
 
-/// Returns the arithmetic mean Σx/n.
+/// Returns the arithmetic mean Σx/n; `None` for an empty sample.
 #[must_use]
 pub fn mean(values: impl IntoIterator<Item = impl Borrow<f64>>) -> Option<f64> {
     let add = |(sum, count): (f64, u64), value: f64| (sum + value, count + 1);
@@ -11,8 +11,8 @@ pub fn mean(values: impl IntoIterator<Item = impl Borrow<f64>>) -> Option<f64> {
     (count > 0).then(|| sum / count as f64)
 }
 
-/// Returns the standard deviation of the population that the sample is from, √(Σ(x − x̄)²/(n − 1));
-/// 0 for a single value.
+/// Estimates the standard deviation of the population from a sample, √(Σ(x − x̄)²/(n − 1)). Returns
+/// 0 for a single value, and `None` for an empty sample.
 #[must_use]
 pub fn standard_deviation(values: &[f64]) -> Option<f64> {
     let mean = mean(values)?;
@@ -20,21 +20,23 @@ pub fn standard_deviation(values: &[f64]) -> Option<f64> {
     Some((square.sum::<f64>() / (values.len() as f64 - 1.0).max(1.0)).sqrt())
 }
 
-/// Returns the value that a share `part` (0…1) of all values does not exceed, interpolated linearly
-/// between neighbours (Hyndman and Fan 1996, definition 7).
+/// Returns the value that a share `part` (0…1) of all values does not exceed. Interpolates linearly
+/// between neighbouring values (Hyndman and Fan 1996, definition 7). `None` for an empty sample.
 #[must_use]
 pub fn quantile(values: impl IntoIterator<Item = impl Borrow<f64>>, part: f64) -> Option<f64> {
     let sorted = Sorted::of(values)?;
     Some(sorted.quantile(part))
 }
 
-/// Returns the median.
+/// Returns the median, which is the mean of the two middle values for an even number of values;
+/// `None` for an empty sample.
 #[must_use]
 pub fn median(values: impl IntoIterator<Item = impl Borrow<f64>>) -> Option<f64> {
     quantile(values, 0.5)
 }
 
-/// Sample of at least one value, in ascending order.
+/// Sample of at least one value, sorted in ascending order once, so that several quantiles can be
+/// read from it.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Sorted(Vec<f64>);
 
@@ -48,14 +50,16 @@ impl Sorted {
         (!sorted.is_empty()).then_some(Self(sorted))
     }
 
-    /// Returns the quantile `part` (0…1) of the sample, as [`quantile`] does.
+    /// Returns the value that a share `part` (0…1) of the sample does not exceed, as [`quantile`]
+    /// does.
     #[must_use]
     pub fn quantile(&self, part: f64) -> f64 {
         quantile_of_sorted(&self.0, part)
     }
 }
 
-/// Returns the [`quantile`] of at least one value, in ascending order.
+/// Returns the [`quantile`] of a sample that is already sorted in ascending order and has at least
+/// one value.
 pub(super) fn quantile_of_sorted(sorted: &[f64], part: f64) -> f64 {
     let last = sorted.len() - 1;
     let place = part.clamp(0.0, 1.0) * last as f64;
@@ -64,14 +68,14 @@ pub(super) fn quantile_of_sorted(sorted: &[f64], part: f64) -> f64 {
     sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
 }
 
-/// Median, and the range from the 5th to the 95th percentile.
+/// Summary of a sample: its median, and the range from its 5th to its 95th percentile.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Spread {
     /// Median, in the unit of the values.
     pub median: f64,
-    /// 5th percentile.
+    /// 5th percentile, in the unit of the values.
     pub low: f64,
-    /// 95th percentile.
+    /// 95th percentile, in the unit of the values.
     pub high: f64,
     /// Number of values.
     pub n: usize,

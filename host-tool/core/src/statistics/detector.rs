@@ -3,36 +3,39 @@
 use libm::erfc;
 use std::f64::consts::SQRT_2;
 
-/// Detector of movement in a sensor's windows. A movement is `consecutive` windows in a row, all on
-/// one side, further from the baseline's mean than `k_sigma` of its standard deviations.
+/// Detector of movement in a sensor's signal, which is averaged over consecutive windows of time. A
+/// movement is at least `consecutive` windows in a row, all on the same side of the baseline's
+/// mean. Each of them must be further from it than `k_sigma` standard deviations of the baseline.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Detector {
-    /// Number of windows of one presentation.
+    /// Number of windows in one presentation of a stimulus.
     pub windows: u32,
-    /// Number of windows of the rest before a presentation.
+    /// Number of windows in the rest before a presentation, which serve as its baseline.
     pub baseline: u32,
-    /// Distance that windows must exceed, in standard deviations of the baseline's windows.
+    /// Distance from the baseline's mean that the windows must exceed, in standard deviations of
+    /// the baseline's windows.
     pub k_sigma: f64,
-    /// Number of consecutive windows that must lie beyond the distance.
+    /// Number of consecutive windows that must all exceed the distance.
     pub consecutive: u32,
-    /// Smallest movement that counts whatever the noise, in the sensor's unit.
+    /// Smallest movement that counts, in the sensor's unit, even if the signal has less noise.
     pub visible: f64,
-    /// Resolution of the sensor, in its unit. No baseline is taken to be quieter than rounding
-    /// makes it, step/√12.
+    /// Resolution of the sensor, in its unit. The standard deviation of a baseline is taken to be
+    /// at least resolution/√12, which is the rounding error of the sensor.
     pub resolution: f64,
 }
 
-/// Verdict on the windows of a presentation.
+/// Result of comparing the windows of a presentation with their baseline.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Verdict {
-    /// Largest distance from the baseline that lasted long enough, in the sensor's unit.
+    /// Largest distance from the baseline's mean that all of `consecutive` windows in a row
+    /// exceeded or reached, in the sensor's unit.
     pub deviation: f64,
-    /// Bound that the distance had to exceed, in the sensor's unit.
+    /// Distance above which a presentation counts as a movement, in the sensor's unit.
     pub bound: f64,
 }
 
 impl Verdict {
-    /// Returns whether the distance counts as a movement.
+    /// Returns whether the signal moved: whether the distance is above the bound.
     #[must_use]
     pub fn is_movement(&self) -> bool {
         self.deviation > self.bound
@@ -40,8 +43,9 @@ impl Verdict {
 }
 
 impl Detector {
-    /// Compares `windows` with the `baseline` before them, both means of the sensor over a window.
-    /// Too few windows are no movement.
+    /// Compares the windows of a presentation with the windows of the `baseline` before it. Each
+    /// value is the mean of the sensor's signal over one window. With fewer than `consecutive`
+    /// windows, the result is no movement.
     #[must_use]
     pub fn judge(&self, baseline: &[f64], windows: &[f64]) -> Verdict {
         let n = baseline.len().max(2) as f64;
@@ -63,22 +67,25 @@ impl Detector {
     }
 
     /// Returns an upper bound of the probability that a presentation without any movement counts as
-    /// one. Window noise is assumed normal and independent, and [`Self::visible`] and
-    /// [`Self::resolution`] are assumed 0.
+    /// a movement. It assumes that the noise of the windows is normal and independent, and that
+    /// [`Self::visible`] and [`Self::resolution`] are 0.
     ///
     /// All windows of a presentation are compared with the same estimates of the baseline's mean
-    /// and deviation, so they do not fail independently. For n baseline windows the mean is normal
-    /// with variance σ²/n, (n−1)s²/σ² is χ² with n−1 degrees of freedom, and a run of c lies beyond
-    /// with probability E\[Q(m + k·s)^c\]. For c = 1 that is the upper tail of Student's t with n−1
-    /// degrees at k/√(1 + 1/n). Runs and sides are added up (Boole).
+    /// and standard deviation, so their errors are not independent. For n baseline windows, the
+    /// mean m is normal with variance σ²/n, and (n−1)s²/σ² is χ² with n−1 degrees of freedom. A run
+    /// of c windows exceeds the distance with probability E\[Q(m + k·s)^c\], where Q is the upper
+    /// tail of the normal distribution. For c = 1 that is the upper tail of Student's t with n−1
+    /// degrees of freedom at k/√(1 + 1/n). The probabilities of all runs, on both sides, are added
+    /// up (Boole's inequality).
     #[must_use]
     pub fn false_alarm_probability(&self) -> f64 {
         let runs = (self.windows + 1).saturating_sub(self.consecutive);
         (2.0 * f64::from(runs) * self.run_probability()).min(1.0)
     }
 
-    /// Returns E[Q(m + k·s)^c], by the trapezium rule over m and s, whose densities and all their
-    /// derivatives vanish at the ends.
+    /// Returns E[Q(m + k·s)^c], the probability that one run of windows exceeds the distance; see
+    /// [`Self::false_alarm_probability`]. It integrates over m and s by the trapezium rule, which
+    /// is accurate because the densities and all their derivatives vanish at the ends.
     fn run_probability(&self) -> f64 {
         const POINTS: u32 = 400;
         let (n, c) = (f64::from(self.baseline), self.consecutive as i32);

@@ -6,8 +6,8 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use statrs::function::{beta::beta_reg, gamma::gamma_ur};
 use std::f64::consts::SQRT_2;
 
-/// Maximum degrees of freedom. Beyond, two nearly equal logarithms of statrs' gamma function are
-/// subtracted, which leaves less than ten digits.
+/// Maximum degrees of freedom. Above it, statrs subtracts two nearly equal logarithms of its gamma
+/// function, which leaves fewer than ten correct digits.
 const MOST_FREEDOM: f64 = 5000.0;
 
 fn check_degrees_of_freedom(df: f64) -> Result<(), StatisticsError> {
@@ -20,8 +20,8 @@ fn check_degrees_of_freedom(df: f64) -> Result<(), StatisticsError> {
     })
 }
 
-/// Returns the two-sided p-value of Student's t with `df` in (0, 5000] degrees of freedom
-/// (Abramowitz and Stegun 1964, 26.7.1 and 26.5.27).
+/// Returns the two-sided p-value of a statistic `t` with Student's t distribution (Abramowitz and
+/// Stegun 1964, 26.7.1 and 26.5.27). `df` are the degrees of freedom, in (0, 5000].
 ///
 /// # Errors
 /// A statistic whose square is not finite, degrees of freedom outside their range.
@@ -29,8 +29,9 @@ pub fn student_t_p(t: f64, df: f64) -> Result<f64, StatisticsError> {
     fisher_f_p(t * t, 1.0, df)
 }
 
-/// Returns the upper tail of Fisher's F with `effect` and `error` degrees of freedom, each in (0,
-/// 5000] and not necessarily whole (Abramowitz and Stegun 1964, 26.6.2).
+/// Returns the p-value of a statistic `f`: the upper tail of Fisher's F distribution (Abramowitz
+/// and Stegun 1964, 26.6.2). `effect` and `error` are the degrees of freedom, each in (0, 5000] and
+/// not necessarily whole.
 ///
 /// # Errors
 /// A statistic that is not finite or below zero, degrees of freedom outside their range.
@@ -47,8 +48,8 @@ pub fn fisher_f_p(f: f64, effect: f64, error: f64) -> Result<f64, StatisticsErro
     Ok(1.0 - beta_reg(effect / 2.0, error / 2.0, effect * f / sum))
 }
 
-/// Returns the upper tail of χ² with `df` in (0, 5000] degrees of freedom (Abramowitz and Stegun
-/// 1964, 26.4.19).
+/// Returns the p-value of a statistic: the upper tail of the χ² distribution (Abramowitz and Stegun
+/// 1964, 26.4.19). `df` are the degrees of freedom, in (0, 5000].
 ///
 /// # Errors
 /// A statistic that is not finite or below zero, degrees of freedom outside their range.
@@ -72,17 +73,19 @@ fn check_not_negative(value: f64) -> Result<(), StatisticsError> {
     })
 }
 
-/// Returns P(|Z| > z) for z ≥ 0. statrs' erfc has only ten digits.
+/// Returns the two-sided p-value P(|Z| > z) of the standard normal distribution, for z ≥ 0. It does
+/// not use erfc of statrs, which is correct to only ten digits.
 pub(super) fn normal_p(z: f64) -> f64 {
     libm::erfc(z / SQRT_2)
 }
 
-/// Returns P(Z ≤ z).
+/// Returns the cumulative probability P(Z ≤ z) of the standard normal distribution.
 pub(super) fn normal_cdf(z: f64) -> f64 {
     0.5 * libm::erfc(-z / SQRT_2)
 }
 
-/// Returns the z with P(Z ≤ z) = `p`, for `p` in (0, 1).
+/// Returns the quantile of the standard normal distribution: the z with P(Z ≤ z) = `p`, for `p` in
+/// (0, 1).
 pub(super) fn normal_quantile(p: f64) -> f64 {
     Normal::standard().inverse_cdf(p)
 }

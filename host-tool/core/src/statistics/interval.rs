@@ -5,32 +5,32 @@ use super::distribution::{normal_cdf, normal_quantile};
 use super::sample::{StatisticsError, check_count, check_finite, check_varies, largest, mean};
 use hal_sim::random::Random;
 
-/// Value with the interval that covers it at the requested level.
+/// Value of a statistic with its confidence interval.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Interval {
-    /// Statistic of the sample itself.
+    /// Value of the statistic for the sample itself.
     pub value: f64,
-    /// Lower end of the interval.
+    /// Lower end of the confidence interval.
     pub low: f64,
-    /// Upper end of the interval.
+    /// Upper end of the confidence interval.
     pub high: f64,
 }
 
-/// Share of successful trials with its Wilson interval.
+/// Share of successful trials with Wilson's confidence interval.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Share {
-    /// Successes over trials.
+    /// Number of successes divided by the number of trials.
     pub share: f64,
-    /// Lower end, in [0, share].
+    /// Lower end of the confidence interval, in [0, share].
     pub low: f64,
-    /// Upper end, in [share, 1].
+    /// Upper end of the confidence interval, in [share, 1].
     pub high: f64,
 }
 
-/// Returns the share of `successes` among `trials` with Wilson's score interval (Wilson 1927;
-/// recommended for any share and number of trials by Brown, Cai and DasGupta 2001, eq. 4). `level`
-/// is a probability such as 0.95. A trial that succeeds in part, as in one of two cases, counts in
-/// part.
+/// Returns the share of `successes` among `trials` with Wilson's score interval (Wilson 1927).
+/// Brown, Cai and DasGupta (2001, eq. 4) recommend it for any share and number of trials. `level`
+/// is the confidence level, such as 0.95. `successes` may be fractional: a trial that succeeded in
+/// one of two cases adds ½.
 ///
 /// # Errors
 /// No trial, successes below 0 or more than trials, a level outside (0, 1).
@@ -54,9 +54,9 @@ pub fn wilson_share(successes: f64, trials: u64, level: f64) -> Result<Share, St
     })
 }
 
-/// Returns the one-sided upper bound of a share (Clopper and Pearson 1934): the largest share at
-/// which `successes` or fewer among `trials` still have the probability 1 − `level`. For no success
-/// it is 1 − (1 − `level`)^(1/n), near 3/n at 0.95.
+/// Returns the one-sided upper confidence bound of a share (Clopper and Pearson 1934). It is the
+/// largest share at which `successes` or fewer among `trials` still have the probability 1 −
+/// `level`. Without any success the bound is 1 − (1 − `level`)^(1/n), which is about 3/n at 0.95.
 ///
 /// # Errors
 /// No trial, more successes than trials, a level outside (0, 1).
@@ -85,7 +85,8 @@ pub fn share_upper_bound(successes: u64, trials: u64, level: f64) -> Result<f64,
     Ok(high)
 }
 
-/// Returns the probability of `successes` or fewer among `trials`, at `wilson_share` in (0, 1).
+/// Returns the binomial probability of at most `successes` successes in `trials` trials that each
+/// succeed with the probability `share`, in (0, 1).
 fn binomial_cdf(successes: u64, trials: u64, share: f64) -> f64 {
     let odds = share.ln() - (-share).ln_1p();
     let mut term = trials as f64 * (-share).ln_1p();
@@ -97,7 +98,7 @@ fn binomial_cdf(successes: u64, trials: u64, share: f64) -> f64 {
     sum
 }
 
-/// Returns the normal quantile above which half of the probability outside `level` lies.
+/// Returns the z for which a standard normal value lies in ±z with the probability `level`.
 fn two_sided_quantile(level: f64) -> Result<f64, StatisticsError> {
     if level > 0.0 && level < 1.0 {
         return Ok(-normal_quantile((1.0 - level) / 2.0));
@@ -109,10 +110,11 @@ fn two_sided_quantile(level: f64) -> Result<f64, StatisticsError> {
 }
 
 /// Returns the bias-corrected and accelerated bootstrap interval of `statistic` (Efron and
-/// Tibshirani 1993, eq. 14.9, 14.10, 14.14 and 14.15). It uses `resamples` samples drawn with
-/// replacement from stream `seed`, so the result is the same for the same arguments. A pair is one
-/// element. Resamples equal to the statistic count half; quantiles are interpolated linearly
-/// between neighbours. Use 2,000 resamples or more for 95 %.
+/// Tibshirani 1993, eq. 14.9, 14.10, 14.14 and 14.15). It draws `resamples` samples with
+/// replacement; the random numbers depend on `seed` only, so the same arguments give the same
+/// result. An element of the sample may be a pair. Resamples whose statistic equals that of the
+/// sample count half. Quantiles are interpolated linearly between neighbours. Use at least 2,000
+/// resamples for a level of 95 %.
 ///
 /// # Errors
 /// Fewer than two elements or 100 resamples, a level outside (0, 1), a statistic that is not
@@ -160,8 +162,8 @@ pub fn bootstrap_bca<T: Clone>(
     })
 }
 
-/// Returns how fast the standard error changes with the statistic, from samples that lack one
-/// element each.
+/// Returns the acceleration: how fast the standard error changes with the statistic. It is computed
+/// from samples that lack one element each (jackknife).
 fn acceleration<T: Clone>(
     sample: &[T],
     statistic: impl Fn(&[T]) -> f64,

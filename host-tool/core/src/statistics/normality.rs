@@ -6,20 +6,22 @@ use super::sample::{
 };
 use std::f64::consts::FRAC_1_SQRT_2;
 
-/// Result of Shapiro and Wilk's test.
+/// Result of Shapiro and Wilk's test of normality.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ShapiroWilk {
-    /// Statistic W in (0, 1]; 1 for a sample that lies like normal order statistics.
+    /// Statistic W, in (0, 1]. It is 1 if the sorted sample is spaced exactly as expected for a
+    /// normal distribution.
     pub w: f64,
-    /// p-value: upper tail of the transformed W.
+    /// p-value: probability of a W as low or lower for a normally distributed sample.
     pub p: f64,
 }
 
-/// Maximum number of values; Royston's approximations do not hold beyond.
+/// Maximum number of values; Royston's approximations do not hold for more.
 const MOST: usize = 5000;
-/// Coefficients of the largest and the second largest weight, as polynomials in 1/√n (Royston
+/// Coefficients of the largest weight as a polynomial in 1/√n, from the constant term up (Royston
 /// 1995).
 const LARGEST: [f64; 6] = [0.0, 0.221157, -0.147981, -2.071190, 4.434685, -2.706056];
+/// Coefficients of the second largest weight, in the same form.
 const SECOND: [f64; 6] = [0.0, 0.042981, -0.293762, -1.752461, 5.682633, -3.582633];
 
 /// Tests 3 to 5,000 values for normality with Shapiro and Wilk's test, using the weights and the
@@ -48,7 +50,8 @@ pub fn shapiro_wilk(sample: &[f64]) -> Result<ShapiroWilk, StatisticsError> {
     Ok(ShapiroWilk { w, p })
 }
 
-/// Returns the weights of the upper half of the order statistics, the largest first.
+/// Returns the weights of the larger half of the sorted values, that of the largest value first;
+/// the smaller half has the same weights with negative sign.
 fn weights(n: usize) -> Vec<f64> {
     if n == 3 {
         return vec![FRAC_1_SQRT_2];
@@ -69,7 +72,8 @@ fn weights(n: usize) -> Vec<f64> {
     weights
 }
 
-/// Returns the probability of a W as low or lower.
+/// Returns the probability of a W as low as `w` or lower for a normally distributed sample of `n`
+/// values.
 fn upper_tail(w: f64, n: usize) -> f64 {
     if n == 3 {
         // This p-value is exact (Shapiro and Wilk 1965).

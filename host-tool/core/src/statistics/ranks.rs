@@ -3,23 +3,24 @@
 use super::distribution::{chi_squared_p, normal_p};
 use super::sample::{StatisticsError, check_count, check_equal_length, check_finite, check_rows};
 
-/// Maximum number of values for which the exact distribution is counted: the counts, at most 2^50,
-/// are exact in an `f64`.
+/// Maximum number of values for which a p-value is computed exactly by counting. The counts, at
+/// most 2^50, are exact in an `f64`.
 const EXACT_TO: usize = 50;
 
-/// Method by which a p-value was computed.
+/// How a p-value was computed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Method {
-    /// Count over all possible assignments of the ranks, ties included.
+    /// Exactly, by counting over all possible assignments of the ranks, with ties taken into
+    /// account.
     Exact,
-    /// Normal distribution, with corrections for ties and continuity.
+    /// From the normal distribution, with corrections for ties and continuity.
     Normal,
 }
 
-/// Result of Friedman's test.
+/// Result of Friedman's test of several conditions.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Friedman {
-    /// Statistic χ²_r, corrected for ties.
+    /// Test statistic χ²_r, corrected for ties.
     pub chi_squared: f64,
     /// Degrees of freedom: number of conditions − 1.
     pub df: usize,
@@ -27,8 +28,8 @@ pub struct Friedman {
     pub p: f64,
 }
 
-/// Tests three or more conditions (columns) that every subject (row) has gone through with
-/// Friedman's test, corrected for ties (Friedman 1937; Conover 1999, eq. 5.8.5).
+/// Compares three or more conditions (columns) that every subject (row) has gone through by
+/// Friedman's test on ranks, corrected for ties (Friedman 1937; Conover 1999, eq. 5.8.5).
 ///
 /// # Errors
 /// Fewer than two subjects or three conditions, rows of unequal length, values that are not finite,
@@ -64,21 +65,23 @@ pub fn friedman(subjects: &[Vec<f64>]) -> Result<Friedman, StatisticsError> {
 /// Result of Wilcoxon's signed-rank test, two-sided.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Wilcoxon {
-    /// Smaller of the rank sums of positive and negative differences.
+    /// Test statistic: the smaller of the rank sums of positive and negative differences.
     pub statistic: f64,
-    /// Rank sum of the differences first − second above zero.
+    /// Sum of the ranks of the positive differences first − second.
     pub positive: f64,
-    /// Number of differences other than zero; zeros are dropped.
+    /// Number of pairs that differ; pairs without a difference are dropped.
     pub n: usize,
     /// Two-sided p-value.
     pub p: f64,
-    /// Method of the p-value: exact up to 50 differences.
+    /// How the p-value was computed: exactly for up to 50 differences, otherwise from the normal
+    /// distribution.
     pub method: Method,
 }
 
-/// Tests pairs with Wilcoxon's signed-rank test, two-sided; differences of zero are dropped
-/// (Wilcoxon 1945). The p-value is exact up to 50 differences, with mid-ranks for ties (Streitberg
-/// and Röhmel 1986), and normal beyond (Conover 1999, eq. 5.7.5, minus ½).
+/// Compares paired samples by Wilcoxon's signed-rank test, two-sided. Differences of zero are
+/// dropped (Wilcoxon 1945). For up to 50 differences the p-value is exact, with mid-ranks for ties
+/// (Streitberg and Röhmel 1986). For more it comes from the normal distribution (Conover 1999, eq.
+/// 5.7.5, with a continuity correction of ½).
 ///
 /// # Errors
 /// No pair, unequal lengths, values that are not finite, no difference other than zero.
@@ -127,18 +130,20 @@ pub fn wilcoxon(first: &[f64], second: &[f64]) -> Result<Wilcoxon, StatisticsErr
 /// Result of Mann and Whitney's U test, two-sided.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct MannWhitney {
-    /// Number of pairs in which the first sample's value is larger, ties counted half: 0…n₁·n₂.
-    /// Divided by n₁·n₂ it is the probability of superiority.
+    /// Test statistic U, 0…n₁·n₂: number of pairs in which the value of the first sample is larger,
+    /// with ties counted half. Divided by n₁·n₂, it is the probability of superiority.
     pub u: f64,
     /// Two-sided p-value.
     pub p: f64,
-    /// Method of the p-value: exact up to 50 values in all.
+    /// How the p-value was computed: exactly for up to 50 values in both samples together,
+    /// otherwise from the normal distribution.
     pub method: Method,
 }
 
-/// Tests two independent samples with Mann and Whitney's U test, two-sided (Mann and Whitney 1947).
-/// The p-value is exact up to 50 values in all, with mid-ranks for ties (Streitberg and Röhmel
-/// 1986; p is twice the smaller tail), and normal beyond (Conover 1999, eq. 5.1.5, minus ½).
+/// Compares two independent samples by Mann and Whitney's U test, two-sided (Mann and Whitney
+/// 1947). For up to 50 values in both samples together, p is exact: twice the smaller tail, with
+/// mid-ranks for ties (Streitberg and Röhmel 1986). For more values it comes from the normal
+/// distribution (Conover 1999, eq. 5.1.5, with a continuity correction of ½).
 ///
 /// # Errors
 /// An empty sample, values that are not finite, all values equal.
@@ -182,7 +187,8 @@ pub fn mann_whitney(first: &[f64], second: &[f64]) -> Result<MannWhitney, Statis
     })
 }
 
-/// Returns twice the smaller tail at `at` of a distribution given as counts, at most one.
+/// Returns the two-sided p-value of the outcome with index `at`: twice the smaller tail, at most
+/// one. `ways` is the distribution, as the number of ways in which each outcome arises.
 fn two_sided(ways: &[f64], at: usize) -> f64 {
     let all: f64 = ways.iter().sum();
     let below: f64 = ways[..=at].iter().sum();
@@ -190,16 +196,17 @@ fn two_sided(ways: &[f64], at: usize) -> f64 {
     (2.0 * below.min(above) / all).min(1.0)
 }
 
-/// Returns the two-sided normal p-value of a distance from the mean, minus half a rank.
+/// Returns the two-sided p-value of a statistic that has this distance from its mean, by the normal
+/// distribution with a continuity correction of half a rank.
 fn continuous_p(distance: f64, variance: f64) -> f64 {
     normal_p((distance - 0.5).max(0.0) / variance.sqrt())
 }
 
-/// Ranks from one, with the mean rank for ties.
+/// Ranks of values, counted from 1; equal values have the mean of their ranks.
 struct Ranks {
-    /// Twice each value's rank, which is a whole number.
+    /// Twice the rank of each value, which is always a whole number.
     twice: Vec<usize>,
-    /// Sum Σ(t³ − t) over groups of t equal values.
+    /// Sum Σ(t³ − t) over all groups of t equal values, for corrections for ties.
     ties: f64,
 }
 

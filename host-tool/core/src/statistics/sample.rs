@@ -2,7 +2,8 @@
 
 use thiserror::Error;
 
-/// Reason why a sample has no result. The field `what` names the argument.
+/// Reason why a statistic cannot be computed from a sample. The field `what` names the argument or
+/// values concerned.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Error)]
 pub enum StatisticsError {
     /// There are fewer values, subjects or conditions than the method needs.
@@ -15,14 +16,14 @@ pub enum StatisticsError {
         /// Number of elements needed.
         least: usize,
     },
-    /// Lengths differ that must be equal.
+    /// Two lengths differ that must be equal.
     #[error("{what}: {given} given, {expected} expected")]
     UnequalLengths {
-        /// Name of the elements that are counted.
+        /// Name of the elements whose number differs.
         what: &'static str,
-        /// Length found.
+        /// Number of elements that were given.
         given: usize,
-        /// Length of the first argument or row.
+        /// Number of elements in the first argument or row.
         expected: usize,
     },
     /// A value is infinite, not a number, or so large that its cube may overflow.
@@ -33,7 +34,8 @@ pub enum StatisticsError {
         /// Index of the value, in the order given, counted from 0.
         index: usize,
     },
-    /// All values are equal except for rounding, so there is nothing to compare with.
+    /// All values are equal except for rounding errors, so that the test has no variation to
+    /// compare with.
     #[error("{what} do not vary")]
     NoVariance {
         /// Name of the values that do not vary.
@@ -51,7 +53,7 @@ pub enum StatisticsError {
 
 use StatisticsError::{NoVariance, NotFinite, TooFew, UnequalLengths};
 
-/// Checks that there are at least `least` elements of `what`.
+/// Checks that `given` is at least `least`. `what` names the elements for the error.
 pub(super) fn check_count(
     what: &'static str,
     given: usize,
@@ -63,7 +65,8 @@ pub(super) fn check_count(
     Ok(())
 }
 
-/// Checks that there are as many elements of `what` as of the first argument.
+/// Checks that the number of elements, `given`, equals that of the first argument, `expected`.
+/// `what` names the elements for the error.
 pub(super) fn check_equal_length(
     what: &'static str,
     given: usize,
@@ -79,8 +82,8 @@ pub(super) fn check_equal_length(
     Ok(())
 }
 
-/// Maximum magnitude of a value. Larger values are refused like values that are not finite, so that
-/// sums of their cubes stay far below the largest number.
+/// Maximum magnitude of a value. Larger values are refused like infinite ones, so that sums of
+/// their cubes do not overflow.
 const MOST: f64 = 1e60;
 
 /// Checks that every value is finite and at most [`MOST`] in magnitude.
@@ -95,8 +98,8 @@ pub(super) fn check_finite<'a>(
     }
 }
 
-/// Checks that there are at least two rows of equal length, each with at least `least` values, all
-/// finite.
+/// Checks that there are at least two rows of equal length, that each has at least `least` values,
+/// and that all values are finite. `names` are the names of rows and columns for the error.
 pub(super) fn check_rows(
     names: [&'static str; 2],
     rows: &[Vec<f64>],
@@ -110,8 +113,9 @@ pub(super) fn check_rows(
     check_finite(names[0], rows.iter().flatten())
 }
 
-/// Checks that a sum of squares is larger than the rounding of constant values of this magnitude,
-/// 16 ε of the largest for each of `count`, and large enough for powers of it to be computed.
+/// Checks that a sum of squares is larger than rounding errors alone would make it. These are 16 ε
+/// of the largest magnitude for each of `count` values. The sum must also be large enough that
+/// powers of it do not underflow.
 pub(super) fn check_varies(
     what: &'static str,
     sum_squares: f64,
@@ -125,12 +129,12 @@ pub(super) fn check_varies(
     Ok(())
 }
 
-/// Returns the largest magnitude; 0 for no values.
+/// Returns the largest magnitude of the values; 0 for no values.
 pub(super) fn largest<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
     values.into_iter().fold(0.0, |most, v| v.abs().max(most))
 }
 
-/// Returns the mean Σx/n of at least one value.
+/// Returns the mean Σx/n; there must be at least one value.
 pub(super) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }

@@ -7,57 +7,59 @@ use super::sample::{
     largest,
 };
 
-/// Result for one source of variation.
+/// F-test of one source of variation: one factor, or an interaction of factors.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Effect {
     /// Sum of squares of the effect.
     pub sum_squares: f64,
-    /// Degrees of freedom of the effect.
+    /// Degrees of freedom of the effect, the numerator of F.
     pub df: usize,
-    /// Sum of squares of the error with which the effect is compared.
+    /// Sum of squares of the error, with which the effect is compared.
     pub error_sum_squares: f64,
-    /// Degrees of freedom of that error.
+    /// Degrees of freedom of the error, the denominator of F.
     pub error_df: usize,
-    /// Mean square of the effect over mean square of the error.
+    /// Test statistic F: mean square of the effect divided by mean square of the error.
     pub f: f64,
-    /// p-value: upper tail of F.
+    /// p-value: upper tail of the F distribution.
     pub p: f64,
 }
 
-/// p-value after both degrees of freedom were multiplied by an estimate of sphericity.
+/// p-value corrected for lack of sphericity: both degrees of freedom are multiplied by ε.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct CorrectedP {
-    /// Estimate of sphericity ε, from 1/df of the effect to 1; 1 where sphericity holds.
+    /// Estimate ε of sphericity. It is 1 where sphericity holds, and at least 1/df of the effect.
     pub epsilon: f64,
-    /// p-value: upper tail of F with the corrected degrees of freedom.
+    /// p-value: upper tail of the F distribution with the corrected degrees of freedom.
     pub p: f64,
 }
 
 /// Result of Mauchly's test of sphericity.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Mauchly {
-    /// Statistic W in [0, 1]; 1 where contrasts have equal variances and no correlation.
+    /// Statistic W, in [0, 1]. It is 1 if orthonormal contrasts have equal variances and no
+    /// correlation.
     pub w: f64,
-    /// Scaled −ln W, which is compared with the χ² distribution.
+    /// Test statistic: scaled −ln W, which has approximately a χ² distribution.
     pub chi_squared: f64,
     /// Degrees of freedom of the χ² distribution.
     pub df: usize,
-    /// p-value: upper tail, with Anderson's term of second order.
+    /// p-value: upper tail of the χ² distribution with Anderson's second-order term.
     pub p: f64,
 }
 
-/// Effect of a repeated factor, uncorrected and corrected for lack of sphericity.
+/// Effect of a factor that is repeated within subjects, with and without correction for lack of
+/// sphericity.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct RepeatedMeasures {
     /// Effect without correction.
     pub effect: Effect,
-    /// Correction with Box's ε as Greenhouse and Geisser (1959) estimate it.
+    /// Correction with Box's ε, as Greenhouse and Geisser (1959) estimate it.
     pub greenhouse_geisser: CorrectedP,
-    /// Correction with the estimate of Huynh and Feldt (1976), at most one.
+    /// Correction with ε as Huynh and Feldt (1976) estimate it, at most one.
     pub huynh_feldt: CorrectedP,
 }
 
-/// Result of repeated measures on two factors.
+/// Result of an analysis of variance with two factors that are repeated within subjects.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct TwoWayRepeated {
     /// Effect of the first factor.
@@ -68,7 +70,7 @@ pub struct TwoWayRepeated {
     pub interaction: RepeatedMeasures,
 }
 
-/// Result for two fixed factors with replication.
+/// Result of an analysis of variance with two fixed factors and several trials per cell.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct TwoWay {
     /// Effect of the first factor.
@@ -79,8 +81,8 @@ pub struct TwoWay {
     pub interaction: Effect,
 }
 
-/// Computes a one-way repeated-measures analysis of variance: subjects are rows, conditions are
-/// columns, with one value each (Winer 1971, ch. 4).
+/// Computes a one-way repeated-measures analysis of variance (Winer 1971, ch. 4). Rows are
+/// subjects, columns are conditions, and each cell has one value.
 ///
 /// # Errors
 /// Fewer than two subjects or conditions, rows of unequal length, values that are not finite, no
@@ -92,10 +94,10 @@ pub fn repeated_measures(subjects: &[Vec<f64>]) -> Result<RepeatedMeasures, Stat
     within_subjects_effect(&scores, scores[0].len() - 1, 1, magnitude)
 }
 
-/// Tests the sphericity that [`repeated_measures`] requires with Mauchly's test (Mauchly 1940; χ²
-/// and its second term: Anderson 1958, 10.7.4). In the second term, R's `mauchly.test` and others
-/// once have the number of conditions where Anderson has that of contrasts; this function follows
-/// them. Two conditions have no sphericity to test.
+/// Tests the sphericity that [`repeated_measures`] requires by Mauchly's test (Mauchly 1940; χ² and
+/// its second-order term: Anderson 1958, 10.7.4). In the second-order term, R's `mauchly.test` and
+/// other programs have the number of conditions in one place where Anderson has the number of
+/// contrasts. This function agrees with these programs. Two conditions have no sphericity to test.
 ///
 /// # Errors
 /// The errors of [`repeated_measures`], fewer than three conditions, or not more subjects than
@@ -146,9 +148,9 @@ pub fn mauchly(subjects: &[Vec<f64>]) -> Result<Mauchly, StatisticsError> {
     })
 }
 
-/// Computes a two-way repeated-measures analysis of variance. `subjects[s][i][j]` is the value of
-/// subject `s` at level `i` of the first and `j` of the second factor. Every effect is compared
-/// with its own interaction with subjects (Winer 1971, ch. 7.3).
+/// Computes a two-way repeated-measures analysis of variance (Winer 1971, ch. 7.3).
+/// `subjects[s][i][j]` is the value of subject `s` at level `i` of the first and level `j` of the
+/// second factor. Every effect is compared with its own interaction with subjects.
 ///
 /// # Errors
 /// Fewer than two subjects or levels, unequal lengths, values that are not finite, an effect that
@@ -176,9 +178,9 @@ pub fn two_way_repeated(subjects: &[Vec<Vec<f64>>]) -> Result<TwoWayRepeated, St
     })
 }
 
-/// Computes a balanced two-way analysis of variance with replication. `cells[i][j]` are the trials
-/// at level `i` of the first and `j` of the second factor, both fixed (Winer 1971, ch. 5). All
-/// effects are compared with the variation within cells.
+/// Computes a balanced two-way analysis of variance with replication (Winer 1971, ch. 5).
+/// `cells[i][j]` has the values of the trials at level `i` of the first and level `j` of the second
+/// factor, both fixed. All effects are compared with the variation within cells.
 ///
 /// # Errors
 /// Fewer than two levels or trials per cell, unequal lengths, values that are not finite, no
@@ -218,8 +220,8 @@ fn centred(values: &[f64]) -> Vec<f64> {
     values.iter().map(|value| value - mean).collect()
 }
 
-/// Returns the means of the rows and of the columns minus the mean of all, and the rest of the
-/// table after both are subtracted.
+/// Splits a table into three parts: the means of its rows and of its columns, each minus the mean
+/// of all values, and what remains of each value when these are subtracted (the interaction).
 fn split(table: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     let (a, b) = (table.len(), table[0].len());
     let values = centred(&table.concat());
@@ -232,8 +234,8 @@ fn split(table: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     (first, second, interaction)
 }
 
-/// Returns the effect that `scores` (one row per subject, whose sum is zero) have in common,
-/// compared with how subjects differ in it. Each score is a mean of `each` values.
+/// Tests the effect that `scores` have in common against the differences between subjects. There is
+/// one row per subject, and the sum of each row is zero. Each score is the mean of `each` values.
 fn within_subjects_effect(
     scores: &[Vec<f64>],
     df: usize,
@@ -264,9 +266,9 @@ fn within_subjects_effect(
     })
 }
 
-/// Returns Greenhouse and Geisser's ε: tr(S)²/(df·tr(S²)) of the covariance S of the effect's
-/// scores. Its trace and that of its square equal those of the covariance of orthonormal contrasts,
-/// which the definition uses.
+/// Returns Greenhouse and Geisser's ε = tr(S)²/(df·tr(S²)), where S is the covariance matrix of the
+/// effect's scores. The definition uses the covariance matrix of orthonormal contrasts, which has
+/// the same tr(S) and tr(S²).
 fn greenhouse_geisser(left: &[Vec<f64>], df: usize) -> f64 {
     let k = left[0].len();
     let product = |i: usize, j: usize| left.iter().map(|row| row[i] * row[j]).sum::<f64>();
@@ -276,7 +278,7 @@ fn greenhouse_geisser(left: &[Vec<f64>], df: usize) -> f64 {
     (1.0 / (df as f64 * square)).clamp(1.0 / df as f64, 1.0)
 }
 
-/// Returns Huynh and Feldt's estimate from that of Greenhouse and Geisser.
+/// Returns Huynh and Feldt's ε, computed from Greenhouse and Geisser's `epsilon`.
 fn huynh_feldt(epsilon: f64, df: usize, subjects: usize) -> f64 {
     let (scaled, n) = (epsilon * df as f64, subjects as f64);
     let (above, below) = (n * scaled - 2.0, df as f64 * (n - 1.0 - scaled));
@@ -286,8 +288,8 @@ fn huynh_feldt(epsilon: f64, df: usize, subjects: usize) -> f64 {
     (above / below).clamp(epsilon, 1.0)
 }
 
-/// Returns F and p of two sums of squares with their degrees of freedom; the error's sum is above
-/// zero.
+/// Returns the F-test of two sums of squares, each given with its degrees of freedom. The error's
+/// sum must be above zero.
 fn f_test(effect: (f64, usize), error: (f64, usize)) -> Result<Effect, StatisticsError> {
     let f = (effect.0 / effect.1 as f64) / (error.0 / error.1 as f64);
     Ok(Effect {

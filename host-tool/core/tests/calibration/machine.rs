@@ -142,7 +142,10 @@ fn levels_out_of_order_are_refused_by_name() {
         .execute_order(t_us + 1_000_000, &Order::Yes)
         .unwrap_err();
     let told = told.to_string();
-    assert!(told.starts_with("E676 out of order at minimum"), "{told}");
+    assert!(
+        told.starts_with("E676 the result of step `minimum`"),
+        "{told}"
+    );
     assert!(told.contains("below the motor threshold"), "{told}");
 }
 

@@ -7,46 +7,49 @@ use similar::TextDiff;
 use std::collections::{BTreeMap, BTreeSet};
 use toml::Value;
 
-/// Maximum number of lines; longer files are compared only by their keys.
+/// Maximum number of lines of a file that is compared line by line. Of a longer file, only the keys
+/// are compared.
 const MOST_LINES: usize = 5_000;
-/// Columns of a terminal, and maximum number of keys that it shows for a file; the page shows all.
+/// Number of columns of the terminal for which texts are formatted.
 const WIDE: usize = 80;
+/// Maximum number of keys of a file that the terminal shows; the page shows all of them.
 const MOST_KEYS: usize = 12;
 
-/// Differences between a TOML file of one record and that of others.
+/// How a TOML file of one record differs from the same file of other records.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize)]
 pub struct FileDifference {
-    /// Name of the file in the record.
+    /// Name of the file: `session.toml`, `wearer.toml` or the name of another file in the record.
     pub file: String,
-    /// Name of the trial or of the experiment to which the file belongs.
+    /// Name of the trial, or of the experiment, that the file belongs to.
     pub of: String,
-    /// Number of the record with which the others are compared, from 1.
+    /// Number of the record that the others are compared with, from 1.
     pub from: usize,
-    /// Numbers of the records whose files differ from it in this way.
+    /// Numbers of the records whose file differs from that one in the same way.
     pub to: Vec<usize>,
-    /// Keys with another value, in alphabetical order; empty if only comments or layout differ, or
+    /// Keys whose values differ, in alphabetical order. Empty if only comments or layout differ, or
     /// if one of the files is not valid TOML.
     pub keys: Vec<KeyChange>,
-    /// Both files as a unified diff with three lines of context; empty for files of more than 5000
-    /// lines.
+    /// Both files as a unified diff with three lines of context; empty if one of them has more than
+    /// 5000 lines.
     pub unified: String,
 }
 
-/// A key of a file with another value.
+/// A key whose value differs between two files.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize)]
 pub struct KeyChange {
-    /// Path of the key, for example `channel[2].limit`: a channel is named by its number, other
-    /// tables of a list by their position from 1.
+    /// Path of the key, for example `channel[2].limit`. A channel is identified by its number, any
+    /// other table of a list by its position from 1.
     pub key: String,
-    /// Value in the first record; `None` if that file lacks the key.
+    /// Value in the file of record [`FileDifference::from`]; `None` if that file does not have the
+    /// key.
     pub from: Option<String>,
-    /// Value in the other record; `None` if that file lacks the key.
+    /// Value in the file of the other records; `None` if that file does not have the key.
     pub to: Option<String>,
 }
 
 impl FileDifference {
-    /// Returns the difference between the texts of two records, each with its number; `None` if
-    /// they are the same.
+    /// Compares a file of two records, `from` and `to`, which are given by number and text. `of` is
+    /// the trial or experiment that the file belongs to. Returns `None` if the texts are the same.
     #[must_use]
     pub fn between(
         (file, of): (&str, &str),
@@ -63,14 +66,14 @@ impl FileDifference {
         })
     }
 
-    /// Returns a heading that names the files that differ.
+    /// Returns a heading that names the file and the records whose files differ.
     fn heading(&self) -> String {
         let to: Vec<String> = self.to.iter().map(usize::to_string).collect();
         let (file, from, to, of) = (&self.file, self.from, to.join(", "), &self.of);
         format!("{file} of record {from} -> {to}: {of}")
     }
 
-    /// Returns the keys for a terminal of 80 columns, one line each.
+    /// Returns the differing keys for a terminal of 80 columns, one line for each key.
     #[must_use]
     pub fn text(&self) -> String {
         let mut text = format!("{}\n", truncate_line(&self.heading()));
@@ -88,7 +91,7 @@ impl FileDifference {
         }
     }
 
-    /// Returns the keys as a table, and both files line by line.
+    /// Returns the differing keys as a table, followed by a line-by-line comparison of both files.
     #[must_use]
     pub fn html(&self) -> Html {
         let value = |value: &Option<String>| match value {
@@ -123,7 +126,7 @@ impl FileDifference {
     }
 }
 
-/// Returns the line, cut to the columns of a terminal.
+/// Cuts a line to the width of the terminal.
 pub(super) fn truncate_line(line: &str) -> String {
     match line.chars().count() <= WIDE {
         true => line.to_owned(),
@@ -131,7 +134,8 @@ pub(super) fn truncate_line(line: &str) -> String {
     }
 }
 
-/// Returns a unified diff of both texts; an empty text if one of them has too many lines.
+/// Returns a unified diff of two texts, each with the number of its record; an empty text if one of
+/// them has too many lines.
 fn unified_diff((from, one): (usize, &str), (to, another): (usize, &str)) -> String {
     if one.lines().count().max(another.lines().count()) > MOST_LINES {
         return String::new();
@@ -142,7 +146,7 @@ fn unified_diff((from, one): (usize, &str), (to, another): (usize, &str)) -> Str
     unified.header(&heads.0, &heads.1).to_string()
 }
 
-/// Returns the keys whose values differ.
+/// Returns the keys whose values differ between two TOML texts.
 fn changed_keys(one: &str, another: &str) -> Vec<KeyChange> {
     let (Some(one), Some(another)) = (values(one), values(another)) else {
         return Vec::new();
@@ -156,7 +160,8 @@ fn changed_keys(one: &str, another: &str) -> Vec<KeyChange> {
     changes.filter(|change| change.from != change.to).collect()
 }
 
-/// Returns every value of a TOML file by its path; `None` if the text is not valid TOML.
+/// Returns the values of a TOML text by the paths of their keys; `None` if the text is not valid
+/// TOML.
 fn values(text: &str) -> Option<BTreeMap<String, String>> {
     let table: toml::Table = text.parse().ok()?;
     let mut found = BTreeMap::new();
@@ -181,8 +186,8 @@ fn collect(path: &str, value: &Value, found: &mut BTreeMap<String, String>) {
     }
 }
 
-/// Returns labels that distinguish the tables of a list: their `number`, their `channel`, or their
-/// position.
+/// Returns a label for each table of a list: its `number`, else its `channel`, else its position
+/// from 1.
 fn labels(list: &[Value]) -> Vec<String> {
     let by = |key: &str| -> Option<Vec<String>> {
         let numbers = list.iter().map(|value| value.get(key)?.as_integer());

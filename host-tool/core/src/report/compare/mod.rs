@@ -26,22 +26,23 @@ use overlay::Course;
 use serde::Serialize;
 use std::path::Path;
 
-/// The data of a record that a comparison needs, and its name.
+/// Data of one record that a comparison needs.
 #[derive(Debug)]
 pub struct ComparedRecord {
-    /// Folder of the record, as given.
+    /// Folder of the record, as the user gave it.
     pub name: String,
     title: String,
     device: String,
     is_simulated: bool,
     is_complete: bool,
     caveat: Option<String>,
-    /// Description of the data that the record has lost since it was closed.
+    /// Description of the data that the record has lost since it was closed; `None` if it has lost
+    /// none.
     pub damaged: Option<String>,
     trials: Vec<ComparedTrial>,
 }
 
-/// The data of a trial that a comparison needs.
+/// Data of one trial that a comparison needs.
 #[derive(Debug)]
 struct ComparedTrial {
     row: TrialRow,
@@ -53,47 +54,49 @@ struct ComparedTrial {
     identity: Option<Identity>,
 }
 
-/// One trial of one record in numbers. A number is `None` if it does not apply to the trial.
+/// Row of a comparison: one trial of one record, with its numbers.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct CompareRow {
     /// Number of the record, from 1.
     pub number: usize,
-    /// Folder of the record.
+    /// Folder of the record, as the user gave it.
     pub record: String,
-    /// Device that stimulated.
+    /// Kind and name of the device that stimulated.
     pub device: String,
-    /// Whether the device was a simulator.
+    /// Whether the wearer was simulated.
     pub simulated: bool,
-    /// Whether the run reached its own end.
+    /// Whether the run was carried out to its end.
     pub complete: bool,
     /// Whether the record has lost data since it was closed.
     pub damaged: bool,
-    /// Numbers of the trial.
+    /// Results and doses of the trial.
     #[serde(flatten)]
     pub of: TrialRow,
 }
 
-/// The numbers of a trial. A number is `None` if it does not apply to the trial.
+/// Results and doses of one trial. A number is `None` if the trial has nothing that it could
+/// describe.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct TrialRow {
     /// Name of the trial.
     pub trial: String,
     /// Duration of the trial, s.
     pub duration_s: f64,
-    /// RMSE of the angle of a joint that followed a reference, degrees.
+    /// Root mean square error of the angle of a controlled joint, degrees.
     pub rmse_deg: Option<f64>,
-    /// RMSE of the force of the worst channel under force control, N.
+    /// Root mean square error of the force on the channel under force control that has the largest
+    /// error, N.
     pub rmse_n: Option<f64>,
-    /// Deepest penetration of a virtual wall, degrees.
+    /// Deepest penetration of a virtual wall in any hit, degrees.
     pub deepest_deg: Option<f64>,
-    /// Number of pulses with an amplitude above 0 that were output, without those of the electrode
-    /// check.
+    /// Number of pulses with an amplitude above 0 that were output. Pulses of the electrode check
+    /// do not count.
     pub pulses: Option<u64>,
     /// Number of times that the device lowered the feedback of a joint because of a limit cycle.
     pub limit_cycles: usize,
-    /// Model level with which each muscle began.
+    /// Model level at which each muscle began, in words.
     pub models: Option<String>,
-    /// Output of each channel.
+    /// Dose that each channel delivered: amplitude, charge, current and time.
     pub channels: Vec<ChannelDose>,
 }
 
@@ -125,7 +128,7 @@ impl ComparedTrial {
 }
 
 impl ComparedRecord {
-    /// Reads the record in `dir` trial by trial.
+    /// Reads the record in `dir` with only one trial in memory at a time.
     ///
     /// # Errors
     /// As [`load_each`].
@@ -137,7 +140,7 @@ impl ComparedRecord {
         Ok(Self::from_parts(dir, run, trials))
     }
 
-    /// Returns the data of a run in memory that is the record in `dir`.
+    /// Extracts the data of a run in memory, whose record is in `dir`.
     #[must_use]
     pub fn from_run(dir: &Path, run: &Run) -> Self {
         let trials = run.trials.iter().map(ComparedTrial::from_trial).collect();
@@ -170,7 +173,7 @@ impl ComparedRecord {
     }
 }
 
-/// Returns a row for each trial of each record, in the order given.
+/// Returns a row for each trial of each record; records and trials keep their order.
 #[must_use]
 pub fn compare_rows(all: &[ComparedRecord]) -> Vec<CompareRow> {
     let numbered = all.iter().enumerate();

@@ -7,13 +7,13 @@ use crate::plot::words::truncate;
 use crate::plot::{Axis, Figure, Key, Mark, Panel, Stroke, Svg};
 use crate::record::Trial;
 
-/// Maximum number of lines, which is the number of colours.
+/// Maximum number of curves in a panel; it is the number of distinguishable colours.
 pub(super) const MOST_LINES: usize = PALETTE.len();
 
 const HEIGHT: f64 = 110.0;
-/// Number of points of a curve, more than half a screen can show.
+/// Number of groups of points to which a curve is reduced; each group keeps at most two points.
 const BUCKETS: usize = 300;
-/// Number of panels above which they are in two columns.
+/// Largest number of panels that are drawn in one column; more panels are drawn in two columns.
 const ONE_COLUMN: usize = 2;
 
 /// The amplitude of a channel over time, reduced to the points that are drawn.
@@ -28,7 +28,8 @@ pub(super) struct Course {
 }
 
 impl Course {
-    /// Returns the amplitude of each channel of a trial; 0 while a channel outputs nothing.
+    /// Returns the amplitude of each channel of a trial over time. The amplitude is 0 while a
+    /// channel outputs nothing.
     pub(super) fn channel_courses(trial: &Trial) -> Vec<Self> {
         let short = || ShortenedSeries::new(trial.samples.len(), BUCKETS);
         let mut lines: Vec<(ShortenedSeries, f64)> =
@@ -56,14 +57,15 @@ impl Course {
     }
 }
 
-/// Returns the line style of a record. The first line is the widest, so that it is visible beside
-/// the lines that cover it.
+/// Returns the line style of the record with this index. The line of the first record is the
+/// widest, so that it stays visible under the lines that are drawn over it.
 fn line(place: usize) -> Stroke {
     let widths = [4.0, 2.6, 1.8, 1.4, 1.2, 1.0];
     stroke(PALETTE[place], widths[place])
 }
 
-/// Returns the first [`MOST_LINES`] trials of a group; an empty figure without channels.
+/// Draws the amplitudes of the first [`MOST_LINES`] trials of a group over each other, with a panel
+/// for each channel; an empty figure without channels.
 pub(super) fn figure(group: &Group<'_>) -> Svg {
     let drawn = || group.trials.iter().take(MOST_LINES).enumerate();
     let mut channels: Vec<(u8, &str, &str)> = Vec::new();

@@ -10,9 +10,9 @@ use crate::report::page::figure;
 use crate::report::tables::{degrees, headed, newtons, seconds};
 use crate::report::{Html, trajectory};
 
-/// Maximum number of trials with figures; the tables contain all trials.
+/// Maximum number of groups of trials whose amplitudes are drawn; the tables contain all trials.
 const MOST_DRAWN: usize = 8;
-/// Maximum number of trials whose angles are drawn.
+/// Maximum number of trials whose angles are drawn; the tables contain all trials.
 const MOST_ANGLES: usize = 24;
 
 const HEADS: [&str; 10] = [
@@ -28,8 +28,8 @@ const HEADS: [&str; 10] = [
     "",
 ];
 
-/// Returns the body of the page: the trials in numbers, the output of channels, angles, and the
-/// differences between session files.
+/// Returns the body of the page: a table of the trials, the doses of the channels, the angles, and
+/// the differences between session files.
 #[must_use]
 pub fn compare_body(all: &[ComparedRecord]) -> Html {
     let mut out = Html::default();
@@ -94,7 +94,8 @@ fn cells(row: &CompareRow) -> [String; 8] {
     ]
 }
 
-/// Returns amplitudes over each other, and a table with a row for each channel of each record.
+/// Returns figures of the amplitudes, with those of all records over each other, and a table of the
+/// doses with a row for each channel of each record.
 fn stimulation(groups: &[Group<'_>]) -> Html {
     let mut out = Html::default();
     // Trials that differ come first, because only the first ones are drawn if there are many.
@@ -167,7 +168,7 @@ fn dose_table(group: &Group<'_>) -> Html {
     headed(["Channel", "Record"].into_iter().chain(DOSE_HEADS), &rows)
 }
 
-/// Returns references and angles; nothing if no trial has an angle to show.
+/// Returns a figure of references and measured angles; an empty text if no trial has any.
 fn angles(all: &[ComparedRecord]) -> Html {
     let numbered = all.iter().enumerate();
     let traced = numbered.flat_map(|(position, compared)| {
@@ -189,7 +190,8 @@ fn angles(all: &[ComparedRecord]) -> Html {
     }
 }
 
-/// Returns the keys with another value, and both files line by line.
+/// Returns, for each session or wearer file that differs, a table of the differing keys and a
+/// line-by-line comparison.
 fn sessions(groups: &[Group<'_>]) -> Html {
     let all: Vec<FileDifference> = groups.iter().flat_map(group_differences).collect();
     let are_held = groups.iter().any(|group| group.trials.len() > 1);

@@ -3,25 +3,26 @@
 use super::{ComparedRecord, ComparedTrial};
 use std::collections::HashMap;
 
-/// Trials of several records that are compared with each other.
+/// Trials of several records that correspond to each other and are compared.
 pub(super) struct Group<'a> {
-    /// Name of the first trial.
+    /// Name of the group, which is the name of its first trial.
     pub name: &'a str,
-    /// Number of the record, from 1, and its trial; at most one trial of each record.
+    /// The trials, each with the number of its record, from 1; at most one trial of each record.
     pub trials: Vec<(usize, &'a ComparedTrial)>,
 }
 
 impl Group<'_> {
-    /// Returns whether the output of channels differs between any two trials.
+    /// Returns whether the doses of any trial differ from those of the first.
     pub(super) fn differs(&self) -> bool {
         let channels = |n: usize| &self.trials[n].1.row.channels;
         (1..self.trials.len()).any(|n| channels(n) != channels(0))
     }
 }
 
-/// Returns the groups of trials with the same name, matched in the order in which they occur: the
-/// first of a name with the first, and so on. If each record has one trial, or if no name occurs in
-/// two records, trials at the same position are matched.
+/// Groups the trials of the records. Trials with the same name belong together; if a record has
+/// several trials of one name, its n-th of them belongs to the n-th of the other records. Trials at
+/// the same position belong together instead if each record has one trial, or if no name occurs in
+/// two records.
 pub(super) fn groups(all: &[ComparedRecord]) -> Vec<Group<'_>> {
     let are_single = all.iter().all(|compared| compared.trials.len() == 1);
     let by_name = match are_single {
@@ -34,14 +35,15 @@ pub(super) fn groups(all: &[ComparedRecord]) -> Vec<Group<'_>> {
     }
 }
 
-/// Returns the name of a trial, and the number of trials of that name before it.
+/// Returns the key by which a trial is grouped: its name, and how many earlier trials of the record
+/// have that name.
 fn name_key(compared: &ComparedRecord, place: usize) -> (&str, usize) {
     let name = |kept: &ComparedTrial| kept.row.trial == compared.trials[place].row.trial;
     let before = compared.trials[..place].iter().filter(|kept| name(kept));
     (&compared.trials[place].row.trial, before.count())
 }
 
-/// Returns the groups of trials with the same key, with at most one trial of each record.
+/// Groups the trials whose `key` is equal. A key must occur at most once in each record.
 fn group_by_key<'a>(
     all: &'a [ComparedRecord],
     key: fn(&'a ComparedRecord, usize) -> (&'a str, usize),

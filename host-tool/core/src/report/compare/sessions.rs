@@ -4,14 +4,14 @@ use super::ComparedRecord;
 use super::files::FileDifference;
 use super::pairs::{Group, groups};
 
-/// Returns the differences between the files of matching trials and those of the first record that
-/// has the trial.
+/// Compares the session files and wearer files of corresponding trials. The files of the first
+/// record that has the trial are compared with those of each other record.
 #[must_use]
 pub fn session_differences(all: &[ComparedRecord]) -> Vec<FileDifference> {
     groups(all).iter().flat_map(group_differences).collect()
 }
 
-/// Returns the differences within one group of trials.
+/// Compares the session files and wearer files within one group of trials.
 pub(super) fn group_differences(group: &Group<'_>) -> Vec<FileDifference> {
     let mut found: Vec<(&str, FileDifference)> = Vec::new();
     let Some(((from, first), others)) = group.trials.split_first() else {

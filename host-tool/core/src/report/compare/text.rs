@@ -8,12 +8,12 @@ use crate::plot::words::wrap_columns;
 use crate::report::doses::{HEADS as DOSE_HEADS, NOTE, cells as dose_cells, channel};
 use crate::report::tables::{degrees, newtons, seconds};
 
-/// Maximum number of trials with differing output, and of differing files, that are shown; the page
-/// shows all.
+/// Maximum number of trials whose doses differ, and of files that differ, for which the terminal
+/// shows details. The page shows all of them.
 const MOST_TRIALS: usize = 8;
 
-/// Returns a table for a terminal of 80 columns, followed by the output of channels and the
-/// differences between session files.
+/// Returns the comparison for a terminal of 80 columns: a table of the trials, then the doses that
+/// differ, then the keys of session files that differ.
 #[must_use]
 pub fn compare_text(all: &[ComparedRecord]) -> String {
     let mut text = String::new();
@@ -30,7 +30,7 @@ pub fn compare_text(all: &[ComparedRecord]) -> String {
     text.trim_end().to_owned()
 }
 
-/// Returns the trials in numbers.
+/// Returns a table with a row for each trial of each record.
 fn rows(all: &[ComparedRecord]) -> String {
     let mut text = format!(
         "\n    {:<17}{:>9}{:>8}{:>9}{:>8}{:>8}\n",
@@ -67,7 +67,7 @@ fn rows(all: &[ComparedRecord]) -> String {
     text
 }
 
-/// Returns the output of channels for the trials in which it differs.
+/// Returns the doses of the channels for each group of trials in which they differ.
 fn stimulation(groups: &[Group<'_>]) -> String {
     let (groups, alone): (Vec<_>, Vec<_>) = groups.iter().partition(|group| group.trials.len() > 1);
     let has_channels = |group: &&Group<'_>| {
@@ -108,7 +108,7 @@ fn stimulation(groups: &[Group<'_>]) -> String {
     text
 }
 
-/// Returns a row for each channel of each record.
+/// Returns a table of the doses of a group, with a row for each channel of each record.
 fn doses(group: &Group<'_>) -> String {
     let line = |number: &str, cells: [&str; 8]| {
         let [peak, phase, charge, rms, on, pulses, width, rate] = cells;
@@ -148,7 +148,7 @@ fn doses(group: &Group<'_>) -> String {
     text
 }
 
-/// Returns the keys of session files that differ.
+/// Returns the keys of session files and wearer files whose values differ.
 fn sessions(groups: &[Group<'_>]) -> String {
     let differences: Vec<FileDifference> = groups.iter().flat_map(group_differences).collect();
     let shown = differences.iter().take(MOST_TRIALS);
