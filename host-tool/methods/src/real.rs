@@ -4,7 +4,7 @@
 use core::fmt::Debug;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A number type in which integrators and laws compute.
+/// A number type in which integrators and control laws can compute.
 pub trait Real:
     Copy
     + Debug
@@ -17,15 +17,15 @@ pub trait Real:
 {
     const ZERO: Self;
     const ONE: Self;
-    /// Converts to the nearest number of this type, for constants.
+    /// Converts a constant to the nearest number of this type.
     fn from_f64(x: f64) -> Self;
-    /// Converts exactly or to the nearest number, for results.
+    /// Converts a result to `f64`, exactly or to the nearest number.
     fn to_f64(self) -> f64;
-    /// Returns e to the power of the number.
+    /// Returns e to the power of this number.
     fn exp(self) -> Self;
-    /// Returns the natural logarithm, for positive numbers.
+    /// Returns the natural logarithm of this number, which must be positive.
     fn ln(self) -> Self;
-    /// Returns the square root, for numbers not below zero.
+    /// Returns the square root of this number, which must not be negative.
     fn sqrt(self) -> Self;
     fn abs(self) -> Self {
         if self < Self::ZERO { -self } else { self }
@@ -59,8 +59,8 @@ macro_rules! float {
 float!(f64, exp, log, sqrt);
 float!(f32, expf, logf, sqrtf);
 
-/// f32 with the functions of micromath: fast, with errors of up to 0.24 % (exp) or 6 % (square
-/// root).
+/// 32-bit floating point with the approximations of the crate micromath. They are fast, but have
+/// errors of up to 0.24 % (exp) or 6 % (square root).
 #[derive(Clone, Copy, PartialEq, PartialOrd, Debug)]
 pub struct Micro(pub f32);
 

@@ -39,7 +39,8 @@ pub fn main(args: &Bench, output: Output) -> anyhow::Result<()> {
     )?;
     ensure!(
         differing.is_empty(),
-        "E521 results differ between host, QEMU and chip: {}",
+        "E521 these algorithms give different results on host, QEMU and chip: {}; please report \
+         this",
         differing.join(", ")
     );
     Ok(())
@@ -47,8 +48,12 @@ pub fn main(args: &Bench, output: Output) -> anyhow::Result<()> {
 
 fn write(path: Option<&Path>, contents: impl FnOnce() -> String) -> anyhow::Result<()> {
     let Some(path) = path else { return Ok(()) };
-    std::fs::write(path, contents())
-        .with_context(|| format!("E522 cannot write {}", path.display()))
+    std::fs::write(path, contents()).with_context(|| {
+        format!(
+            "E522 cannot write {}; check the path, the permissions and the free space",
+            path.display()
+        )
+    })
 }
 
 /// Formats the results in at most 80 columns.
@@ -154,7 +159,7 @@ fn write_coremark(out: &mut String, found: &CoreMark) {
     ));
 }
 
-/// Returns the name of an assumption about the flash.
+/// Returns the name of an assumption about how long the core waits for the flash.
 const fn flash_wait_name(wait: FlashWait) -> &'static str {
     match wait {
         FlashWait::States(Prefetched::Cached) => "5 wait states, prefetched lines cached",

@@ -106,7 +106,7 @@ fn session_notes(session: &Session) -> Vec<String> {
     read.chain(session.rise_notes()).collect()
 }
 
-/// Number of blocks in a line that draws a program.
+/// Number of characters in the line that draws a program over the length of the session.
 const COLUMNS: u64 = 64;
 
 /// Draws the amplitudes of a session's programs over time, one line for each channel.

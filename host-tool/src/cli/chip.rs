@@ -10,7 +10,8 @@ use host_core::run::{ChipOptions, DeviceName, open_chip_port};
 use host_core::session::Session;
 use std::path::{Path, PathBuf};
 
-/// Reading of RM0090 for lines that were prefetched and then used.
+/// How to read RM0090 where it is ambiguous: whether a flash line that was prefetched enters the
+/// instruction cache when it is used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Prefetched {
     /// Lines enter the instruction cache

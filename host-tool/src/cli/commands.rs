@@ -6,7 +6,7 @@ use std::fmt::Write;
 /// Name of a command, an example, and its document.
 type Entry = (&'static str, &'static str, &'static str);
 
-/// Example with five constants of the muscle model, a train and a duration.
+/// Example of `flexor muscle`: five constants of the model, a train and a duration.
 const MUSCLE: &str = "flexor muscle --a-n-per-s 1000 --k 0.1 --tau-c-ms 20 --tau1-ms 50 \
                       --tau2-ms 60 --frequency-hz 30 --train-s 1 --seconds 2 --csv force.csv";
 

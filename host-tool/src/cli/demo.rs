@@ -130,9 +130,9 @@ fn trial_rows(experiment: &Experiment, came: &ExperimentResult) -> Vec<serde_jso
 /// finger.
 #[derive(Clone, Copy)]
 struct Speed {
-    /// Of the simulator alone: device, wire and wearer.
+    /// Speed of the simulator alone, which consists of device, wire and wearer.
     simulator: f64,
-    /// With the host program that streams setpoints and records.
+    /// Speed together with the host program, which streams setpoints and records.
     whole: f64,
 }
 

@@ -10,16 +10,20 @@ use studies::hamana2022::{
     Cell, Experiment, Participants, Population, Protocol, TwoPointsError, Wearer,
 };
 
-/// Default cell (the default of the study's ablations, as searched) and number of draws.
+/// Number of the cell that is measured by default. The study applies its ablations to this cell,
+/// with searched voltages.
 const CELL: usize = 15;
+/// Default number of measured draws.
 const DRAWS: u64 = 20;
-/// Largest number of draws of a participant in which points are searched.
+/// Largest number of draws of one participant, of which the first with stimulation points is used.
 const TRIED: u64 = 50;
-/// Budgets of the study, s: for one draw, and for the paper's four participants with every pattern.
+/// Time that the study allows for one draw, s.
 const DRAW_S: f64 = 0.5;
+/// Time that the study allows for the paper's four participants with every pattern, s on two cores.
 const FOUR_S: f64 = 20.0;
 
-/// Processor time of one draw.
+/// Processor time of one draw: the searches of points and voltages, the trials, and experiment 3
+/// (intensities).
 #[derive(Clone, Copy, Default)]
 struct DrawCost {
     searches: Duration,
@@ -91,7 +95,7 @@ impl Cost {
         Ok(cost)
     }
 
-    /// Times one draw of the study and its experiment 3.
+    /// Measures the time of one draw of the study, and of experiment 3 with the same wearer.
     fn measure_draw(
         &mut self,
         population: &Population,
@@ -121,7 +125,8 @@ impl Cost {
         Ok(())
     }
 
-    /// Times each of the paper's four participants once, with every pattern of experiment 2.
+    /// Measures the time of the paper's four participants, once each, with every pattern of
+    /// experiment 2.
     fn measure_participants(
         &mut self,
         population: &Population,
@@ -147,7 +152,7 @@ impl Cost {
         Ok(())
     }
 
-    /// Returns mean and maximum over the draws, s.
+    /// Returns mean and maximum, over the draws, of the time that `of` selects, s.
     fn mean_and_max_s(&self, of: impl Fn(&DrawCost) -> Duration) -> [f64; 2] {
         let all: Vec<f64> = self
             .draws
@@ -160,7 +165,8 @@ impl Cost {
         ]
     }
 
-    /// Returns mean and maximum of the searches, the trials, experiment 3 and their sum.
+    /// Returns the name of each part of a draw (searches, trials, experiment 3, and their sum),
+    /// with the mean and the maximum of its time, s.
     fn parts(&self) -> [(&'static str, [f64; 2]); 4] {
         [
             ("searches", self.mean_and_max_s(|cost| cost.searches)),

@@ -22,7 +22,7 @@ fn prepare_study(entry: &Entry, asked: &StudyRequest<'_>) -> anyhow::Result<Box<
     }
 }
 
-/// Runs a whole study, or resumes it if its folder has it begun.
+/// Runs a whole study, or resumes the study that its folder contains unfinished.
 ///
 /// # Errors
 /// Fails if an argument is out of range, the folder holds something else or cannot be written, or a
@@ -114,8 +114,8 @@ pub(super) fn interruption_error(
     Some(EndedBySignal(signal, format!("after {}{goes_on}", ran.done)).into())
 }
 
-/// Runs a study or a shard of it, in a folder or without keeping it. `name` labels the progress
-/// bar; `command` is the command that merges the shards.
+/// Runs a study or a shard of it. The results go into a folder, if there is one. `name` labels the
+/// progress bar; `command` is the command that merges the shards.
 ///
 /// # Errors
 /// Fails if a unit fails or cannot be stored, or if a signal arrives.
@@ -146,7 +146,8 @@ pub(super) fn run(
     Err(Incomplete { error, result }.into())
 }
 
-/// Returns the text of a run for the terminal.
+/// Returns the text of a run for the terminal: the study's own table if it has one, otherwise the
+/// general table of its outcome.
 fn result_text(ran: &RunProgress, outcome: &Outcome) -> String {
     ran.table.clone().unwrap_or_else(|| outcome_text(outcome))
 }

@@ -43,7 +43,7 @@ pub struct ExperimentArgs {
     /// none on a board
     #[arg(long)]
     draws: Option<u64>,
-    /// Seed of order, noise and wearers; default: the declaration's
+    /// Seed of the order of trials, the noise and the random wearers; default: the declaration's
     #[arg(long)]
     seed: Option<u64>,
     #[command(flatten)]
@@ -68,7 +68,7 @@ pub(super) struct RepeatedRecord {
 }
 
 impl RepeatedRecord {
-    /// Refers to the record in `dir`, which was made from `plan`.
+    /// Returns the record in `dir`, which was made from `plan`, as the one to repeat.
     pub fn new(dir: &Path, plan: &Plan) -> Self {
         Self {
             dir: dir.to_owned(),
@@ -113,13 +113,14 @@ impl ExperimentArgs {
     }
 }
 
-/// An experiment that is ready to run.
+/// Experiment that is ready to run, with everything that the command line decides.
 pub(super) struct Order<'a> {
     pub experiment: Experiment,
     /// Command, as the record names it.
     pub command: String,
     pub device: &'a DeviceName,
-    /// Seed of order, noise and wearers; number of random wearers.
+    /// Seed of the order of trials, the noise and the random wearers; and the number of random
+    /// wearers.
     pub decided: (u64, u64),
     /// Folder for the record.
     pub out: &'a OutArgs,
@@ -129,7 +130,7 @@ pub(super) struct Order<'a> {
 
 /// Result of a complete experiment.
 pub(super) struct ExperimentResult {
-    /// Conducted trials.
+    /// Trials that were conducted, in their sequence.
     pub course: Course,
     /// Wall time of the trials on this computer.
     pub took: Duration,

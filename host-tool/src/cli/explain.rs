@@ -116,7 +116,7 @@ mod tests {
         }
     }
 
-    /// Finds numbers written as E407 in `text`.
+    /// Returns every error number in `text` that is written like E407.
     fn numbers(text: &str) -> impl Iterator<Item = u16> {
         text.match_indices('E').filter_map(|(at, _)| {
             let digits = text.get(at + 1..at + 4)?;

@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// The orderly end of a command by a signal, where no run reports more.
+/// Error of a command that a signal ended in order, and for which no run reports more: the signal,
+/// and in words when it came and what followed.
 #[derive(Debug, thiserror::Error)]
 #[error("E580 {0} came {1}")]
 pub struct EndedBySignal(pub Signal, pub String);
@@ -33,7 +34,7 @@ pub fn catch_signals() -> anyhow::Result<Interruption> {
                 let asked = signal.number().into();
                 flag::register_usize(number, interruption.number(), asked).map(drop)
             })
-            .with_context(|| format!("E581 {signal} cannot be handled"))?;
+            .with_context(|| no_handler(signal))?;
     }
     Ok(interruption)
 }
@@ -46,10 +47,17 @@ pub fn catch_signals() -> anyhow::Result<Interruption> {
 pub fn end_at_once() -> anyhow::Result<()> {
     let always = Arc::new(AtomicBool::new(true));
     for signal in supported_signals() {
-        register_shutdown(signal, &always)
-            .with_context(|| format!("E581 {signal} cannot be handled"))?;
+        register_shutdown(signal, &always).with_context(|| no_handler(signal))?;
     }
     Ok(())
+}
+
+/// Returns the message for a signal that the system does not allow to be handled.
+fn no_handler(signal: impl std::fmt::Display) -> String {
+    format!(
+        "E581 the handler for {signal} cannot be installed, so the command did not start; run it \
+         where signal handlers are allowed"
+    )
 }
 
 fn register_shutdown(signal: Signal, condition: &Arc<AtomicBool>) -> std::io::Result<()> {
@@ -67,9 +75,7 @@ pub fn ignore_file_size_signal() -> anyhow::Result<()> {
     let unread = Arc::new(AtomicBool::new(false));
     let registered = flag::register(signal_hook::consts::SIGXFSZ, unread);
     let signal = "SIGXFSZ";
-    registered
-        .map(drop)
-        .with_context(|| format!("E581 {signal} cannot be handled"))
+    registered.map(drop).with_context(|| no_handler(signal))
 }
 
 /// Returns the signals that this system has.

@@ -47,13 +47,14 @@ pub fn main(options: &KeepAliveOptions, seconds: u32, output: Output) -> anyhow:
     )
 }
 
-/// Returns p50, p99.9 and the maximum, ms.
+/// Returns the median, the 99.9 % quantile and the maximum of a lateness, ms.
 fn quantiles_ms(lateness: &Lateness) -> [f64; 3] {
     let ms = |share| f64::from(lateness.quantile_us(share).unwrap_or(0)) * 1e-3;
     [ms(0.5), ms(0.999), ms(1.0)]
 }
 
-/// Returns whether no keep-alive was so late that the device would have ended stimulation.
+/// Returns whether every keep-alive came less than `spare` too late. After that time the device
+/// would have ended stimulation.
 fn is_in_time(found: &KeepAlives, spare: Duration) -> bool {
     let worst = found.keep_alives.quantile_us(1.0).unwrap_or(0);
     Duration::from_micros(worst.into()) < spare

@@ -148,8 +148,8 @@ pub(super) fn did_you_mean(typed: &str) -> String {
     suggestion::did_you_mean(typed, all.iter().map(|(name, _)| name.as_str()))
 }
 
-/// Returns names and files, each kind in the order of `flexor list`. A study is found by the name
-/// of its declaration's file; each of its own names means its first declaration.
+/// Returns every shipped file with its name, in the order of `flexor list`. A study is found by the
+/// file name of its declaration; each other name of the study stands for its first declaration.
 fn all_shipped() -> Vec<(String, Shipped)> {
     type Files = &'static [(&'static str, &'static str)];
     let kinds: [(&str, Files, &str); 5] = [

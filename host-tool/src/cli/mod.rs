@@ -193,7 +193,7 @@ fn printable(text: &str) -> String {
 fn print_line(line: &str) -> anyhow::Result<()> {
     match writeln!(std::io::stdout().lock(), "{line}") {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(error).context("E523 cannot write to the standard output")
+            Err(error).context("E523 cannot write to the standard output; check where it goes")
         }
         _ => Ok(()),
     }

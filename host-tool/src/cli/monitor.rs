@@ -31,7 +31,7 @@ pub struct Monitor {
     seed: Option<u64>,
 }
 
-/// Orders the worker to quit, however the terminal's thread ends.
+/// When dropped, orders the thread at the device to quit, however the terminal's thread ends.
 struct QuitAtEnd<'a>(&'a Shared);
 
 impl Drop for QuitAtEnd<'_> {
@@ -119,8 +119,8 @@ pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
     }
 }
 
-/// Returns a test for whether `seconds` have passed. A signal from the system reaches the worker at
-/// the device.
+/// Returns a function that tells whether `seconds` have passed; without `seconds`, never. A signal
+/// ends the thread at the device instead.
 fn quit_condition(seconds: Option<f64>) -> anyhow::Result<impl Fn() -> bool> {
     let start = Instant::now();
     let length = seconds.map(Duration::try_from_secs_f64).transpose()?;

@@ -11,7 +11,7 @@ use hal_sim::input;
 use host_core::record::{RecordError, check_writable};
 use std::path::{Path, PathBuf};
 
-/// Time between two rows, µs.
+/// Time between two rows of the CSV file, µs.
 const ROW_US: u64 = 10_000;
 
 /// Predict the force of a pulse train with the calcium-force model
@@ -32,7 +32,7 @@ pub struct Muscle {
     /// Time constant of force without calcium, ms
     #[arg(long)]
     tau1_ms: f64,
-    /// Increase of this time constant at full activation, ms
+    /// Increase of tau1 at full activation, ms
     #[arg(long)]
     tau2_ms: f64,
     /// Pulse rate of a regular train, Hz
@@ -257,7 +257,8 @@ fn read_pulses(path: &Path) -> anyhow::Result<Vec<u64>> {
             "" => continue,
             text => text.parse().with_context(|| {
                 format!(
-                    "E526 {}, line {number}: {text:?} is not a time in whole µs",
+                    "E526 {}, line {number}: {text:?} is not a time in whole µs; write one time per \
+                     line, such as 25000",
                     path.display()
                 )
             })?,

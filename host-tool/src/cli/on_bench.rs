@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Sentence that the operator must type.
+/// Sentence that the operator types to confirm that no person is connected to the outputs.
 const SENTENCE: &str = "nobody is connected";
 
 /// Options of a bench test.
@@ -188,7 +188,7 @@ impl AnswerSource {
             }
         }
         anyhow::bail!(
-            "E784 it is not confirmed that nobody is connected, so nothing was output; remove \
+            "E784 it is not confirmed that nobody is connected, so no pulses were emitted; remove \
              every electrode, then give --nobody-connected or type `{SENTENCE}`"
         )
     }
@@ -261,7 +261,12 @@ impl AnswerSource {
 /// Reads lines `STEP VALUE UNIT`; ignores empty lines and lines that begin with #.
 fn read_answers(path: &Path) -> anyhow::Result<BTreeMap<String, String>> {
     let text = input::read_text(path, input::LONGEST_TYPED);
-    let text = text.with_context(|| format!("E789 {} cannot be read", path.display()))?;
+    let text = text.with_context(|| {
+        format!(
+            "E789 the file of answers {} cannot be read; check the path and the permissions",
+            path.display()
+        )
+    })?;
     let mut answers = BTreeMap::new();
     let lines = text.lines().map(str::trim);
     for line in lines.filter(|line| !line.is_empty() && !line.starts_with('#')) {
@@ -269,7 +274,7 @@ fn read_answers(path: &Path) -> anyhow::Result<BTreeMap<String, String>> {
         let before = answers.insert(id.to_owned(), value.to_owned());
         anyhow::ensure!(
             before.is_none(),
-            "E789 {} has two values for {id}",
+            "E789 the file of answers {} has two values for the step {id}; delete one of them",
             path.display()
         );
     }
@@ -292,7 +297,8 @@ fn check_answers(pattern: &Pattern, answers: &BTreeMap<String, String>) -> anyho
         .collect();
     anyhow::ensure!(
         mistakes.is_empty(),
-        "E789 the answers are refused, and nothing was output:\n  {}",
+        "E789 the file given with --answers has mistakes, so no pulses were emitted; correct \
+         them:\n  {}",
         mistakes.join("\n  ")
     );
     Ok(())
@@ -329,7 +335,8 @@ fn conclude(sheet: &Sheet, pattern: &Pattern, out: &Path, output: Output) -> any
     )?;
     anyhow::ensure!(
         failed.is_empty() && missing.is_empty(),
-        "E788 the bench test is not passed; outside their bounds: {}; not measured: {}",
+        "E788 the bench test is not passed; outside their bounds: {}; not measured: {}; repair the \
+         board, or measure the missing steps with --resume",
         list_or_none(&failed),
         list_or_none(&missing)
     );

@@ -6,12 +6,13 @@ use host_core::link::Interruption;
 use std::time::{Duration, Instant};
 use studies::laboratory::Operator;
 
-/// Person who typed the command.
+/// Operator of an experiment: the person who typed the command.
 pub(super) struct TerminalOperator<'a> {
     pub bar: &'a Bar,
-    /// Whether a person is stimulated; only a person is asked and rests.
+    /// Whether the device is a board. Only then are the protocol's prompts shown and its rests
+    /// waited for.
     pub is_board: bool,
-    /// Part of the progress bar that belongs to the protocol, 0 to 1.
+    /// Share of the progress bar that the protocol fills, 0 to 1.
     pub part: f64,
     pub interruption: Interruption,
     pub typed: Option<TypedLines>,

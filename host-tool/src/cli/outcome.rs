@@ -7,10 +7,11 @@ use studies::laboratory::{
     LARGE_T, Outcome, Row, Share, Sheet, SheetContent, headline, large_t, paper_claims,
 };
 
-/// Columns of a terminal.
+/// Largest width of a printed line, columns.
 const COLUMNS: u16 = 80;
 
-/// Formats tables, shares and notes.
+/// Formats the outcome of a study: its tables, the shares of draws in which each claim holds, and
+/// its notes.
 pub(super) fn outcome_text(result: &Outcome) -> String {
     let mut text = match Kind::from_name(&result.name) {
         Some(Kind::Patterns(Experiment::Intensities)) => finger_table(&result.rows) + "\n",
@@ -43,7 +44,7 @@ fn table(sheet: &Sheet) -> String {
     }
 }
 
-/// Formats median, range and the paper's value of each row.
+/// Formats the median, the 5 % and 95 % quantiles and the paper's value of each row.
 fn number_table(rows: &[Row]) -> String {
     let digits = |value: f64| match value.abs() {
         large if large >= 100.0 => format!("{value:.0}"),
@@ -84,7 +85,8 @@ fn number_table(rows: &[Row]) -> String {
     head + &rows.iter().map(line).collect::<String>() + &note
 }
 
-/// Formats the median of each finger at each intensity, %, and the number of draws with values.
+/// Formats the median response of each finger at each intensity, % of the finger's range, and the
+/// number of draws with values.
 fn finger_table(rows: &[Row]) -> String {
     let mut text = format!("{:<36}{:>4}", "median, % of the finger's range", "n");
     let names = rows.iter().take(5);

@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 /// Default seed of a simulated wearer.
 pub const SEED: u64 = 1;
 
-/// Inputs of a run that the record does not contain.
+/// Inputs of a run that its record does not contain.
 pub struct Order<'a> {
     /// Session, under the control law that is used.
     pub session: &'a SessionFile,
@@ -89,7 +89,12 @@ pub fn perform(
     let mut own_image = None;
     if let Some(path) = &image {
         let bytes = input::read(path, input::LONGEST_DOCUMENT);
-        let bytes = bytes.with_context(|| format!("E576 cannot read {}", path.display()))?;
+        let bytes = bytes.with_context(|| {
+            format!(
+                "E576 cannot read the firmware image {}; check the path and the permissions",
+                path.display()
+            )
+        })?;
         record.image_sha256 = Some(sha256(&bytes));
         own_image = order.chip.image().map(|_| bytes);
     }

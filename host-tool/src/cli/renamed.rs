@@ -13,7 +13,7 @@ struct RenamedOption {
     old: &'static str,
     /// Present name.
     new: &'static str,
-    /// Change of the value.
+    /// Change that the value of the option needs.
     value: ValueRule,
 }
 
@@ -74,7 +74,8 @@ const CHART: (&str, &str) = ("ladder", "model-selection");
 pub const PARTICIPANTS: [&str; 5] = ["P", "Q", "R", "S", "all"];
 
 /// Replaces former names in `typed`, the arguments with the program's name before them. Arguments
-/// after `--` and arguments that are not UTF-8 stay as they are.
+/// after `--` and arguments that are not UTF-8 stay as they are. Returns the arguments, and a note
+/// for each replaced name.
 pub fn translate(typed: impl IntoIterator<Item = OsString>) -> (Vec<OsString>, Vec<String>) {
     let mut arguments: Vec<OsString> = typed.into_iter().collect();
     let mut notes = Vec::new();

@@ -93,7 +93,9 @@ pub fn main(args: &Rerun, output: Output) -> anyhow::Result<()> {
         };
         return print_comparison((dir, &record), (new, again), told, output);
     };
-    let new = out.dir().context("E577 no folder")?;
+    let new = out
+        .dir()
+        .context("E577 the rerun has no folder for its record; give one with --out")?;
     print_comparison((dir, &record), (new, &load(new)?), told, output)
 }
 

@@ -45,7 +45,7 @@ pub fn main(args: &SearchArgs, output: Output) -> anyhow::Result<()> {
     ensure_no_mistakes(&args.file, mistakes(&file, &session, simulated.is_some()))?;
     anyhow::ensure!(
         !is_port || std::io::stdin().is_terminal(),
-        "E529 an operator must allow each raise on {}; run the search in a terminal",
+        "E529 an operator must allow each higher level on {}; run the search in a terminal",
         args.device
     );
     let seed = args.seed.unwrap_or(SEED);
@@ -138,7 +138,7 @@ fn mistakes(file: &SearchFile, session: &Session, is_simulated: bool) -> Vec<Str
 fn ensure_no_mistakes(path: &Path, mistakes: Vec<String>) -> anyhow::Result<()> {
     anyhow::ensure!(
         mistakes.is_empty(),
-        "E527 {}: {}",
+        "E527 the search file {} has mistakes: {}",
         path.display(),
         mistakes.join("\n  ")
     );
@@ -164,7 +164,8 @@ fn early_end_error(finding: Finding<DeviceError>) -> Option<anyhow::Error> {
     match finding.ended {
         SearchEnd::Found | SearchEnd::Limit => None,
         SearchEnd::Refused(level) => Some(anyhow::anyhow!(
-            "E536 the operator did not allow {level}; the search had reached {reached}"
+            "E536 the operator did not allow the level {level}, so the search ended; it had \
+             reached {reached}"
         )),
         SearchEnd::Failed(DeviceError::Link(Error::Interrupted(signal))) => {
             let when = format!("during a search, which reached {reached}; the device was stopped");
@@ -174,7 +175,7 @@ fn early_end_error(finding: Finding<DeviceError>) -> Option<anyhow::Error> {
     }
 }
 
-/// Unit of levels that are ratios.
+/// Text that stands for the unit of levels that are ratios to the largest level, `max`.
 const PART: &str = "of max";
 
 fn unit(search: &Search, session: &Session) -> &'static str {
@@ -313,7 +314,7 @@ const fn safest_answer(question: Question) -> u8 {
     }
 }
 
-/// Parses the answer to a question; `None` if the line is not an answer.
+/// Parses the operator's answer to a question; `None` if the line is not a valid answer.
 fn parse_answer(question: Question, line: &str) -> Option<u8> {
     match (question.most(), line.trim()) {
         (1, "y" | "yes") => Some(1),

@@ -45,8 +45,8 @@ pub struct Selftest {
     bench: BenchOptions,
 }
 
-/// Largest latency of a direct amplitude over USB, µs: from the last ACK, and from the host's
-/// write.
+/// Largest allowed latencies of a direct amplitude over USB, µs: from the device's ACK of the last
+/// packet, and from the host's write.
 const CHIP_BOUNDS_US: (u64, u64) = (700, 2_000);
 
 /// # Errors

@@ -7,19 +7,19 @@ use host_core::session::{Electrode, LONGEST_TEXT, Study};
 /// Facts that a publication must report.
 #[derive(Args, Debug, Default)]
 pub struct StudyArgs {
-    /// Pseudonym of the wearer, never a name (for the record)
+    /// Pseudonym of the wearer, never a name; kept in the record
     #[arg(long)]
     pseudonym: Option<String>,
-    /// Operator of the device (for the record)
+    /// Operator of the device; kept in the record
     #[arg(long)]
     operator: Option<String>,
-    /// Ethics vote (for the record)
+    /// Ethics approval, such as its number or committee; kept in the record
     #[arg(long)]
     ethics: Option<String>,
-    /// Notes (for the record)
+    /// Notes about the run; kept in the record
     #[arg(long)]
     notes: Option<String>,
-    /// Place of a channel's electrodes, as 1=PLACE; once per channel (for the record)
+    /// Place of a channel's electrodes, as 1=PLACE; once per channel; kept in the record
     #[arg(long, value_name = "CHANNEL=PLACE")]
     electrode: Vec<String>,
 }

@@ -14,7 +14,7 @@ use studies::laboratory::{Runnable, Shard, read_shard};
 /// --out resumes an interrupted study.
 #[derive(Args, Debug)]
 pub struct TwoPointsArgs {
-    /// Number of a single cell, from 0; default: all cells
+    /// Number of a single cell (one set of model assumptions), from 0; default: all cells
     #[arg(long)]
     cell: Option<usize>,
     /// Wearers in each cell; default: the declaration's
@@ -39,7 +39,7 @@ pub struct TwoPointsArgs {
     timing: bool,
 }
 
-/// Largest number of wearers of a cell.
+/// Largest number of random wearers in a cell.
 const MOST: u64 = 100_000;
 
 /// # Errors

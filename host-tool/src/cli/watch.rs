@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Time that a blocked screen may take to finish after the session.
+/// Time for which a terminal that accepts no output may delay the program after the session.
 const FAREWELL: Duration = Duration::from_secs(1);
 
 /// Returns whether there is a terminal for output and for keys.
@@ -67,7 +67,9 @@ pub fn play<P: Port>(
         }
         (shown, _) => shown,
     };
-    let shown = shown
-        .context("E571 the terminal has closed or accepts no output, so the session was stopped");
+    let shown = shown.context(
+        "E571 the terminal has closed or accepts no output, so the session was stopped; its \
+         record is kept",
+    );
     (outcome, shown)
 }

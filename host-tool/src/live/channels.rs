@@ -105,7 +105,8 @@ fn truncate(name: &str, width: usize) -> String {
     name.chars().take(width).collect()
 }
 
-/// Draws a bar `width` cells wide. Its full length, apart from the limit's mark, is `scale`.
+/// Draws a bar that is `width` cells wide. One cell marks `limit`; the others stand for 0 to
+/// `scale`.
 fn bar(value: f64, limit: f64, scale: f64, width: usize) -> Vec<Span<'static>> {
     let cells = width.saturating_sub(1) as f64;
     let place = |x: f64| if scale > 0.0 { x / scale * cells } else { 0.0 };

@@ -5,10 +5,11 @@ use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use host_core::run::Control;
 use std::time::{Duration, Instant};
 
-/// Time within which a repeated key counts as held or bouncing, and raises nothing.
+/// Shortest time between two presses of ↑ that each raise the intensity. A faster repetition comes
+/// from a key that is held down or bounces.
 const HELD: Duration = Duration::from_millis(150);
 
-/// Time without a press of the space bar before it resumes a paused session.
+/// Time for which the space bar must stay untouched before its next press resumes a paused session.
 const SETTLED: Duration = Duration::from_millis(500);
 
 /// Longest text of a marker, characters.
@@ -19,9 +20,9 @@ const LONGEST_TEXT: usize = 120;
 pub enum Act {
     /// An action on the running session.
     Control(Control),
-    /// An order that does not concern the session.
+    /// A command to the program or the device, beside the session.
     Order(Order),
-    /// No effect; the text explains why.
+    /// Nothing; the text explains why the key has no effect.
     Note(&'static str),
 }
 
@@ -32,20 +33,21 @@ pub struct Hands {
     pub channels: Vec<u8>,
     /// Index of the selected channel in `channels`.
     pub selected: usize,
-    /// Text of the marker that is being typed.
+    /// Text of the marker that is being typed; `None` while none is typed.
     pub typing: Option<String>,
     /// Intensity of each channel, percent of the session's amplitudes.
     pub intensities: Vec<u16>,
-    /// Whether the session is paused by hand.
+    /// Whether the space bar has paused the session.
     pub is_paused: bool,
-    /// Time of the last ↑.
+    /// Time of the last press of ↑.
     raised: Option<Instant>,
-    /// Time of the last space bar.
+    /// Time of the last press of the space bar.
     spaced: Option<Instant>,
 }
 
 impl Hands {
-    /// Starts with these channels, from 1, at 100 %.
+    /// Creates the keyboard's state for these channels, counted from 1, each at an intensity of 100
+    /// %.
     #[must_use]
     pub fn new(channels: Vec<u8>) -> Self {
         let intensities = vec![100; channels.len()];

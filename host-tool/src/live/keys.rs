@@ -2,7 +2,7 @@
 
 use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
-/// Order of the person at the keyboard.
+/// Command that a person gives by a key.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Order {
     /// Stop stimulating and quit.
@@ -13,7 +13,8 @@ pub enum Order {
     Acknowledge,
 }
 
-/// Returns the order of `key`. A raw terminal sends Ctrl-C as a key.
+/// Returns the command of `key`; `None` if the key has no command. A raw terminal sends Ctrl-C as a
+/// key.
 pub fn order_for_key(key: KeyEvent) -> Option<Order> {
     if key.kind == KeyEventKind::Release {
         return None;

@@ -100,7 +100,7 @@ pub fn status_json(model: &Model, told: usize) -> Value {
     })
 }
 
-/// Returns the latest sample, if its angles are valid now.
+/// Returns the latest sample, if it has angles and the device is stimulating; `None` otherwise.
 fn current_angles(model: &Model) -> Option<&Sample> {
     let is_known = model.has_joint && model.is_on();
     model.samples.back().filter(|_| is_known)

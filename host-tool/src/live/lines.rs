@@ -4,7 +4,7 @@ use super::{Model, Order, Shared};
 use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
-/// Time between lines.
+/// Time between two printed lines.
 const PERIOD: Duration = Duration::from_secs(1);
 
 /// Time between checks for the end.

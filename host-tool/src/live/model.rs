@@ -17,7 +17,8 @@ const KEEP_SAMPLES: usize = 30_000;
 /// Largest number of notes that are kept.
 const KEEP_NOTES: usize = 100;
 
-/// Time for which a clamp is shown, s, so that a single clamped sample is visible.
+/// Time for which the dashboard shows that an amplitude was clamped, s. A single clamped sample is
+/// then visible.
 const LIMITING_S: f64 = 0.5;
 
 /// A channel as the dashboard shows it.
@@ -41,7 +42,7 @@ pub struct Note {
     /// Time on the dashboard's clock, s.
     pub t_s: f64,
     pub text: String,
-    /// Whether it is a fault, a refusal or a failure.
+    /// Whether the note reports a fault, a refusal or a failure.
     pub is_bad: bool,
 }
 
@@ -58,13 +59,13 @@ pub struct Model {
     pub duration_s: Option<f64>,
     /// Channels of the session, by rising number.
     pub channels: Vec<Channel>,
-    /// Whether the angles are valid.
+    /// Whether the device measures or controls a joint, so that the samples have angles.
     pub has_joint: bool,
     /// The dashboard's clock, s, from the start of the session or of watching.
     pub t_s: f64,
     /// Latest state that the device reported.
     pub state: State,
-    /// The latched or last fault.
+    /// Latched fault, or the last one if none is latched; `None` if no fault was reported.
     pub fault: Option<FaultRecord>,
     /// The device's counters since it booted.
     pub counters: Counters,
@@ -85,7 +86,7 @@ pub struct Model {
 }
 
 impl Model {
-    /// Starts without any message from `device`, on which `session` will run.
+    /// Creates the model before the first message from `device`, on which `session` will run.
     pub fn new(device: &str, session: Option<&SessionFile>) -> Self {
         let mut model = Self {
             title: "watching, no session".to_owned(),

@@ -82,7 +82,8 @@ pub fn run_screen(
     Ok(())
 }
 
-/// Carries out the effect of a key, on the session if the keyboard controls it.
+/// Carries out the effect of a key. If the keyboard controls the session, the key may change the
+/// session.
 fn take_key(shared: &Shared, key: KeyEvent) {
     let mut model = shared.model();
     let act = match &mut model.hands {

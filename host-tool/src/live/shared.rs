@@ -27,7 +27,8 @@ pub struct Shared {
 }
 
 impl Shared {
-    /// Starts without orders; `interruption` ends a run at once.
+    /// Creates the shared state without any orders. A signal that `interruption` receives ends a
+    /// run at once.
     pub fn new(model: Model, interruption: Interruption) -> Self {
         Self {
             model: Mutex::new(model),
@@ -106,7 +107,7 @@ pub struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    /// Observes a run for `shared`.
+    /// Creates an observer that updates the model of `shared`.
     pub fn new(shared: &'a Shared) -> Self {
         Self {
             shared,

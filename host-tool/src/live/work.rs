@@ -12,7 +12,7 @@ use host_core::session::Session;
 /// Telemetry period while no session runs, ms.
 const TELEMETRY_MS: u16 = 20;
 
-/// Longest time between two checks for orders, µs of port time.
+/// Longest time between two checks for the person's commands, µs on the clock of the port.
 const LOOK_US: u64 = 20_000;
 
 /// Work for the thread at the device.

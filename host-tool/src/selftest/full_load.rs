@@ -19,21 +19,21 @@ const TICK_US: u64 = 1_000;
 /// Time between pulses of a channel, µs (200 Hz); the channels take turns.
 const PERIOD_US: u32 = 5_000;
 
-/// Mean time between two trips of a comparator, µs.
+/// Mean time between two over-currents that are injected, µs.
 const BETWEEN_FAULTS_US: u64 = 60_000_000;
 
-/// Time after the first setpoint when ramps are over, µs.
+/// Time after the first setpoint from which on all amplitudes have completed their rise, µs.
 const RISEN_US: u64 = 100_000;
 
-/// Longest time from a setpoint to the last pulse that may still lack it, µs: `latency` measures
-/// 0.6 ms.
+/// Time after a setpoint within which pulses may still have the previous amplitude, µs. `latency`
+/// measures 0.6 ms.
 const LATE_US: u64 = 1_000;
 
 /// Time after which every answer to a message has arrived, µs.
 const SETTLED_US: u64 = 50_000;
 
-/// Result of a session at full load. It holds if all counts except those of sent setpoints,
-/// samples, pulses and truncations are 0, and `net` equals `recorded`.
+/// Result of a session at full load. The session passes ([`Self::holds`]) if all counts except
+/// those of sent setpoints, samples, pulses and truncations are 0, and `net` equals `recorded`.
 #[derive(Clone, Debug, Default)]
 pub struct FullLoad {
     /// Simulated time, s.
@@ -60,9 +60,11 @@ pub struct FullLoad {
     pub stops: u64,
     /// Number of frames that the device counts as lost, bad, refused, dropped or from strangers.
     pub counted: u64,
-    /// Net charge at the outputs, code·µs, anodic positive.
+    /// Net charge of each channel at the outputs, code·µs (amplitude code times time), anodic
+    /// positive.
     pub net: [i64; CHANNELS],
-    /// Net charge in the records of the faults.
+    /// Net charge of each channel in the device's fault records, code·µs, anodic positive. Only a
+    /// truncated pulse leaves a net charge, so this must equal `net`.
     pub recorded: [i64; CHANNELS],
 }
 
@@ -124,19 +126,20 @@ struct Load {
     client: Connection<SimulatedPort>,
     random: Random,
     found: FullLoad,
-    /// Codes of the setpoints that are not answered yet, by request number.
+    /// Amplitude codes of the setpoints that the device has not answered yet, by request number.
     asked: HashMap<u16, [u16; CHANNELS]>,
-    /// Accepted setpoints: time, and codes of all channels.
+    /// Accepted setpoints: time of acceptance, µs, and amplitude codes of all channels.
     accepted: VecDeque<(u64, [u16; CHANNELS])>,
     /// Time of the last sample, µs; the next must follow 1 ms later. `None` before the first.
     sampled: Option<u64>,
     /// Time from which pulses must have the requested amplitude, µs.
     risen_us: u64,
-    /// Time from which pulses fall and are no longer compared, µs.
+    /// Time at which the host stops the device, µs. From then on amplitudes fall, and pulses are
+    /// not compared.
     falls_us: u64,
-    /// Whether a fault is expected.
+    /// Whether an over-current was injected whose fault the device has not reported yet.
     tripped: bool,
-    /// Whether a stop is expected.
+    /// Whether the host has asked for the stop, so that a stop is no error.
     is_ending: bool,
     outputs: Outputs,
 }
@@ -162,7 +165,7 @@ impl Load {
         self.client.port().world.now_us()
     }
 
-    /// Arms, starts, and streams setpoints until `until_us`.
+    /// Arms and starts the device, then sends a setpoint every millisecond until `until_us`.
     fn stimulate(&mut self, until_us: u64, mut progress: impl FnMut(u64)) -> Result<(), Error> {
         self.client.arm()?;
         self.client.start()?;
@@ -182,7 +185,7 @@ impl Load {
         Ok(())
     }
 
-    /// Sends random amplitudes of 5 to 15 mA for all channels.
+    /// Sends one setpoint with random amplitudes of 5 to 15 mA for all channels.
     fn send(&mut self) -> Result<(), Error> {
         let mut draw = || 5_000 + self.random.below(10_000) as u32;
         let values: [u32; CHANNELS] = std::array::from_fn(|_| draw());
@@ -237,7 +240,8 @@ impl Load {
         Ok(())
     }
 
-    /// Trips a comparator within the next pulse or the gap after it, then acknowledges the fault.
+    /// Injects an over-current at a random moment within 5 ms, checks that the device reports the
+    /// fault, and acknowledges the fault.
     fn trip_over_current(&mut self) -> Result<(), Error> {
         let at = self.now_us() + self.random.below(PERIOD_US.into());
         self.receive_until(at)?;
@@ -261,7 +265,8 @@ impl Load {
         self.receive_until(grounded)
     }
 
-    /// Takes the outputs from the recorder, and judges those old enough to be settled.
+    /// Takes the edges from the recorder, and judges those that are at least [`SETTLED_US`] old,
+    /// for which every answer of the device has arrived.
     fn judge(&mut self) {
         let recorder = &mut self.client.port().world.recorder;
         self.outputs.pending.extend(recorder.trace.edges());
@@ -314,18 +319,21 @@ impl Load {
     }
 }
 
-/// Output edges and the state that they lead to.
+/// Edges that are not judged yet, and the state of each channel after the judged edges.
 #[derive(Default)]
 struct Outputs {
     pending: VecDeque<Edge>,
-    /// For each channel: its state, since when (µs), and the code at that time.
+    /// For each channel: its state, the time since which it has that state, µs, and the amplitude
+    /// code at that time; `None` before the first edge.
     now: [Option<(State, u64, u16)>; CHANNELS],
-    /// For each channel: start of the last pulse, µs.
+    /// For each channel: start of the last pulse, µs; `None` if the next pulse has no previous one
+    /// to compare with.
     began: [Option<u64>; CHANNELS],
 }
 
 impl Outputs {
-    /// Processes an edge. If it begins a pulse, returns the start of the previous pulse.
+    /// Processes an edge. If the edge begins a pulse, returns the start of the channel's previous
+    /// pulse, µs, if there was one.
     fn add_edge(&mut self, edge: Edge, found: &mut FullLoad) -> Option<Option<u64>> {
         let index = usize::from(edge.channel);
         let before = self.now[index];

@@ -8,7 +8,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Time between two checks of the device by the host's loop, as in a calibration.
+/// Time between two passes of the host's loop, each of which checks the device, as in a
+/// calibration.
 const LOOK: Duration = Duration::from_millis(5);
 
 /// Lateness of keep-alives and of the host's loop.

@@ -17,25 +17,26 @@ use host_core::run::OpenError;
 /// Path of a setpoint through the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Path {
-    /// A direct amplitude.
+    /// The setpoint is an amplitude, which goes to the channels directly.
     Direct,
-    /// An angle, through the control law.
+    /// The setpoint is an angle, from which the control law computes the amplitudes.
     Control,
 }
 
-/// Histogram of times in steps of 100 µs, with minimum and maximum.
+/// Histogram of latencies in steps of 100 µs, with minimum and maximum.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Distribution {
-    /// Minimum, µs.
+    /// Smallest latency, µs.
     pub best_us: u64,
-    /// Maximum, µs.
+    /// Largest latency, µs.
     pub worst_us: u64,
-    /// Count of times in each step, from 0; the last is not empty.
+    /// Number of latencies in each step of the histogram, which begins at 0 µs. The last step is
+    /// not empty.
     pub counts: Vec<u32>,
 }
 
 impl Distribution {
-    /// Width of a step, µs.
+    /// Width of a step of the histogram, µs.
     pub const STEP_US: u64 = 100;
 
     fn from_times(times: impl Iterator<Item = u64>) -> Self {
@@ -57,40 +58,42 @@ impl Distribution {
     }
 }
 
-/// Latencies measured at the outputs alone: time to the first window of pulses that a setpoint can
-/// still change.
+/// Latencies, measured at the outputs alone: the time from a setpoint to the first window of pulses
+/// that the setpoint can still change.
 #[derive(Clone, Debug)]
 pub struct Latency {
     /// Number of setpoints sent.
     pub arrivals: u32,
-    /// From the arrival of the last byte at the device, for every arrival.
+    /// Latencies of all setpoints from the arrival of their last byte at the device.
     pub device: Distribution,
-    /// From the host's write, for every arrival.
+    /// Latencies of all setpoints from the host's write.
     pub whole: Distribution,
-    /// Largest latency at the device for any phase of the tick, including phases between two
-    /// arrivals, µs.
+    /// Largest latency from the arrival at the device, µs, over all phases of the control tick,
+    /// including the phases at which no setpoint arrived.
     pub worst_phase_us: u64,
-    /// Largest time by which the last arrival that changed a window came after the first that did
-    /// not, µs. Windows count as missed from the first on.
+    /// Uncertainty of the measured deadlines, µs: the largest time, over all windows, by which the
+    /// last arrival that still changed a window came after the first arrival that did not.
+    /// Latencies are computed from the first arrival that did not.
     pub blur_us: u64,
-    /// Number of setpoints that never showed. Anything but 0 is a defect.
+    /// Number of setpoints that never changed an output. Any number but 0 is a defect.
     pub unseen: u32,
 }
 
-/// Time between pulses of a channel, µs. The channels take turns, so that ten pulse every 525.1 µs.
-/// Each pulse comes 25 µs later within the control tick than the one before, so that after a few
-/// arrivals every window has had pulses. (With 5.003 ms half of the windows would have none for
-/// seconds.)
+/// Time between pulses of a channel, µs. The ten channels take turns, so one of them pulses every
+/// 525.1 µs. Each pulse comes 25 µs later within the control tick than the one before, so after a
+/// few arrivals every window has had pulses. (With 5.003 ms, half of the windows would have no
+/// pulses for seconds.)
 const PERIOD_US: u32 = 5_251;
 
-/// Control tick, with which everything in the device repeats, µs.
+/// Control tick, µs: the period with which all work of the device repeats.
 const TICK_US: u64 = 1_000;
 
-/// Number of windows after the start of the tick that are compared.
+/// Number of windows that are compared, counted from the start of the tick in which a setpoint
+/// arrives.
 const WINDOWS: usize = 16;
 
-/// For each window after the start of the tick in which bytes arrive: the latest phase of arrival
-/// that still changed it and the earliest that did not.
+/// For each window after the start of the tick in which a setpoint arrives: the latest phase of
+/// arrival that still changed the window (`made`), and the earliest phase that did not (`missed`).
 #[derive(Default)]
 struct Deadlines {
     made: [Option<u64>; WINDOWS],
@@ -98,8 +101,8 @@ struct Deadlines {
 }
 
 impl Deadlines {
-    /// Records a burst that starts `after_us` after the start of the tick in which bytes arrived at
-    /// `phase`.
+    /// Records a burst that starts `after_us` after the start of the tick in which a setpoint
+    /// arrived at `phase`. `is_new` tells whether the burst has the new amplitude.
     fn add_burst(&mut self, phase: u64, after_us: u64, is_new: bool) {
         let index = usize::try_from(after_us / u64::from(WINDOW_US)).unwrap_or(WINDOWS);
         let (made, missed) = (self.made.get_mut(index), self.missed.get_mut(index));
@@ -110,7 +113,8 @@ impl Deadlines {
         }
     }
 
-    /// Returns the time from `phase` to the first window that an arrival there always changes, µs.
+    /// Returns the time from `phase` to the first window that every arrival at this phase changes,
+    /// µs; `None` if there was no such window.
     fn time_to_first_us(&self, phase: u64) -> Option<u64> {
         let both = self.made.iter().zip(&self.missed);
         let is_made = |(made, missed): (&Option<u64>, &Option<u64>)| {
@@ -171,8 +175,8 @@ pub fn latency(
     })
 }
 
-/// Sends one setpoint at `at` and records each burst for two periods. Returns the time of arrival,
-/// µs, and whether the setpoint showed.
+/// Sends one setpoint at `at` and records each burst for two periods. Returns the time of its
+/// arrival at the device, µs, and whether it changed an output.
 fn send(
     opened: &mut OpenSubject,
     path: Path,
@@ -200,7 +204,8 @@ fn send(
     Ok((arrived, is_seen))
 }
 
-/// Returns the code in force on each channel.
+/// Returns the amplitude code of the latest burst on each channel; `None` for a channel without
+/// bursts.
 fn latest_codes(client: &mut Connection<SimulatedPort>) -> [Option<u16>; CHANNELS] {
     let mut codes = [None; CHANNELS];
     for (channel, _, code) in bursts(client) {
@@ -218,7 +223,8 @@ fn bursts(client: &mut Connection<SimulatedPort>) -> Vec<(u8, u64, u16)> {
         .collect()
 }
 
-/// Returns one of two setpoints far apart, in turn.
+/// Returns the setpoint for `index`: a high one for even numbers and a low one for odd numbers, so
+/// that each setpoint changes the output clearly.
 fn setpoint(path: Path, index: u32) -> Request {
     let high = index.is_multiple_of(2);
     match path {

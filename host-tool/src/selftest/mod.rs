@@ -45,7 +45,8 @@ fn open_with(
     Ok(Connection::open(SimulatedPort::new(world))?.0)
 }
 
-/// Returns a current channel, biphasic 200 µs, limit 20 mA.
+/// Returns the setup of a channel with a current stage, a limit of 20 mA, and biphasic pulses of
+/// 200 µs per phase.
 fn channel(period_us: u32, offset_us: u32) -> ChannelSpec {
     ChannelSpec {
         train: TrainSpec {

@@ -6,19 +6,20 @@ use firmware::units::Amplitude;
 use hal_sim::wire::faults::Faults;
 use host_core::link::Error;
 
-/// Result for one timeout.
+/// Result of the measurement with one host timeout.
 #[derive(Clone, Copy, Debug)]
 pub struct Silence {
     /// Host timeout, ms.
     pub timeout_ms: u16,
-    /// Duration of the fall to zero, ms.
+    /// Time in which amplitudes fall to zero when stimulation ends, ms.
     pub fall_ms: u16,
-    /// Time from the last setpoint's arrival to the last output that is not disconnected, µs.
+    /// Time from the host's last setpoint until every output is disconnected, µs; `u64::MAX` if
+    /// some output never is.
     pub until_isolated_us: u64,
 }
 
 impl Silence {
-    /// Returns timeout plus fall, µs.
+    /// Returns the largest allowed [`Self::until_isolated_us`], µs: the host timeout plus the fall.
     pub const fn allowed_us(&self) -> u64 {
         (self.timeout_ms as u64 + self.fall_ms as u64) * 1000
     }

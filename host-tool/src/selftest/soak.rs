@@ -13,18 +13,18 @@ use std::collections::HashMap;
 /// Time between setpoints, µs (90 Hz).
 const INTERVAL_US: u64 = 11_111;
 
-/// Time after the start when ramps are over, µs.
+/// Time after the start from which on all amplitudes have completed their rise, µs.
 const RISEN_US: u64 = 100_000;
 
 /// Number of frames before the stream: wearer, ten channels, arm, start.
 const CONFIGURED: u64 = 13;
 
-/// Result of a soak.
+/// Result of a soak: a long session over a link that loses, corrupts and delays frames.
 #[derive(Clone, Debug, Default)]
 pub struct Soak {
     /// Simulated time, s.
     pub seconds: u64,
-    /// Number of pulses after the ramps.
+    /// Number of pulses that began after all amplitudes had completed their rise.
     pub pulses: u64,
     /// Number of pulses whose amplitude no accepted setpoint asked for. Must be 0.
     pub unasked: u64,
@@ -34,7 +34,7 @@ pub struct Soak {
     pub understood: u64,
     /// Number of frames that the device counted as lost.
     pub counted_lost: u64,
-    /// Counts of lost and corrupted frames on the link.
+    /// Counts of frames that the simulated link lost, corrupted or delayed.
     pub wire: Counts,
     /// Number of acknowledged setpoints.
     pub accepted: u64,
@@ -49,9 +49,9 @@ impl Soak {
     }
 }
 
-/// Streams random amplitudes to ten channels for `seconds` over a link that loses 1 % of the
-/// frames, corrupts 1 % and delays by up to 30 %, beginning 60 s before the clock wraps. `progress`
-/// receives the finished part.
+/// Streams random amplitudes to ten channels for `seconds`, beginning 60 s before the device's
+/// clock wraps. The link loses 1 % of the frames, corrupts 1 %, and delays each frame by 0.5 ms and
+/// up to 30 % of the time between setpoints. `progress` receives the finished share, 0 to 1.
 ///
 /// # Errors
 /// Fails if the simulated device refuses a frame that was not damaged.

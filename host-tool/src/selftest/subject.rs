@@ -21,7 +21,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub enum Subject<'a> {
     /// The device code in this process; bytes arrive at once.
     Native,
-    /// An image on the chip simulator, with this reading of its flash; bytes cross USB.
+    /// An image on the chip simulator, with this assumption about its instruction cache; bytes
+    /// travel over USB.
     Chip(&'a Image, Prefetched),
 }
 
@@ -29,9 +30,11 @@ impl Subject<'_> {
     /// Cycle at which the cable is plugged in, after the image has begun to check for it.
     const PLUGGED: Cycle = 20_000 * CYCLES_PER_US;
 
-    /// Returns the number of boots for `arrivals`. One clock drives the chip's ticks and the host's
-    /// frames, so that a boot fixes their relative phase. Boots are shifted by 20 µs, or by more
-    /// for few arrivals: each boot needs some arrivals until every window has had a pulse.
+    /// Returns how often the device is booted to measure `arrivals` setpoints: once on the native
+    /// device. On the chip, one clock drives the control ticks and the host's USB frames, so a boot
+    /// fixes their relative phase. Up to 50 boots therefore cover a tick in equal shifts of 20 µs
+    /// or more. Each boot has 16 or more of the setpoints (if there are 16), so that every window
+    /// has had a pulse.
     pub(super) fn boot_count(self, arrivals: u32) -> u32 {
         match self {
             Self::Native => 1,
@@ -40,7 +43,7 @@ impl Subject<'_> {
     }
 
     /// Opens a client of the device, in a world with `body`. On the chip, USB frames begin
-    /// `shift_us` later than with 0.
+    /// `shift_us` later than with a shift of 0.
     ///
     /// # Errors
     /// Fails if the device does not run.
@@ -70,7 +73,8 @@ impl Subject<'_> {
     }
 }
 
-/// Plugs the cable in at cycle `plugged`, and opens the port.
+/// Runs the board until cycle `plugged`, plugs in the USB cable, and continues until the port is
+/// open.
 fn boot(board: &mut Board, plugged: Cycle) -> Result<(), hal_sim::chip::board::BoardError> {
     let around = &mut board.around;
     around.host.unplug(0, &mut around.soc.otg);
@@ -89,7 +93,8 @@ pub(super) struct OpenSubject {
 }
 
 impl OpenSubject {
-    /// Returns the start of a control tick, µs.
+    /// Returns a device time at which a control tick starts, µs. All ticks start at whole
+    /// milliseconds from it.
     pub const fn epoch_us(&self) -> u64 {
         match self.board {
             Some(_) => 0,

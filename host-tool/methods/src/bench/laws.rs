@@ -10,10 +10,11 @@ use firmware::control::ResponseSpec;
 
 const RUNS: u32 = 400;
 
-/// Code that a row measures.
+/// Code whose cycles one row of the benchmark gives.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum LawName {
-    /// The two markers without code between them.
+    /// The start and end markers of a measurement with no code between them, to measure their own
+    /// cycles.
     Markers,
     /// The default controller of the device, in fixed point.
     Device,
@@ -28,7 +29,8 @@ pub enum LawName {
 }
 
 impl fmt::Display for LawName {
-    /// Writes `form/derivative/delay` with `/forward` and `/adaptation`, without spaces.
+    /// Writes `form/derivative/delay`, followed by `/forward` and `/adaptation` if these add-ons
+    /// are used. Spaces become underscores.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (form, add_ons) = match self {
             Self::Markers => return write!(f, "markers"),
@@ -52,9 +54,10 @@ impl fmt::Display for LawName {
     }
 }
 
-/// Measures the markers, the default of the device, its parts, the differentiators, and every law
-/// with every combination of add-ons. Passes each row to `row` when the row is complete. The
-/// feed-forward is an input of a law and is not measured.
+/// Measures the cycles of the markers, of the device's default controller and its parts, of each
+/// differentiator, and of every law with every combination of add-ons. Passes each row to `row` as
+/// soon as the row is complete. The feed-forward is an input of a law, and its computation is not
+/// measured.
 pub fn run_laws(clock: &impl Clock, mut row: impl FnMut(&Row<LawName>)) {
     let mut bench = Bench::new(clock, &mut row);
     measure_empty(&mut bench, LawName::Markers, RUNS);
@@ -73,7 +76,7 @@ pub fn run_laws(clock: &impl Clock, mut row: impl FnMut(&Row<LawName>)) {
     }
 }
 
-/// Measures a differentiator with random readings.
+/// Measures a differentiator, with random angles as its input.
 fn differentiator<C: Clock>(bench: &mut Bench<'_, C, LawName>, kind: DerivativeKind) {
     let h = 0.002;
     bench.measure(
@@ -95,7 +98,8 @@ fn differentiator<C: Clock>(bench: &mut Bench<'_, C, LawName>, kind: DerivativeK
     );
 }
 
-/// Measures a law with the middle of its parameter bounds and random references and readings.
+/// Measures a law, with each parameter in the middle of its bounds and with random references and
+/// angles.
 fn law<C: Clock>(bench: &mut Bench<'_, C, LawName>, form: Form, add_ons: AddOns) -> Option<()> {
     let middle = parameters(form, add_ons);
     let values: heapless::Vec<f32, 16> = middle

@@ -13,22 +13,25 @@ use firmware::bench::{Checksum, Clock, Random, Row};
 use firmware::muscle::CalciumForceSpec;
 use firmware::units::{Micros, us};
 
-/// Simulated duration of a run, µs: a whole number of pulse periods of every load.
+/// Simulated duration of a run, µs. It is a whole number of pulse periods at every pulse rate of
+/// `LOADS`.
 pub const RUN_US: u32 = 400_000;
 
-/// Intervals between readings of the force, µs: every control period, and 50 Hz.
+/// Intervals between two readings of the force, µs: one control period, and the interval of a rate
+/// of 50 Hz.
 pub const OUTPUTS_US: [u32; 2] = [1000, 20_000];
 
-/// Subjects K01, K05 and K08 of Lee 2020, table 4, and their pulses per second.
+/// The three runs of a row: subjects K01, K05 and K08 of Lee 2020, table 4, each with its pulse
+/// rate in pulses per second.
 const LOADS: [(CalciumForceSpec, u32); 3] = [
     (spec([121_900, 300_000, 20_800, 33_100, 194_400]), 40),
     (spec([130_800, 12_000, 11_500, 5_000, 124_100]), 100),
     (spec([218_000, 190_000, 26_300, 10_000, 98_400]), 20),
 ];
 
-/// The muscle with the shortest time constants and the smallest K that the device accepts, for
-/// which steps at a fixed fraction of a time constant are most numerous; with its pulses per
-/// second.
+/// The three runs of the row [`MethodName::Corner`]: the muscle with the shortest time constants
+/// and the smallest K that the device accepts, at three pulse rates in pulses per second. For this
+/// muscle, steps at a fixed fraction of a time constant are most numerous.
 const CORNER: [(CalciumForceSpec, u32); 3] = {
     let spec = spec([10_000_000, 2_000, 5_000, 2_200, 1_000]);
     [(spec, 20), (spec, 100), (spec, 200)]
@@ -44,22 +47,24 @@ const fn spec([a_mn_per_s, k_micro, tau_c_us, tau1_us, tau2_us]: [u32; 5]) -> Ca
     }
 }
 
-/// Code that a row measures.
+/// Code whose cycles one row of the benchmark gives.
 #[derive(Clone, Copy, Debug)]
 pub enum MethodName {
-    /// The loop without a muscle; the force is read at this interval, µs.
+    /// The loop over pulses and readings without a muscle. The number is the interval between
+    /// readings, µs.
     Empty(u32),
-    /// A setting; the force is read at this interval, µs.
+    /// A method with its settings. The number is the interval between readings of the force, µs.
     Run(Setting, u32),
-    /// Preparation of a setting's muscle: constants and tables.
+    /// Preparation of the muscle for a method: computation of its constants and tables.
     Make(Setting),
-    /// The product's own method at the corner of its ranges, read at this interval, µs.
+    /// The device's own method with the muscle of `CORNER`. The number is the interval between
+    /// readings, µs.
     Corner(u32),
 }
 
 impl fmt::Display for MethodName {
-    /// Writes `setting@interval`, for instance `rk4/f32/200us@1000us`; `empty@…`;
-    /// `corner:setting@…`; `make:setting`.
+    /// Writes `setting@interval`, for instance `rk4/f32/200us@1000us`, or `empty@interval`,
+    /// `corner:setting@interval` or `make:setting`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Empty(output_us) => write!(f, "empty@{output_us}us"),
@@ -70,16 +75,18 @@ impl fmt::Display for MethodName {
     }
 }
 
-/// Settings whose preparation is measured: the product's, and the tables that the product avoids.
+/// Settings whose preparation is measured: that of the device's own method, and those of two
+/// methods with tables that the device avoids.
 pub const MADE: [Setting; 3] = [
     Setting::SHIPPED,
     Setting::new(Method::LogTable, Number::Q7_24, 1000),
     Setting::new(Method::LogFlow, Number::Q7_24, Setting::WHOLE_US),
 ];
 
-/// Measures all settings and passes each row to `row` when the row is complete. For each reading
-/// interval it measures first the loop without a muscle, then every setting, then the product's own
-/// at the corner; last [`MADE`].
+/// Measures all settings, and passes each row to `row` as soon as the row is complete. For each
+/// interval between readings, the first row is the loop without a muscle, then follow all settings,
+/// and then the device's own method with the muscle of `CORNER`. The preparations of [`MADE`] come
+/// last.
 pub fn run_methods(clock: &impl Clock, mut row: impl FnMut(&Row<MethodName>)) {
     for output_us in OUTPUTS_US {
         row(&measure(clock, MethodName::Empty(output_us)));
@@ -93,7 +100,7 @@ pub fn run_methods(clock: &impl Clock, mut row: impl FnMut(&Row<MethodName>)) {
     }
 }
 
-/// Measures one row, over all loads.
+/// Measures one row: three runs, each with its own muscle and pulse rate.
 fn measure(clock: &impl Clock, name: MethodName) -> Row<MethodName> {
     let mut sum = Checksum::default();
     let (mut min, mut total, mut max) = (u32::MAX, 0u64, 0);
@@ -152,11 +159,12 @@ fn measure(clock: &impl Clock, name: MethodName) -> Row<MethodName> {
     }
 }
 
-/// Pulse times, µs, ascending.
+/// Times of the pulses of a run, µs, in ascending order.
 struct Load(heapless::Vec<Micros, 80>);
 
 impl Load {
-    /// Generates the pulses of a run at `rate_hz`, 1…200, each displaced by up to 45 % of a period.
+    /// Generates the pulse times of a run at `rate_hz`, 1 to 200 pulses per second. Each pulse is
+    /// displaced by up to 45 % of a period in either direction.
     fn new(rate_hz: u32) -> Self {
         let mut random = Random::default();
         let period_us = 1_000_000 / rate_hz.max(1);
@@ -169,8 +177,9 @@ impl Load {
         Self(pulses.take(80).collect())
     }
 
-    /// Runs a muscle and returns a checksum of all readings. `part` calls the code of each reading
-    /// with the pulses before it.
+    /// Runs a muscle and returns a checksum of all its force readings. For each reading, calls
+    /// `part` with a function that processes the pulses before the reading and then reads the
+    /// force.
     #[inline(never)]
     fn apply(
         &self,
@@ -200,7 +209,7 @@ impl Load {
     }
 }
 
-/// An integrator that does nothing, to measure the loop alone.
+/// An integrator that does nothing, to measure the cycles of the loop itself.
 struct NoMuscle;
 
 impl Integrator for NoMuscle {

@@ -3,32 +3,36 @@
 use super::super::real::Real;
 use super::within;
 
-/// Smallest and largest scale of the feed-forward.
+/// Smallest and largest scale that the adaptation gives the feed-forward.
 const SCALE: (f64, f64) = (0.5, 2.5);
-/// Width of the transition from one muscle to the other on either side of 0, as a fraction of the
-/// range: that of the device (`firmware::control`, `integral.rs`).
+/// Half width of the range of efforts around 0 in which the integral changes from one muscle to the
+/// other, as a fraction of the full effort. The device has the same width (`firmware::control`,
+/// `integral.rs`).
 const ZONE: f64 = 1.0 / 64.0;
-/// Largest effort per rad/s of the reference, in either direction.
+/// Largest magnitude of the adapted damping: effort per rad/s of the reference.
 const DAMPING: f64 = 0.3;
 
-/// Scale of the feed-forward and an additional term proportional to the rate of the reference,
-/// adapted by gradient descent on the squared error ("MIT rule", Åström & Wittenmark, Adaptive
-/// Control, ch. 5). If the error stays positive with a flexing feed-forward, the wearer is weaker
-/// than nominal; if it stays positive while the reference flexes, the wearer is slower.
+/// Adapts two parameters of a controller to the wearer: the scale of the feed-forward, and the
+/// damping, which is an additional effort proportional to the rate of the reference. They follow
+/// the gradient of the squared error ("MIT rule", Åström & Wittenmark, Adaptive Control, ch. 5). If
+/// the error stays positive while the feed-forward flexes, the wearer is weaker than nominal, and
+/// the scale grows. If the error stays positive while the reference flexes, the wearer is slower
+/// than nominal, and the damping grows.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Adaptation<R> {
-    /// Growth of the scale per period, error and feed-forward, 1/rad.
+    /// Growth of the scale per period, for an error of 1 rad and a feed-forward of 1, 1/rad.
     scale_step: R,
-    /// Growth of the damping per period, error and rate, s/rad².
+    /// Growth of the damping per period, for an error of 1 rad and a rate of 1 rad/s, s/rad².
     damping_step: R,
     scale: R,
-    /// Effort per rate of the reference, per rad/s.
+    /// Damping: effort per rate of the reference, 1/(rad/s).
     damping: R,
 }
 
 impl<R: Real> Adaptation<R> {
-    /// Creates the adaptation with its learning rates: of the scale in 1/(rad·s), of the damping in
-    /// 1/rad² (0 for both disables learning). The period h is in s.
+    /// Creates an adaptation with a scale of 1 and no damping. `scale_rate` is the learning rate of
+    /// the scale, 1/(rad·s), and `damping_rate` that of the damping, 1/rad²; with 0 for both,
+    /// nothing is learnt. `h` is the control period, s.
     pub fn new(scale_rate: R, damping_rate: R, h: R) -> Self {
         Self {
             scale_step: scale_rate * h,
@@ -38,19 +42,20 @@ impl<R: Real> Adaptation<R> {
         }
     }
 
-    /// Returns the effort per effort of the nominal wearer, which also scales the feedback.
+    /// Returns the scale: the effort that this wearer needs relative to the nominal wearer. The
+    /// feedback is multiplied by it, too.
     pub const fn scale(&self) -> R {
         self.scale
     }
 
-    /// Returns the adapted effort that replaces this feed-forward, for a reference with this rate,
-    /// rad/s.
+    /// Returns the effort that replaces `feed_forward`: scaled, and with the damping term for a
+    /// reference that changes at `target_rate`, rad/s.
     pub fn adapted_effort(&self, feed_forward: R, target_rate: R) -> R {
         self.scale * feed_forward + self.damping * target_rate
     }
 
-    /// Learns from one period. Do not call it while the effort is clamped or the reference is
-    /// constant.
+    /// Adapts scale and damping after one period, from the angle error in that period. Do not call
+    /// it while the effort is clamped or the reference is constant.
     pub fn learn(&mut self, error: R, feed_forward: R, target_rate: R) {
         let (low, high) = SCALE;
         let scale = self.scale + self.scale_step * error * feed_forward;
@@ -60,8 +65,9 @@ impl<R: Real> Adaptation<R> {
     }
 }
 
-/// The integral term of a law. With adaptation there is one for each muscle, because threshold,
-/// gain and fatigue differ between muscles. The flexor's is never smaller than the extensor's.
+/// The integral term of a control law. With adaptation, flexor and extensor have separate
+/// integrals, because threshold, gain and fatigue differ between muscles. The flexor's integral is
+/// never smaller than the extensor's.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Integral<R> {
     flexion: R,
@@ -71,7 +77,8 @@ pub struct Integral<R> {
 }
 
 impl<R: Real> Integral<R> {
-    /// Creates an integral of 0: a single one, or one for each muscle if `is_apart`.
+    /// Creates an integral term of 0. If `is_apart` is true, flexor and extensor have separate
+    /// integrals.
     pub const fn new(is_apart: bool) -> Self {
         Self {
             flexion: R::ZERO,
@@ -81,13 +88,14 @@ impl<R: Real> Integral<R> {
         }
     }
 
-    /// Returns the latest contribution.
+    /// Returns the value that [`Self::contribution`] returned last.
     pub const fn latest(&self) -> R {
         self.latest
     }
 
-    /// Returns the shares of flexor and extensor, 0…1, of an effort whose part without integrals is
-    /// `torque` (−1…1). With a single integral both shares are 1.
+    /// Returns the weights of the flexor's and the extensor's integral, 0…1. `torque` is the effort
+    /// without its integral term (−1…1), whose sign decides which muscle is active. With a single
+    /// integral, both weights are 1.
     pub fn side_shares(&self, torque: R) -> [R; 2] {
         if self.is_apart {
             let place = R::from_f64(0.5) + torque / R::from_f64(2.0 * ZONE);
@@ -98,13 +106,14 @@ impl<R: Real> Integral<R> {
         }
     }
 
-    /// Returns the contribution to an effort with these shares.
+    /// Returns the integral term of the effort: the mean of both integrals, weighted as
+    /// [`Self::side_shares`] says.
     pub fn contribution(&mut self, [flexion, _]: [R; 2]) -> R {
         self.latest = self.extension + (self.flexion - self.extension) * flexion;
         self.latest
     }
 
-    /// Adds `growth` to the integrals in proportion to these shares.
+    /// Adds `growth` to both integrals, multiplied by their weights from [`Self::side_shares`].
     pub fn accumulate(&mut self, [flexion, extension]: [R; 2], growth: R) {
         self.flexion = self.flexion + growth * flexion;
         self.extension = self.extension + growth * extension;

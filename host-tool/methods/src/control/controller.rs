@@ -7,30 +7,33 @@ use super::derivative::{DerivativeKind, Differentiator};
 use super::feedback::Feedback;
 use super::{Input, Law};
 
-/// Add-ons of a feedback. Every feedback can have every combination.
+/// Parts that can be added to a feedback law. Every law can have every combination of
+/// [`AddOns::all`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct AddOns {
-    /// Source of the error's rate.
+    /// How the rate of the error is obtained.
     pub derivative: DerivativeKind,
-    /// Whether the inverse model of the nominal wearer contributes.
+    /// Whether the controller has a feed-forward, computed with the inverse model of the nominal
+    /// wearer.
     pub feed_forward: bool,
-    /// Compensation of the delay from effort to angle.
+    /// Compensation of the delay between effort and angle.
     pub delay: DelayCompensation,
-    /// Whether the law learns: scale and damping of the feed-forward, the scale of the feedback
-    /// too, and an integral for each muscle.
+    /// Whether the controller adapts to the wearer. It then learns the scale and the damping of the
+    /// feed-forward; the scale also multiplies the feedback. Flexor and extensor have separate
+    /// integrals.
     pub adaptation: bool,
 }
 
-/// Compensation of the delay from effort to angle.
+/// How the delay between effort and angle is compensated.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum DelayCompensation {
     /// No compensation.
     None,
-    /// The reference is extrapolated along its rate.
+    /// The controller follows the reference as extrapolated along its rate.
     Preview,
-    /// A Smith predictor.
+    /// A Smith predictor predicts the angle after the delay.
     Smith,
-    /// Extrapolation of the reference and a Smith predictor.
+    /// The reference is extrapolated, and a Smith predictor predicts the angle.
     PreviewAndSmith,
 }
 
@@ -42,19 +45,20 @@ impl DelayCompensation {
         Self::PreviewAndSmith,
     ];
 
-    /// Returns whether the reference is extrapolated.
+    /// Returns whether the controller extrapolates the reference.
     pub const fn has_preview(self) -> bool {
         matches!(self, Self::Preview | Self::PreviewAndSmith)
     }
 
-    /// Returns whether there is a Smith predictor.
+    /// Returns whether the controller has a Smith predictor.
     pub const fn has_smith(self) -> bool {
         matches!(self, Self::Smith | Self::PreviewAndSmith)
     }
 }
 
 impl AddOns {
-    /// The add-ons of the paper: pseudo-differentiation and nothing else.
+    /// The paper's controller: it differentiates the error by pseudo-differentiation and has no
+    /// other add-on.
     pub const NONE: Self = Self {
         derivative: DerivativeKind::PseudoOfError,
         feed_forward: false,
@@ -62,7 +66,8 @@ impl AddOns {
         adaptation: false,
     };
 
-    /// Returns every combination; adaptation requires the feed-forward.
+    /// Returns every combination of add-ons. Adaptation occurs only together with the feed-forward,
+    /// which it scales.
     pub fn all() -> impl Iterator<Item = Self> {
         let pairs = DerivativeKind::ALL
             .into_iter()
@@ -78,8 +83,8 @@ impl AddOns {
     }
 }
 
-/// A law with its add-ons and its state, for one period. [`Controller::from_parameters`] creates
-/// it.
+/// A controller: a feedback law with its add-ons and its state, for a fixed control period.
+/// [`Controller::from_parameters`] creates it.
 #[derive(Clone, Copy, Debug)]
 pub struct Controller<R> {
     pub(super) feedback: Feedback<R>,
@@ -93,12 +98,13 @@ pub struct Controller<R> {
 }
 
 impl<R: Real> Controller<R> {
-    /// Returns the time by which the feed-forward input should lead the reference, s.
+    /// Returns the time by which the reference for the feed-forward input should be ahead of the
+    /// present, s.
     pub const fn lead_s(&self) -> R {
         self.lead_s
     }
 
-    /// Returns the error and its rate.
+    /// Returns the error, rad, and its rate, rad/s, with the compensation of the delay.
     fn error(&mut self, input: &Input<R>) -> (R, R) {
         let mut measured = input.measured;
         if let Some(smith) = &self.smith {

@@ -2,16 +2,18 @@
 
 use super::super::real::Real;
 
-/// Longest delay, in periods.
+/// Number of past control periods that the predictor stores; the longest delay is one period less.
 const LONGEST: usize = 80;
 
-/// Smith predictor (Smith, Chem. Eng. Prog. 53 (1957)) around two lags in series, those of muscle
-/// and joint: adds to the measured angle the pending effect of the efforts of the last `delay`.
+/// Smith predictor (Smith, Chem. Eng. Prog. 53 (1957)). Its model is two first-order lags in
+/// series, those of muscle and joint, followed by a delay. It predicts how much the efforts of the
+/// last `delay` periods will still change the angle, and this change is added to the measured
+/// angle.
 #[derive(Clone, Copy, Debug)]
 pub struct SmithPredictor<R> {
-    /// e^(−h/τ) of each lag.
+    /// Factor e^(−h/τ) by which each lag decays in one period: muscle, then joint.
     keeps: [R; 2],
-    /// Steady-state angle per effort, rad.
+    /// Angle per effort in steady state, rad.
     gain: R,
     delay: usize,
     lags: [R; 2],
@@ -20,9 +22,9 @@ pub struct SmithPredictor<R> {
 }
 
 impl<R: Real> SmithPredictor<R> {
-    /// Creates the predictor with `gain` in rad per effort, the time constants of muscle and joint
-    /// and the delay in s, and the period `h` in s. A delay beyond the memory of 80 periods is
-    /// shortened.
+    /// Creates a predictor. `gain` is the steady-state angle per effort, rad; `lags_s` are the time
+    /// constants of muscle and joint, s; `delay_s` is the delay, s; and `h` is the control period,
+    /// s. A delay of more than 79 periods is shortened to 79.
     pub fn new(gain: R, lags_s: [R; 2], delay_s: R, h: R) -> Self {
         // The value is in 0…80, so it fits.
         let periods = (delay_s / h).to_f64() + 0.5;
@@ -37,7 +39,8 @@ impl<R: Real> SmithPredictor<R> {
         }
     }
 
-    /// Returns the offset to add to the angle measured now, rad.
+    /// Returns the predicted change of the angle due to efforts that have not acted yet, rad, to be
+    /// added to the measured angle.
     pub fn prediction_offset(&self) -> R {
         let then = self
             .past
@@ -46,7 +49,7 @@ impl<R: Real> SmithPredictor<R> {
         self.gain * (now - then.copied().unwrap_or(R::ZERO))
     }
 
-    /// Records the effort that acts until the next period, within ±1.
+    /// Advances the model by one period with the effort that acts until the next period, −1 to 1.
     pub fn record_effort(&mut self, effort: R) {
         let [keep_muscle, keep_joint] = self.keeps;
         let [muscle, joint] = &mut self.lags;

@@ -4,18 +4,19 @@ use super::super::real::Real;
 use super::sign;
 use super::twist::resolvent_root;
 
-/// Kind of differentiator, and the signal that it differentiates.
+/// Kind of differentiator, and the signal whose rate it computes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum DerivativeKind {
-    /// Pseudo-differentiation of the error, g·s/(s + g), as in the paper.
+    /// Pseudo-differentiation of the error, g·s/(s + g), as in Hamana 2022.
     PseudoOfError,
-    /// Pseudo-differentiation of the measured angle; the rate of the reference is that of the
-    /// setpoint track.
+    /// Pseudo-differentiation of the measured angle. The rate of the reference is taken from the
+    /// setpoints.
     Pseudo,
-    /// Robust exact differentiator of the measured angle, first order (Levant, Automatica 34
-    /// (1998)), implicit.
+    /// First-order robust exact differentiator of the measured angle, in implicit form (Levant,
+    /// Automatica 34 (1998)).
     RobustExact,
-    /// Robust exact differentiator of second order, which also models a constant acceleration.
+    /// Second-order robust exact differentiator of the measured angle, which also models a constant
+    /// acceleration.
     RobustExactSecondOrder,
 }
 
@@ -28,21 +29,23 @@ impl DerivativeKind {
     ];
 }
 
-/// A differentiator for one period, with its state. The first sample gives 0.
+/// A differentiator with its state, for a fixed sample period. For the first sample it returns 0.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Differentiator<R> {
-    /// y ← E·y + (1 − E)/h·Δx, E = e^(−2π·cutoff·h): exact for a ramp.
+    /// Pseudo-differentiation: y ← E·y + (1 − E)/h·Δx with E = e^(−2π·cutoff·h), which is exact for
+    /// a ramp.
     Pseudo {
         /// Decay factor E per period.
         pole: R,
         /// Gain (1 − E)/h, 1/s.
         gain: R,
-        /// Previous sample.
+        /// Previous sample; `None` before the first.
         before: Option<R>,
-        /// Output y.
+        /// Latest output y, per second.
         rate: R,
     },
-    /// z0' = −λ1·√|z0 − x|·sgn + z1, z1' = −λ2·sgn(z0 − x), all by backward Euler.
+    /// First-order robust exact differentiator: z0' = −λ1·√|z0 − x|·sgn(z0 − x) + z1 and z1' =
+    /// −λ2·sgn(z0 − x), both by backward Euler.
     RobustExact {
         /// Sample period h, s.
         h: R,
@@ -50,22 +53,25 @@ pub enum Differentiator<R> {
         a: R,
         /// Product h²·λ2.
         c: R,
-        /// State z0, z1; `None` before the first sample.
+        /// States z0 and z1; `None` before the first sample.
         z: Option<(R, R)>,
     },
-    /// The same with one more state and the powers 2/3, 1/3, 0.
+    /// Second-order robust exact differentiator. It has a third state, and the powers of |z0 − x|
+    /// are 2/3, 1/3 and 0.
     RobustExactSecondOrder {
         /// Sample period h, s.
         h: R,
-        /// h·λ2, h²·λ1, h³·λ0: coefficients of q², q and 1 for q³ = |z0 − x|.
+        /// Products h·λ2, h²·λ1 and h³·λ0. They are the coefficients of q², q and 1 in the equation
+        /// for q, where q³ = |z0 − x|.
         coefficients: [R; 3],
-        /// State z0, z1, z2; `None` before the first sample.
+        /// States z0, z1 and z2; `None` before the first sample.
         z: Option<[R; 3]>,
     },
 }
 
 impl<R: Real> Differentiator<R> {
-    /// Creates a pseudo-differentiator with a cutoff in Hz and the period h in s.
+    /// Creates a pseudo-differentiator. `cutoff_hz` is its cutoff frequency, Hz, and `h` the sample
+    /// period, s.
     pub fn pseudo(cutoff_hz: R, h: R) -> Self {
         let pole = (-(R::from_f64(core::f64::consts::TAU) * cutoff_hz * h)).exp();
         Self::Pseudo {
@@ -76,8 +82,9 @@ impl<R: Real> Differentiator<R> {
         }
     }
 
-    /// Creates a robust exact differentiator of first order, for accelerations up to `bound`,
-    /// rad/s²: λ1 = 1.5·√bound, λ2 = 1.1·bound (Levant 1998).
+    /// Creates a first-order robust exact differentiator with sample period `h`, s. `bound` is the
+    /// largest acceleration of the signal, rad/s². The gains are λ1 = 1.5·√bound and λ2 = 1.1·bound
+    /// (Levant 1998).
     pub fn robust_exact(bound: R, h: R) -> Self {
         Self::RobustExact {
             h,
@@ -87,8 +94,9 @@ impl<R: Real> Differentiator<R> {
         }
     }
 
-    /// Creates a robust exact differentiator of second order, for jerks up to `bound`, rad/s³: λ2 =
-    /// 2·bound^⅓, λ1 = 2.12·bound^⅔, λ0 = 1.1·bound (Levant 2003, in the non-recursive form).
+    /// Creates a second-order robust exact differentiator with sample period `h`, s. `bound` is the
+    /// largest jerk of the signal, rad/s³. The gains are λ2 = 2·bound^⅓, λ1 = 2.12·bound^⅔ and λ0 =
+    /// 1.1·bound (Levant 2003, in the non-recursive form).
     pub fn robust_exact_second_order(bound: R, h: R) -> Self {
         let third = (bound.ln() / R::from_f64(3.0)).exp();
         Self::RobustExactSecondOrder {
@@ -102,7 +110,7 @@ impl<R: Real> Differentiator<R> {
         }
     }
 
-    /// Takes the next sample and returns the rate.
+    /// Takes the next sample of the signal and returns the signal's rate, per second.
     pub fn step(&mut self, x: R) -> R {
         match self {
             Self::Pseudo {
@@ -147,7 +155,7 @@ impl<R: Real> Differentiator<R> {
     }
 }
 
-/// Returns q >= 0 with q³ + a·q² + b·q + c = size, or 0 for size <= c.
+/// Returns the q ≥ 0 with q³ + a·q² + b·q + c = size; 0 if size ≤ c.
 fn cubic_root<R: Real>(size: R, [a, b, c]: [R; 3]) -> R {
     let rest = size - c;
     if rest <= R::ZERO {

@@ -5,17 +5,20 @@ use super::super::real::Real;
 use super::sign;
 use super::twist::{Discretization, Push, Twist};
 
-/// Control law.
+/// Kind of feedback law.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Form {
-    /// Hamana 2022 (4), (5) with the sign corrected, in degrees and volts, without anti-windup.
+    /// Law of Hamana 2022, eqs. (4) and (5), with the sign corrected, in degrees and volts, without
+    /// anti-windup.
     Paper,
-    /// Super-twisting in radians and fractions of the wearer's range.
+    /// Super-twisting law with this discretization. Angles are in radians, and efforts are
+    /// fractions of the wearer's range.
     Twisting(Discretization),
-    /// The proper implicit form with a term k3·s and, in the integral, one of the error: they
-    /// complement super-twisting far from and close to its surface. b is [`NOMINAL_GAIN`].
+    /// Super-twisting in the proper implicit form with two linear terms: k3·s in the effort, which
+    /// acts far from the sliding surface, and one proportional to the error in the integral, which
+    /// acts close to it. The gain b is [`NOMINAL_GAIN`].
     TwistingWithLinear,
-    /// PID, the baseline.
+    /// PID law, with which the other laws are compared.
     Pid,
 }
 
@@ -32,7 +35,7 @@ impl Form {
         Self::Pid,
     ];
 
-    /// Returns the name for tables.
+    /// Returns the name of the law in tables of results.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Paper => "paper",
@@ -43,38 +46,39 @@ impl Form {
     }
 }
 
-/// Volts from threshold to maximum of the paper's participant P at one-point electrode A (Hamana
-/// 2022, table 7: 24…28 V). They convert the paper's effort into a fraction.
+/// Range of the paper's participant P at one-point electrode A, from motor threshold to maximum, V
+/// (Hamana 2022, table 7: 24…28 V). It converts the paper's effort in volts into a fraction.
 pub const PAPER_RANGE_V: f64 = 4.0;
 
-/// Value of b if no search determines it, rad/s²: the order of magnitude that searches find. It
-/// affects only the width of the implicit form's boundary layer.
+/// Gain b from effort to the rate of s, rad/s², for a law whose b is not searched for. Searches
+/// find values of this order of magnitude. It affects only the width of the implicit form's
+/// boundary layer.
 pub const NOMINAL_GAIN: f64 = 100.0;
 
-/// A control law with its gains, for one period.
+/// A feedback law with its gains, for a fixed control period.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Feedback<R> {
-    /// Gains of [`Form::Paper`].
+    /// The law of [`Form::Paper`].
     Paper {
-        /// λ, of the surface (1/s) and of the root.
+        /// Parameter λ: slope of the surface s = ė + λ·e, 1/s, and also the gain of the root term.
         lambda: R,
-        /// Product W·h, V.
+        /// Gain of the integral times the period, W·h, V.
         w_step: R,
     },
-    /// Gains of [`Form::Twisting`].
+    /// The law of [`Form::Twisting`] or [`Form::TwistingWithLinear`].
     Twisting {
-        /// λ of the surface s = ė + λ·e, 1/s.
+        /// Slope λ of the sliding surface s = ė + λ·e, 1/s.
         lambda: R,
-        /// Super-twisting on s in rad/s.
+        /// Super-twisting law that acts on s, rad/s.
         twist: Twist<R>,
-        /// Growth of the integral with the error itself, ki·h, 1/rad.
+        /// Growth of the integral per period and error, ki·h, 1/rad; 0 for [`Form::Twisting`].
         ki_step: R,
     },
-    /// PID law kp·e + ki·∫e + kd·ė.
+    /// PID law: effort kp·e + ki·∫e + kd·ė.
     Pid {
         /// Proportional gain, 1/rad.
         kp: R,
-        /// Integral gain times period, ki·h, 1/rad.
+        /// Gain of the integral times the period, ki·h, 1/rad.
         ki_step: R,
         /// Derivative gain, s/rad.
         kd: R,
@@ -82,7 +86,8 @@ pub enum Feedback<R> {
 }
 
 impl<R: Real> Feedback<R> {
-    /// Returns the response to an error e (rad) with rate ė (rad/s) while the integral is `v`.
+    /// Returns the effort that is added to the integral `v`, and the growth of the integral, for an
+    /// angle error `e` (rad) that changes at `rate` (rad/s).
     pub fn push(&self, e: R, rate: R, v: R) -> Push<R> {
         match self {
             Self::Paper { lambda, w_step } => {
@@ -110,7 +115,8 @@ impl<R: Real> Feedback<R> {
         }
     }
 
-    /// Returns whether the integral stops while the effort is clamped. That of the paper does not.
+    /// Returns whether the integral stops growing while the effort is clamped. The paper's law has
+    /// no such anti-windup.
     pub const fn has_anti_windup(&self) -> bool {
         !matches!(self, Self::Paper { .. })
     }

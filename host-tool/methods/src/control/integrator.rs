@@ -4,25 +4,27 @@
 use super::super::real::Real;
 use super::twist::{Discretization, Twist};
 
-/// A disturbance with bounded slope.
+/// Disturbance d with a bounded slope, |d'| ≤ L.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Disturbance {
-    /// No disturbance.
+    /// The disturbance is always 0.
     None,
-    /// A triangle wave with slope ±L.
+    /// Triangle wave whose slope is L or −L.
     Triangle {
-        /// Number of periods between two changes of direction.
+        /// Number of control periods between two changes of direction.
         periods: u32,
     },
-    /// The slope is L with the sign of the present σ, upward at 0, and therefore always outward.
+    /// The slope has the sign of the present σ (positive at 0), so that the disturbance always
+    /// drives σ away from 0.
     Adversarial,
-    /// The slope is ±L, with the sign of the last growth of σ (upward without growth): it excites a
-    /// form that nearly oscillates.
+    /// The slope has the sign of the latest change of σ (positive without a change). This excites a
+    /// discretization that is close to oscillating.
     Resonant,
 }
 
 impl Disturbance {
-    /// The disturbances for which the bound must hold: adversarial ones, fast and slow triangles.
+    /// The disturbances over which the bound of σ is tested: the two adversarial ones, and fast and
+    /// slow triangle waves.
     pub const ALL: [Self; 5] = [
         Self::Triangle { periods: 1 },
         Self::Triangle { periods: 7 },
@@ -32,38 +34,41 @@ impl Disturbance {
     ];
 }
 
-/// Gains, period and disturbance of one closed loop.
+/// Closed loop of a control law and the disturbed integrator: its gains, period and bound of the
+/// disturbance.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Loop<R> {
-    /// Gain k1 of the root term.
+    /// Gain k1 of the square root term.
     pub k1: R,
     /// Gain k2 of the sign term.
     pub k2: R,
     /// Sample period h, s.
     pub h: R,
-    /// L, largest slope of the disturbance, 1/s.
+    /// Largest slope L of the disturbance, 1/s.
     pub slope: R,
 }
 
-/// Number of periods in which a loop settles from σ = 10·L·h², then number of periods that are
-/// evaluated. Everything scales with L and h, so the same numbers suit every loop.
+/// Number of periods after which the loop counts as settled. It starts at σ = 10·L·h². All loops
+/// scale with L and h, so the same number suits every loop.
 const SETTLING: u32 = 4000;
+/// Number of periods after settling in which the largest |σ| is determined.
 const JUDGED: u32 = 4000;
 
-/// Fraction of L·h² below which a σ counts as rounding.
+/// Fraction of L·h² below which a value of σ counts as a rounding error.
 const ROUNDING: f64 = 1e-6;
 
 impl<R: Real> Loop<R> {
-    /// Returns whether the gains meet the conditions under which super-twisting rejects the
+    /// Returns whether the gains satisfy the conditions under which super-twisting rejects the
     /// disturbance: k2 > L and k1 > √(k2 + L) (Seeber & Horn, "Stability proof for a
-    /// well-established super-twisting parameter setting", Automatica 84 (2017)). They hold for the
-    /// proper implicit form too.
+    /// well-established super-twisting parameter setting", Automatica 84 (2017)). The same
+    /// conditions hold for the proper implicit form.
     pub fn fulfils_theorem(&self) -> bool {
         self.k2 > self.slope && self.k1 * self.k1 > self.k2 + self.slope
     }
 
-    /// Returns the largest |σ| at the sampling instants once settled, in units of σ. The simulation
-    /// stops at 10^9·L·h², from where no loop returns.
+    /// Simulates the loop with a discretized super-twisting law. Returns the largest |σ| at the
+    /// sampling instants after settling, in the unit of σ. Stops and returns |σ| as soon as it
+    /// exceeds 10^9·L·h², because the loop has then diverged.
     pub fn worst_sigma(&self, discretization: Discretization, disturbance: Disturbance) -> R {
         let twist = Twist::new(discretization, self.k1, self.k2, R::ONE, self.h);
         let mut integral = R::ZERO;
@@ -75,7 +80,8 @@ impl<R: Real> Loop<R> {
         })
     }
 
-    /// Returns the same for any law from σ to u, for example one in fixed point.
+    /// Simulates the loop with any control law, for example one in fixed point. `law` returns u for
+    /// a given σ. Returns the largest |σ| as [`Self::worst_sigma`] does.
     pub fn worst_sigma_under(&self, disturbance: Disturbance, mut law: impl FnMut(R) -> R) -> R {
         let h = self.h;
         let unit = self.slope * h * h;
@@ -105,7 +111,7 @@ impl<R: Real> Loop<R> {
         worst
     }
 
-    /// Returns the largest |σ| over [`Disturbance::ALL`].
+    /// Returns the largest |σ| over all disturbances in [`Disturbance::ALL`].
     pub fn worst_sigma_of_all(&self, discretization: Discretization) -> R {
         let each = Disturbance::ALL.map(|d| self.worst_sigma(discretization, d));
         each.into_iter()
@@ -113,8 +119,9 @@ impl<R: Real> Loop<R> {
     }
 }
 
-/// Returns the sign of x, or 1 if x is only rounding: an adversary that follows the sign of
-/// rounding changes direction every period, and its effect cancels.
+/// Returns the sign of `x`, or 1 if `x` is as small as a rounding error. If the adversarial
+/// disturbance followed the sign of rounding errors, it would change direction in every period and
+/// have no effect.
 fn outward<R: Real>(x: R, unit: R) -> R {
     if x < -(R::from_f64(ROUNDING) * unit) {
         -R::ONE
@@ -123,8 +130,8 @@ fn outward<R: Real>(x: R, unit: R) -> R {
     }
 }
 
-/// Returns the exponent p of y ~ x^p by a least-squares line through ln y over ln x, or `None` for
-/// fewer than two points or any value that is not positive.
+/// Returns the exponent p of the power law y ~ x^p, fitted by a least-squares line to ln y over ln
+/// x. `None` for fewer than two points, or if a value is not positive.
 pub fn fitted_order(points: &[(f64, f64)]) -> Option<f64> {
     if points.len() < 2 || points.iter().any(|(x, y)| !(*x > 0.0 && *y > 0.0)) {
         return None;

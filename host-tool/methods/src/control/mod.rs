@@ -26,26 +26,27 @@ use super::real::Real;
 /// Inputs of a law in one period. Angles are in radians, flexion positive.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Input<R> {
-    /// Reference angle now, after hold or extrapolation.
+    /// Reference angle for this period, held or extrapolated from the latest setpoint.
     pub target: R,
-    /// Rate of the reference according to the setpoint track, rad/s; 0 while holding.
+    /// Rate of the reference according to the setpoints, rad/s; 0 while the reference is held.
     pub target_rate: R,
-    /// Latest measured angle.
+    /// Latest angle that the sensor measured.
     pub measured: R,
-    /// Effort of the nominal wearer's inverse model for this reference, −1…1, with the lead that
-    /// the law requests ([`Controller::lead_s`]); 0 without a model.
+    /// Effort for this reference by the inverse model of the nominal wearer, −1…1; 0 without a
+    /// model. Its reference is ahead of the present by the time that the controller requests
+    /// ([`Controller::lead_s`]).
     pub feed_forward: R,
 }
 
-/// A control law with its gains and its state, for a fixed period.
+/// A control law with its gains and its state, for a fixed control period.
 pub trait Law<R: Real> {
-    /// Advances by one period and returns the effort as a fraction of the range from motor
-    /// threshold (0) to the wearer's maximum (flexors +1, extensor −1). The caller clamps it beyond
-    /// ±1, for which the law must be prepared (anti-windup).
+    /// Advances the law by one period and returns the effort: −1 is the extensor's maximum, 0 the
+    /// motor threshold, and 1 the flexors' maximum. The caller clamps an effort beyond ±1, and the
+    /// law must be prepared for that (anti-windup).
     fn step(&mut self, input: &Input<R>) -> R;
 }
 
-/// Returns the sign of `x`: −1, 0 or 1.
+/// Returns the sign of `x` as −1, 0 or 1; 0 only for 0.
 fn sign<R: Real>(x: R) -> R {
     if x > R::ZERO {
         R::ONE
@@ -56,12 +57,12 @@ fn sign<R: Real>(x: R) -> R {
     }
 }
 
-/// Returns `x` clamped to ±`bound`.
+/// Returns `x` clamped to the range −`bound` to `bound`.
 fn bounded<R: Real>(x: R, bound: R) -> R {
     within(x, -bound, bound)
 }
 
-/// Returns `x` clamped to `low`…`high`.
+/// Returns `x` clamped to the range `low` to `high`.
 fn within<R: Real>(x: R, low: R, high: R) -> R {
     if x < low {
         low

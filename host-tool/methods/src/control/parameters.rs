@@ -10,27 +10,28 @@ use super::feedback::{Feedback, Form, NOMINAL_GAIN};
 use super::twist::{Discretization, Twist};
 use heapless::Vec;
 
-/// One parameter of a law. A law can be built with any positive number; the bounds apply to
-/// searches.
+/// Description of one parameter of a law. A law accepts any positive number; the bounds apply only
+/// to searches for good values.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Parameter {
     /// Name of the parameter, with its unit.
     pub name: &'static str,
-    /// Lower bound of a search.
+    /// Smallest value that a search tries.
     pub low: f64,
-    /// Upper bound of a search.
+    /// Largest value that a search tries.
     pub high: f64,
-    /// Whether a search is uniform in the logarithm.
+    /// Whether a search draws values uniformly in their logarithm; otherwise uniformly in the
+    /// value.
     pub is_log: bool,
 }
 
-/// Maximum number of parameters of a law with its add-ons.
+/// Maximum number of parameters that a law with its add-ons can have.
 pub const PARAMETERS_MAX: usize = 16;
 
-/// The reason why values do not form a law.
+/// Reason why values do not define a law.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ParameterError {
-    /// The number of values differs from that of [`parameters`].
+    /// The number of values differs from the number of [`parameters`].
     Count {
         /// Required number of values.
         wanted: usize,
@@ -42,7 +43,7 @@ pub enum ParameterError {
     },
 }
 
-/// Creates a parameter that is searched uniformly in its logarithm.
+/// Describes a parameter that a search varies uniformly in its logarithm.
 pub const fn log(name: &'static str, low: f64, high: f64) -> Parameter {
     Parameter {
         name,
@@ -52,7 +53,7 @@ pub const fn log(name: &'static str, low: f64, high: f64) -> Parameter {
     }
 }
 
-/// Creates a parameter that is searched uniformly.
+/// Describes a parameter that a search varies uniformly in its value.
 pub const fn linear(name: &'static str, low: f64, high: f64) -> Parameter {
     Parameter {
         name,
@@ -100,7 +101,8 @@ const ADAPTATION: [Parameter; 2] = [
 ];
 
 impl Form {
-    /// Returns the law's own parameters, in order. The explicit form does not use b.
+    /// Returns the parameters of the law without add-ons, in the order in which values are given.
+    /// The explicit form has no parameter b.
     pub fn parameters(self) -> &'static [Parameter] {
         match self {
             Self::Paper => &PAPER,
@@ -112,8 +114,8 @@ impl Form {
     }
 }
 
-/// Returns the parameters of a law with its add-ons, in the order that
-/// [`Controller::from_parameters`] expects.
+/// Returns the parameters of a law with its add-ons, in the order in which
+/// [`Controller::from_parameters`] expects their values.
 pub fn parameters(form: Form, add_ons: AddOns) -> Vec<Parameter, PARAMETERS_MAX> {
     let mut all = Vec::new();
     // At most 5 + 1 + 1 + 1 + 4 + 2: extending cannot fail.
@@ -135,8 +137,8 @@ pub fn parameters(form: Form, add_ons: AddOns) -> Vec<Parameter, PARAMETERS_MAX>
 }
 
 impl<R: Real> Controller<R> {
-    /// Creates a law with its add-ons for a period of `h` s, from the values of the parameters that
-    /// [`parameters`] lists.
+    /// Creates a controller for a control period of `h`, s. `values` are the values of the
+    /// parameters that [`parameters`] lists.
     ///
     /// # Errors
     /// Returns [`ParameterError`] with the invalid number or value.

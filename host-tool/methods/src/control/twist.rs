@@ -6,37 +6,38 @@
 use super::super::real::Real;
 use super::{bounded, sign};
 
-/// Discretization of the law.
+/// How the continuous super-twisting law is discretized.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Discretization {
-    /// Explicit Euler, with sign and root of the present s. It chatters: its limit cycle grows with
-    /// the gains.
+    /// Explicit Euler: sign and root of the present s. It chatters, with a limit cycle that grows
+    /// with the gains.
     Explicit,
-    /// Root of the present s, sign of the next (Xiong, Chen et al., "Discrete-time implementation
-    /// of super-twisting control", IEEE TCAS-II 2022, and others), without chattering.
+    /// Root of the present s and sign of the next s, without chattering (Xiong, Chen et al.,
+    /// "Discrete-time implementation of super-twisting control", IEEE TCAS-II 2022, and others).
     SemiImplicit,
-    /// Koch & Reichhartinger, "Discrete-time equivalents of the super-twisting algorithm",
-    /// Automatica 107 (2019), implicit mapping: the state-dependent poles p·|s|^−½ map to 1/(1 −
+    /// Implicit mapping of Koch & Reichhartinger, "Discrete-time equivalents of the super-twisting
+    /// algorithm", Automatica 107 (2019): each state-dependent pole p·|s|^−½ is mapped to 1/(1 −
     /// h·p·|s|^−½).
     KochReichhartinger,
-    /// Root and sign of the next s, predicted with u as if d were 0 (Brogliato, Polyakov, Efimov,
-    /// "The implicit discretization of the supertwisting sliding-mode control algorithm", IEEE TAC
-    /// 65 (2020)). The prediction removes the part of v that counteracts d, so that |s| remains at
-    /// h·|d|.
+    /// Root and sign of the next s, which is predicted as if the disturbance d were 0 (Brogliato,
+    /// Polyakov, Efimov, "The implicit discretization of the supertwisting sliding-mode control
+    /// algorithm", IEEE TAC 65 (2020)). This prediction counts the part of v that counteracts d as
+    /// a change of s, so that |s| remains at h·|d|.
     Resolvent,
-    /// Root and sign of the next s, predicted as if v cancelled d. Its dead-beat poles are
-    /// e^(±iπ/3), on the unit circle. It is included to show why [`Self::ProperImplicit`] counts
-    /// the step of v twice.
+    /// Root and sign of the next s, which is predicted as if v cancelled d exactly. Its poles in
+    /// the sliding phase are e^(±iπ/3), on the unit circle, so that it oscillates. It is included
+    /// to show why [`Self::ProperImplicit`] counts the step of v twice.
     Proxy,
-    /// Seeber & Andritsch, "Proper implicit discretization of the super-twisting controller",
-    /// Automatica 173 (2025) 112027, derived again here: as [`Self::Proxy`], but u uses v one
-    /// growth further ahead, which puts both poles of the sliding phase at 0. Then s is h times the
-    /// change of d's mean from period to period: at most L·h², which is optimal.
+    /// Proper implicit form of Seeber & Andritsch, "Proper implicit discretization of the
+    /// super-twisting controller", Automatica 173 (2025) 112027, derived again here. It is as
+    /// [`Self::Proxy`], but u contains the growth of v twice. This puts both poles of the sliding
+    /// phase at 0. Then s is h times the change of d's mean from one period to the next: at most
+    /// L·h², which is optimal.
     ProperImplicit,
 }
 
 impl Discretization {
-    /// Every discretization, in the order of the enum.
+    /// Every discretization, in the order in which the variants are declared.
     pub const ALL: [Self; 6] = [
         Self::Explicit,
         Self::SemiImplicit,
@@ -46,7 +47,7 @@ impl Discretization {
         Self::ProperImplicit,
     ];
 
-    /// Returns the name for tables.
+    /// Returns the name of the discretization in tables of results.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Explicit => "explicit",
@@ -59,35 +60,35 @@ impl Discretization {
     }
 }
 
-/// A discretized super-twisting law with its gains, for one period.
+/// A discretized super-twisting law with its gains, for a fixed control period.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Twist<R> {
     discretization: Discretization,
     k1: R,
-    /// Product h·b.
+    /// Product h·b of the period and the gain from effort to the rate of s.
     hb: R,
-    /// Product h·b·k1.
+    /// Product h·b·k1, by which the root term changes s in one period.
     hbk1: R,
-    /// Product h·k2.
+    /// Product h·k2, by which v grows in one period at most.
     hk2: R,
-    /// Product h²·b·k2.
+    /// Product h²·b·k2, by which the growth of v changes s in one period.
     hhbk2: R,
-    /// Linear gain k3.
+    /// Gain k3 of the linear term; 0 without one.
     linear: R,
 }
 
-/// Response to one s: u = v + `push`, then v grows by `growth`.
+/// Output of the law for one period: the effort is u = v + `push`, and then v grows by `growth`.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Push<R> {
-    /// Term to add to v now.
+    /// Effort in addition to v in this period.
     pub push: R,
-    /// Growth of v until the next period.
+    /// Change of v until the next period.
     pub growth: R,
 }
 
 impl<R: Real> Twist<R> {
-    /// Creates the law with k1 in effort·s^-½, k2 in effort/s, b the gain from effort to the rate
-    /// of s, and h the period in s; all above 0.
+    /// Creates the law for a control period of `h`, s. `k1` is in effort·s^-½ and `k2` in effort/s.
+    /// `b` is the gain from effort to the rate of s. All of them must be above 0.
     pub fn new(discretization: Discretization, k1: R, k2: R, b: R, h: R) -> Self {
         let hb = h * b;
         Self {
@@ -101,14 +102,16 @@ impl<R: Real> Twist<R> {
         }
     }
 
-    /// Adds a term k3·s beside the root (linear correction: Moreno & Osorio, IEEE CDC 2008), in
-    /// effort/s; the implicit forms use the next s for it too.
+    /// Adds a linear term k3·s to the root term (linear correction: Moreno & Osorio, IEEE CDC
+    /// 2008). `k3` is the gain, in effort per unit of s. The implicit forms use the next s in this
+    /// term, too.
     pub fn with_linear(mut self, k3: R) -> Self {
         self.linear = k3;
         self
     }
 
-    /// Returns the response to the sliding variable `s` while the integral is `v`.
+    /// Returns the effort in addition to the integral `v`, and the growth of the integral, for the
+    /// sliding variable `s`.
     pub fn push(&self, s: R, v: R) -> Push<R> {
         match self.discretization {
             Discretization::Explicit => {
@@ -144,8 +147,9 @@ impl<R: Real> Twist<R> {
         }
     }
 
-    /// Computes the response with root and sign of the next s, which solves (1 + h·b·k3)·z +
-    /// h·b·k1·√|z|·sgn z + h²·b·k2·sgn z ∋ s.
+    /// Returns the law's output with root and sign of the next s. The next s is the z that solves
+    /// (1 + h·b·k3)·z + h·b·k1·√|z|·sgn z + h²·b·k2·sgn z ∋ s. `ahead` says how many times the
+    /// growth of v is contained in the effort.
     fn implicit(&self, s: R, ahead: R) -> Push<R> {
         let slope = R::ONE + self.hb * self.linear;
         let root = resolvent_root(s.abs(), slope, self.hbk1, self.hhbk2);
@@ -155,8 +159,8 @@ impl<R: Real> Twist<R> {
     }
 }
 
-/// Returns √z for the z >= 0 that solves slope·z + a·√z + c = size, or 0 for size <= c: the
-/// resolvent of the super-twisting law's set-valued right-hand side.
+/// Returns √z for the z ≥ 0 that solves slope·z + a·√z + c = size; 0 if size ≤ c. This is the
+/// resolvent of the set-valued right-hand side of the super-twisting law.
 pub(super) fn resolvent_root<R: Real>(size: R, slope: R, a: R, c: R) -> R {
     if size <= c {
         return R::ZERO;

@@ -7,15 +7,17 @@ use super::scheme::{Dense, Muscle, NumberOf, Place, Point, Scheme, State};
 use core::marker::PhantomData;
 use firmware::muscle::CalciumForceSpec;
 
-/// Rule that integrates F over a step.
+/// Rule that integrates the force F over one step while the calcium state C follows its exact
+/// solution.
 pub trait Rule {
-    /// Positions inside the step at which the rule evaluates the equation, as fractions of the
-    /// step.
+    /// Two positions inside the step at which the rule evaluates the equation of F, as fractions of
+    /// the step's length.
     const INSIDE: [f64; 2] = [0.5; 2];
-    /// Whether the rule evaluates the equation at the ends of the step.
+    /// Whether the rule also evaluates the equation at the beginning and at the end of the step.
     const ENDS: bool = true;
-    /// Returns F after `time`, where `ends` are the values at the beginning and the end of the
-    /// step, and `inside` gives those at [`Self::INSIDE`].
+    /// Returns F at the end of a step of length `time` that begins with the force `f`. `ends` are
+    /// the coefficients of the equation at the beginning and the end of the step, and `inside(n)`
+    /// returns those at position n of [`Self::INSIDE`].
     fn force<R: Arithmetic>(
         time: R,
         ends: [Point<R>; 2],
@@ -48,14 +50,15 @@ impl<M: Explicit> Rule for M {
     }
 }
 
-/// A muscle that a [`Rule`] integrates.
+/// A muscle whose force a [`Rule`] integrates.
 #[derive(Clone, Copy, Debug)]
 pub struct RuleMuscle<M, R> {
     muscle: Muscle<R>,
     rule: PhantomData<M>,
 }
 
-/// C and F, and the values of the equation here if the rule evaluates the ends of steps.
+/// C and F, with the coefficients of the equation at this C if the rule evaluates the ends of
+/// steps.
 #[derive(Clone, Copy, Debug)]
 pub struct AlongState<R> {
     c: R,
@@ -73,11 +76,12 @@ impl<R: Arithmetic> Place for AlongState<R> {
     }
 }
 
-/// Constants of a step of one length.
+/// Constants that depend only on the length of a step.
 #[derive(Clone, Copy, Debug)]
 pub struct AlongFactors<R> {
     time: R,
-    /// Remaining share of C at the positions inside and at the end.
+    /// Factors by which C decays from the beginning of the step: to each of the two positions
+    /// inside, and to the end.
     left: [R; 3],
 }
 
@@ -102,8 +106,9 @@ impl<M: Rule, R: Arithmetic> Scheme for RuleMuscle<M, R> {
             rule: PhantomData,
         }
     }
-    /// Computes the constants. If the positions inside are symmetric about the middle, their decay
-    /// factors multiply to that of the whole step.
+    /// Computes the constants of a step of `us` microseconds. The two positions inside the step
+    /// must be symmetric about its middle: the product of their decay factors is then that of the
+    /// whole step.
     fn factors(&self, us: u32) -> AlongFactors<R> {
         let time = R::from_micros(us);
         let [first, second] = M::INSIDE;

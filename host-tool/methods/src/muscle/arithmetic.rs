@@ -2,32 +2,34 @@
 
 use super::super::real::{Micro, Real};
 
-/// Unit of time of the integrators, µs: 2^14, so that a time in µs becomes an exact fraction in
-/// every arithmetic, and time constants, A in newtons per unit, and force in newtons all stay
-/// within the 7 integer bits of Q7.24.
+/// Unit of time of the integrators, µs: 2^14. In this unit, a time in µs is an exact binary
+/// fraction in every arithmetic. Time constants, the parameter A in newtons per unit, and forces in
+/// newtons all fit in the 7 integer bits of Q7.24.
 pub const UNIT_US: f64 = 16_384.0;
 
-/// The word for every NaN, because machines differ in its sign.
+/// Bits that stand for every NaN in a checksum, because machines differ in the sign of a NaN.
 const NOT_A_NUMBER: u32 = 0x7FC0_0000;
 
-/// A number type in which integrators compute.
+/// A number type in which muscle integrators can compute.
 pub trait Arithmetic: Real {
-    /// Number type in which tables for this arithmetic are computed.
+    /// Number type in which the tables of this arithmetic are computed before they are rounded to
+    /// it.
     type Design: Arithmetic;
-    /// Whether the type is floating point, so that numbers of any magnitude fit.
+    /// Whether the type is floating point, so that intermediate results of any magnitude fit.
     const FLOATING: bool = true;
-    /// Converts `us` microseconds, below 2^21, to units of [`UNIT_US`]; exact.
+    /// Converts `us` microseconds, below 2^21, to the unit of time [`UNIT_US`]; the result is
+    /// exact.
     fn from_micros(us: u32) -> Self;
-    /// Returns the integer part and the remainder of self·2^`shift`. For numbers below zero or
-    /// beyond 32 bits the index is arbitrary.
+    /// Multiplies this number by 2^`shift`, and returns the integer part, as an index, and the
+    /// remainder. For a negative product, or one beyond 32 bits, the index is arbitrary.
     fn split_scaled(self, shift: u32) -> (usize, Self);
-    /// Returns the bits, folded to 32.
+    /// Returns the bits of the number for a checksum, with 64 bits folded to 32 by exclusive or.
     fn fold_bits(self) -> u32;
-    /// Returns 2 to the power of the number.
+    /// Returns 2 to the power of this number.
     fn exp2(self) -> Self {
         (self * Self::from_f64(core::f64::consts::LN_2)).exp()
     }
-    /// Returns the logarithm to base 2, for positive numbers.
+    /// Returns the logarithm to base 2 of this number, which must be positive.
     fn log2(self) -> Self {
         self.ln() * Self::from_f64(core::f64::consts::LOG2_E)
     }

@@ -10,8 +10,8 @@ use super::{Arithmetic, Integrator};
 use firmware::muscle::CalciumForceSpec;
 use firmware::units::{Micros, us};
 
-/// Returns nodes and weights of the Gauss–Legendre rules on 0…1 with 2, 3, 4 and 10 nodes
-/// (Abramowitz & Stegun, table 25.4, as (1 + x)/2 and w/2).
+/// Returns nodes and weights of the Gauss–Legendre rule with `N` nodes on the interval 0…1, for `N`
+/// = 2, 3, 4 or 10 (Abramowitz & Stegun, table 25.4, as (1 + x)/2 and w/2).
 const fn rule<const N: usize>() -> [(f64, f64); N] {
     const { assert!(matches!(N, 2 | 3 | 4 | 10)) };
     let half: &[(f64, f64)] = match N {
@@ -45,19 +45,19 @@ const fn rule<const N: usize>() -> [(f64, f64); N] {
     nodes
 }
 
-/// Constants of the solution between pulses.
+/// Constants of the exact solution between two pulses, for one muscle.
 #[derive(Clone, Copy, Debug)]
 pub struct Interval<R> {
     muscle: Muscle<R>,
     kappa: R,
-    /// Decay rate 1/τ1 of F without calcium.
+    /// Decay rate 1/τ1 that F has without calcium.
     rate: R,
-    /// Exponent τc·τ2/(τ1·α) of the calcium term.
+    /// Exponent p = τc·τ2/(τ1·α) of the calcium term in the decay of F.
     power: R,
 }
 
 impl<R: Arithmetic> Interval<R> {
-    /// Computes the constants for a muscle.
+    /// Computes the constants from the parameters of a muscle.
     pub fn new(muscle: &Muscle<R>) -> Self {
         let alpha = muscle.tau1 + muscle.tau2;
         Self {
@@ -68,8 +68,9 @@ impl<R: Arithmetic> Interval<R> {
         }
     }
 
-    /// Returns G = p·log2(1 + c/κ), octaves, with p = τc·τ2/(τ1·α), and its slope over ln c. F
-    /// keeps 2^(G0 − G) times more than with τ1 alone.
+    /// Returns G = p·log2(1 + c/κ), octaves, with p = τc·τ2/(τ1·α), and the slope of G over ln c.
+    /// While G falls from G0, the share of F that remains is larger by the factor 2^(G0 − G) than
+    /// with τ1 alone.
     pub fn power_at(&self, c: R) -> (R, R) {
         let octaves = R::from_f64(core::f64::consts::LOG2_E);
         let value = (R::ONE + c / self.kappa).ln();
@@ -77,8 +78,8 @@ impl<R: Arithmetic> Interval<R> {
         (self.power * octaves * value, self.power * octaves * slope)
     }
 
-    /// Returns the factor of F that remains after `time` in which C falls from `c`, and the force
-    /// that is added, N. The integral is evaluated at `N` nodes.
+    /// Returns the factor by which F decays during `time`, while C falls from `c`, and the force
+    /// that is added meanwhile, N. The integral of the added force is evaluated at `N` nodes.
     pub fn decay_and_gain<const N: usize>(&self, time: R, c: R) -> (R, R) {
         let m = &self.muscle;
         let end = c * m.calcium_decay(time) + self.kappa;
@@ -96,21 +97,23 @@ impl<R: Arithmetic> Interval<R> {
     }
 }
 
-/// A muscle whose state is updated at pulses, and at a maximum interval without pulses. A reading
-/// in between is computed from the last update and changes no state.
+/// A muscle whose stored state is updated at pulses, and after a maximum time without pulses. A
+/// reading in between is computed from the stored state and does not change it.
 #[derive(Clone, Copy, Debug)]
 pub struct EventDriven<R, const NODES: usize> {
     interval: Interval<R>,
     longest_us: u32,
-    /// C and F at `from`.
+    /// Calcium state C at the time `from`.
     c: R,
+    /// Force F at the time `from`, N.
     f: R,
     from: Micros,
     now: Micros,
 }
 
 impl<R: Arithmetic, const NODES: usize> EventDriven<R, NODES> {
-    /// Creates a muscle at rest at time 0. No integral spans more than `longest_us`, 1 or more.
+    /// Creates a muscle without calcium and force at time 0. `longest_us` is the longest time that
+    /// one integral covers, µs, at least 1.
     pub fn new(spec: &CalciumForceSpec, longest_us: u32) -> Self {
         Self {
             interval: Interval::new(&Muscle::new(spec)),
@@ -139,7 +142,7 @@ impl<R: Arithmetic, const NODES: usize> EventDriven<R, NODES> {
         self.c * self.interval.muscle.calcium_decay(self.time())
     }
 
-    /// Stores the present C and F as the start of the next interval.
+    /// Stores the present C and F as the state from which later ones are computed.
     fn store_state(&mut self) {
         (self.f, self.c) = (self.force(), self.calcium_number());
         self.from = self.now;

@@ -17,11 +17,12 @@ pub enum SlopePosition {
     End,
 }
 
-/// Explicit method that advances a state.
+/// Explicit method that advances the state of a muscle by one step.
 pub trait Explicit {
     /// Whether the method evaluates slopes in the middle of a step.
     const MIDDLE: bool = false;
-    /// Advances `from` by `time`, with values of `slope`.
+    /// Advances the state `from` by a step of length `time`. `slope` returns the slope of a state
+    /// at a position in the step.
     fn advance_state<R: Arithmetic>(
         time: R,
         from: State<R>,
@@ -29,16 +30,16 @@ pub trait Explicit {
     ) -> State<R>;
 }
 
-/// Euler's method, order 1.
+/// Euler's method, of order 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Euler;
 
-/// Heun's method, order 2: the mean of the slopes at the beginning and at the end that Euler's
-/// method predicts.
+/// Heun's method, of order 2. It uses the mean of two slopes: at the beginning of the step, and at
+/// the end that Euler's method predicts.
 #[derive(Clone, Copy, Debug)]
 pub struct Heun;
 
-/// Classical Runge–Kutta method, order 4.
+/// Classical Runge–Kutta method, of order 4.
 #[derive(Clone, Copy, Debug)]
 pub struct RungeKutta4;
 
@@ -102,7 +103,7 @@ pub struct ExplicitMuscle<M, R> {
 
 impl<M: Explicit, R: Arithmetic> Scheme for ExplicitMuscle<M, R> {
     type State = State<R>;
-    /// Length of the step.
+    /// Length of the step, in units of [`UNIT_US`](super::arithmetic::UNIT_US).
     type Factors = R;
 
     fn new(spec: &CalciumForceSpec, _: u32) -> Self {

@@ -5,14 +5,15 @@ use super::Arithmetic;
 use super::along::{Rule, RuleMuscle};
 use super::scheme::Point;
 
-/// Holds steady state and rate at their values in one place of the step: at the beginning for ETD1
-/// (order 1), in the middle for the midpoint method (order 2).
+/// Exponential time differencing: the steady state and the rate of F are constant over a step.
+/// Their values are those at the beginning of the step for ETD1 (order 1), or in the middle for the
+/// midpoint method (order 2).
 #[derive(Clone, Copy, Debug)]
 pub struct HeldRate<const MIDDLE: bool>;
 
-/// Exponential time differencing with the values at the beginning of the step, order 1.
+/// Exponential time differencing with the values at the beginning of the step, of order 1.
 pub type Etd1 = HeldRate<false>;
-/// A muscle with the exponential midpoint method, order 2.
+/// A muscle that the exponential midpoint method integrates, of order 2.
 pub type EtdMidpoint<R> = RuleMuscle<HeldRate<true>, R>;
 
 impl<const MIDDLE: bool> Rule for HeldRate<MIDDLE> {
@@ -30,12 +31,14 @@ impl<const MIDDLE: bool> Rule for HeldRate<MIDDLE> {
     }
 }
 
-/// Variation of constants with both integrals at two Gauss nodes, (1 ∓ 1/√3)/2; order 4.
+/// Variation of constants, with both integrals evaluated at the two Gauss nodes (1 ∓ 1/√3)/2; of
+/// order 4.
 ///
-/// With rates r1, r2 = 1/τ at the nodes and the rate linear between them, the factor e^(−h(r1 +
-/// r2)/2) of F remains over the step. The integral of the linear rate from node i to the end is h(1
-/// − n_i)·(r1 + (r2 − r1)·m_i), where m_i = ((n_i + 1)/2 − n_1)/(n_2 − n_1) is the position of the
-/// middle of that interval.
+/// The rates at the nodes are r1 and r2, each 1/τ, and the rate is taken as linear between them.
+/// Over a step of length h, F then decays by the factor e^(−h(r1 + r2)/2). From node n_i to the end
+/// of the step, the integral of the linear rate is h(1 − n_i)·(r1 + (r2 − r1)·m_i). Here m_i =
+/// ((n_i + 1)/2 − n_1)/(n_2 − n_1) is the position of the middle of that interval between the
+/// nodes.
 #[derive(Clone, Copy, Debug)]
 pub struct GaussExponential;
 

@@ -6,23 +6,25 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 use firmware::arithmetic::division::quotient;
 use firmware::arithmetic::exponential::{exp2_neg, log2_neg};
 
-/// Constant log2 e, Q31.
+/// Constant log2 e with 31 fraction bits.
 const LOG2_E: u64 = 3_098_164_009;
-/// Constant ln 2, Q32.
+/// Constant ln 2 with 32 fraction bits.
 const LN_2: i64 = 2_977_044_472;
 
-/// A fixed-point number in units of 2^-`FRACTION`, with 31 − `FRACTION` integer bits and a sign:
-/// Q15.16 is `Fixed<16>`, Q7.24 `Fixed<24>`; valid values are 14 to 30.
+/// A fixed-point number in a 32-bit word with `FRACTION` fraction bits, 31 − `FRACTION` integer
+/// bits and a sign. Q15.16 is `Fixed<16>` and Q7.24 is `Fixed<24>`; `FRACTION` may be 14 to 30.
 ///
-/// Products are rounded down, or to nearest with `NEAREST`. Overflow wraps, as in an explicit
-/// method that diverges. Quotients are the exact ones of the device, exponentials those of the
-/// device (error 3e-9). The type gives a line-by-line translation of the floating-point program, as
-/// in a first version.
+/// Products are rounded down, or to the nearest number if `NEAREST` is true. Overflow wraps, as it
+/// occurs when an explicit method diverges. Quotients and exponentials are computed by the
+/// functions of the device (the quotients are exact, the exponentials have an error of 3e-9). The
+/// type serves to translate a floating-point program line by line, as a first version of firmware
+/// would.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub struct Fixed<const FRACTION: u32, const NEAREST: bool = false>(pub i32);
 
 impl<const F: u32, const NEAREST: bool> Fixed<F, NEAREST> {
-    /// Rounds a number with `from` ≥ F fraction bits in the way of this type.
+    /// Rounds a number with `from` fraction bits, at least F, to F fraction bits: down, or to the
+    /// nearest number if `NEAREST` is true.
     fn round(bits: i64, from: u32) -> Self {
         let dropped = from.saturating_sub(F);
         let half = if NEAREST && dropped > 0 {
@@ -33,7 +35,8 @@ impl<const F: u32, const NEAREST: bool> Fixed<F, NEAREST> {
         Self((bits.wrapping_add(half) >> dropped) as i32)
     }
 
-    /// Returns 2 to the power of ±`octaves`, Q32, with the sign of this number.
+    /// Returns 2 to the power of `octaves`, Q32, if this number is positive, otherwise 2 to the
+    /// power of −`octaves`.
     fn power(self, octaves: u64) -> Self {
         let power = Self::round(i64::from(exp2_neg(octaves)), 31);
         if self.0 <= 0 {
@@ -43,7 +46,8 @@ impl<const F: u32, const NEAREST: bool> Fixed<F, NEAREST> {
         }
     }
 
-    /// Returns log2 in Q32. Zero and negative numbers count as the smallest positive number.
+    /// Returns the logarithm to base 2, Q32. Zero and negative numbers are treated as the smallest
+    /// positive number.
     fn octaves(self) -> i64 {
         let bits = self.0.max(1).cast_unsigned();
         let shift = bits.leading_zeros();
@@ -84,8 +88,8 @@ impl<const F: u32, const NEAREST: bool> Mul for Fixed<F, NEAREST> {
 
 impl<const F: u32, const NEAREST: bool> Div for Fixed<F, NEAREST> {
     type Output = Self;
-    /// Rounds towards zero, or to nearest with `NEAREST`. On overflow or division by zero, the
-    /// result is the largest number of its sign.
+    /// Divides, and rounds towards zero, or to the nearest number if `NEAREST` is true. On overflow
+    /// or division by zero, the result is the largest number with the sign of the quotient.
     fn div(self, other: Self) -> Self {
         let divisor = other.0.unsigned_abs();
         let half = if NEAREST { divisor / 2 } else { 0 };

@@ -13,35 +13,38 @@ use crate::real::Real;
 use core::f64::consts::LN_2;
 use firmware::muscle::CalciumForceSpec;
 
-/// log2 of the number of cells per octave.
+/// Logarithm to base 2 of the number of table cells per octave of C.
 const DENSITY: u32 = 1;
-/// Number of octaves, from 2^-19 of a pulse, below which F only relaxes with τ1, to the 32 pulses
-/// that no train of 200 Hz exceeds; then the lowest octave.
+/// Number of octaves of C that the table covers, from [`LOWEST`] up to 2^5 = 32, which no train of
+/// 200 Hz exceeds.
 pub(super) const OCTAVES: usize = 24;
+/// Lower end of the table: log2 of the smallest C. Below it, F only decays with τ1.
 pub(super) const LOWEST: f64 = -19.0;
 const CELLS: usize = OCTAVES << DENSITY;
 
-/// Longest time per exponential, µs; a longer one could overflow a fixed-point exponent.
+/// Longest time for which one exponential is computed, µs. A longer time could overflow the
+/// exponent in fixed point.
 const LONGEST_US: u32 = 100_000;
 
-/// Coefficients of a0 + t·(a1 + t·(a2 + t·a3)), t in 0…1 across a cell.
+/// Coefficients of the cubic a0 + t·(a1 + t·(a2 + t·a3)), where t runs from 0 to 1 across a cell.
 type Cubic<R> = [R; 4];
 
-/// The table of one muscle. Octaves are log2 C − [`LOWEST`].
+/// Table of the exact solution for one muscle. Its argument is the octave of C, log2 C −
+/// [`LOWEST`].
 #[derive(Clone, Copy, Debug)]
 pub struct Flow<R> {
-    /// Octaves by which C falls per unit of time.
+    /// Octaves by which C falls per unit of time, [`UNIT_US`](super::arithmetic::UNIT_US).
     pub fall: R,
-    /// Relaxation rate 1/(τ1·ln 2).
+    /// Rate 1/(τ1·ln 2) at which F decays without calcium, in octaves per unit of time.
     rate: R,
-    /// Cubics of Q, N, and G, octaves, from [`LOWEST`] upwards.
+    /// Cubics of Q, N, and of G, octaves, for each cell from [`LOWEST`] upwards.
     cells: [(Cubic<R>, Cubic<R>); CELLS],
 }
 
-/// State of a muscle from which the solution can continue.
+/// State of a muscle at one time, from which [`Flow`] computes later forces.
 #[derive(Clone, Copy, Debug)]
 pub struct Start<R> {
-    /// Octave of C.
+    /// Octave of C: log2 C − [`LOWEST`].
     pub octave: R,
     /// Difference F − Q, N.
     gap: R,
@@ -50,7 +53,7 @@ pub struct Start<R> {
 }
 
 impl<R: Arithmetic> Flow<R> {
-    /// Computes the table of a muscle.
+    /// Computes the table from the parameters of a muscle.
     pub fn new(spec: &CalciumForceSpec) -> Self {
         let design = Muscle::<R::Design>::new(spec);
         let octaves = R::Design::from_f64(LN_2);
@@ -61,7 +64,7 @@ impl<R: Arithmetic> Flow<R> {
         }
     }
 
-    /// Returns C at an octave; 0 at the lower end of the table.
+    /// Returns C from its octave; 0 at or below the lower end of the table.
     pub fn calcium(octave: R) -> R {
         if octave <= R::ZERO {
             return R::ZERO;
@@ -69,12 +72,12 @@ impl<R: Arithmetic> Flow<R> {
         (octave + R::from_f64(LOWEST)).exp2()
     }
 
-    /// Returns the octave of C.
+    /// Returns the octave of C: log2 C − [`LOWEST`].
     pub fn octave(c: R) -> R {
         c.log2() - R::from_f64(LOWEST)
     }
 
-    /// Returns Q and G at an octave.
+    /// Returns Q, N, and G, octaves, at this octave of C.
     #[inline(always)]
     fn look_up(&self, octave: R) -> (R, R) {
         let (index, t) = octave.split_scaled(DENSITY);
@@ -85,7 +88,8 @@ impl<R: Arithmetic> Flow<R> {
         (at(q), at(g))
     }
 
-    /// Returns the state of a muscle with force `f`; `octave` is not below 0.
+    /// Returns the state of a muscle with force `f`, N. `octave` is that of C; it must not be
+    /// negative.
     #[inline(always)]
     pub fn start(&self, octave: R, f: R) -> Start<R> {
         let (q, power) = self.look_up(octave);
@@ -96,13 +100,14 @@ impl<R: Arithmetic> Flow<R> {
         }
     }
 
-    /// Returns the force `time` after `start`, when C is at `octave`, not below 0.
+    /// Returns the force at a time `time` after `start`, N. `octave` is that of C at the later time
+    /// and must not be below 0.
     #[inline(always)]
     pub fn force(&self, start: &Start<R>, time: R, octave: R) -> R {
         self.advance_start(start, time, octave).0
     }
 
-    /// Returns the same force, and the state at that time.
+    /// Returns the force as [`Self::force`] does, and the state at the later time.
     #[inline(always)]
     pub fn advance_start(&self, start: &Start<R>, time: R, octave: R) -> (R, Start<R>) {
         let (q, power) = self.look_up(octave);
@@ -111,7 +116,8 @@ impl<R: Arithmetic> Flow<R> {
         (q + gap, Start { octave, gap, power })
     }
 
-    /// Returns the force that remains after `us` microseconds of relaxation with τ1 alone.
+    /// Returns what remains of the force `f` after `us` microseconds of decay with τ1 alone,
+    /// without calcium.
     pub fn relax_force(&self, mut f: R, mut us: u32) -> R {
         while us > 0 && f > R::ZERO {
             let part = us.min(LONGEST_US);
@@ -122,8 +128,10 @@ impl<R: Arithmetic> Flow<R> {
     }
 }
 
-/// Computes the cubics through values and slopes of Q and G at both ends of each cell. Q is
-/// integrated exactly from cell to cell, downwards.
+/// Computes the cubics of Q and G for all cells. Each cubic has the exact values and slopes of Q or
+/// G at both ends of its cell. Q is computed from the highest cell, where it is 0, down to the
+/// lowest, because C falls with time; each cell continues from the value at the end of the cell
+/// above.
 fn cells<R: Arithmetic, D: Arithmetic>(muscle: &Muscle<D>) -> [(Cubic<R>, Cubic<R>); CELLS] {
     let exact = Interval::new(muscle);
     let width = D::from_f64(LN_2 / f64::from(1u32 << DENSITY));

@@ -11,18 +11,19 @@ use super::{Arithmetic, Integrator};
 use firmware::muscle::CalciumForceSpec;
 use firmware::units::{Micros, us};
 
-/// A muscle and its present state.
+/// A muscle whose force is computed from the table of the exact solution.
 #[derive(Clone, Copy, Debug)]
 pub struct LogFlow<R> {
     flow: Flow<R>,
-    /// State after the last pulse and time of the pulse; `None` once C is below the table.
+    /// State directly after the latest pulse, and the time of that pulse; `None` if C has fallen
+    /// below the table.
     start: Option<(Start<R>, Micros)>,
     f: R,
     now: Micros,
 }
 
 impl<R: Arithmetic> LogFlow<R> {
-    /// Creates a muscle at rest at time 0.
+    /// Creates a muscle without calcium and force at time 0.
     pub fn new(spec: &CalciumForceSpec) -> Self {
         Self {
             flow: Flow::new(spec),
@@ -32,7 +33,8 @@ impl<R: Arithmetic> LogFlow<R> {
         }
     }
 
-    /// Returns the octave of C at `now`, if the table contains it, and the time since the pulse.
+    /// Returns the octave of C at the time `now`, or `None` if C is below the table, and the time
+    /// since the pulse.
     #[inline(always)]
     fn place(&self, start: &Start<R>, pulse: Micros) -> (Option<R>, R) {
         let time = R::from_micros(self.now.elapsed_since(pulse));
@@ -40,8 +42,8 @@ impl<R: Arithmetic> LogFlow<R> {
         ((octave >= R::ZERO).then_some(octave), time)
     }
 
-    /// Continues past the lower end of the table, once per pause between trains: by the table up to
-    /// its end, by τ1 from there on.
+    /// Computes the force after C has fallen below the table: by the table down to its lower end,
+    /// then by decay with τ1. This happens once in each pause between trains.
     #[inline(never)]
     fn leave_table(&mut self, start: &Start<R>, pulse: Micros) {
         let time = start.octave / self.flow.fall;
@@ -94,14 +96,15 @@ impl<R: Arithmetic> Integrator for LogFlow<R> {
     }
 }
 
-/// The same solution in steps, read through their cubics, with one look-up per step.
+/// Method that takes steps with the table of the exact solution, one look-up per step. Readings
+/// inside a step use the cubic of the step.
 #[derive(Clone, Copy, Debug)]
 pub struct FlowSteps<R> {
     muscle: Muscle<R>,
     flow: Flow<R>,
 }
 
-/// C and F, and the state in the table; `None` below the table.
+/// C and F, and the corresponding state in the table, which is `None` below the table.
 #[derive(Clone, Copy, Debug)]
 pub struct FlowState<R> {
     c: R,
@@ -119,13 +122,15 @@ impl<R: Arithmetic> Place for FlowState<R> {
     }
 }
 
-/// Constants of a step of one length.
+/// Constants that depend only on the length of a step.
 #[derive(Clone, Copy, Debug)]
 pub struct FlowFactors<R> {
     time: R,
-    /// Fall of C in octaves, its remaining share, and the remaining share of F below the table.
+    /// Fall of C during the step, octaves.
     fall: R,
+    /// Factor by which C decays during the step.
     left: R,
+    /// Factor by which F decays during the step below the table, with τ1 alone.
     relaxed: R,
 }
 

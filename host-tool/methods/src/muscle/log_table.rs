@@ -14,21 +14,23 @@ use crate::real::Real;
 use core::f64::consts::LN_2;
 use firmware::muscle::CalciumForceSpec;
 
-/// log2 of the number of entries per octave.
+/// Logarithm to base 2 of the number of table entries per octave of C.
 const DENSITY: u32 = 4;
 const ENTRIES: usize = (OCTAVES << DENSITY) + 1;
 
-/// Tables of one muscle for one step length.
+/// Table of one muscle for one length of step. With `DENSE`, C is also stored as such, so that
+/// steps can be read inside.
 #[derive(Clone, Copy, Debug)]
 pub struct LogTable<R, const DENSE: bool> {
     muscle: Muscle<R>,
     flow: Flow<R>,
     step_us: u32,
-    /// (E, S) at each sixteenth of an octave from [`LOWEST`] upwards.
+    /// Pairs of E and S for each sixteenth of an octave of C, from [`LOWEST`] upwards.
     entries: [(R, R); ENTRIES],
 }
 
-/// Octave of C, log2 C − [`LOWEST`], and F; with `DENSE` also C itself.
+/// State of a muscle: the octave of C, log2 C − [`LOWEST`], and the force F, N. With `DENSE`, it
+/// also has C itself.
 #[derive(Clone, Copy, Debug)]
 pub struct LogState<R, const DENSE: bool> {
     octave: R,
@@ -49,18 +51,20 @@ impl<R: Arithmetic, const DENSE: bool> Place for LogState<R, DENSE> {
     }
 }
 
-/// Constants of a step of one length.
+/// Constants that depend only on the length of a step.
 #[derive(Clone, Copy, Debug)]
 pub struct LogFactors<R> {
     us: u32,
     time: R,
-    /// Fall of log2 C, and with `DENSE` the remaining share of C.
+    /// Fall of C during the step, octaves.
     fall: R,
+    /// Factor by which C decays during the step; 1 without `DENSE`.
     left: R,
 }
 
 impl<R: Arithmetic, const DENSE: bool> LogTable<R, DENSE> {
-    /// Returns E and S, interpolated linearly between entries; S is 0 without calcium.
+    /// Returns E and S at this octave of C, interpolated linearly between entries. Without calcium,
+    /// S is 0.
     #[inline(always)]
     fn entry(&self, octave: R) -> (R, R) {
         if octave <= R::ZERO {
@@ -73,7 +77,7 @@ impl<R: Arithmetic, const DENSE: bool> LogTable<R, DENSE> {
         }
     }
 
-    /// Advances by a part of a step.
+    /// Advances the state by a part of a step, with the table of the exact solution.
     #[inline(never)]
     fn advance_part(&self, part: &LogFactors<R>, state: &mut LogState<R, DENSE>) {
         let end = state.octave - part.fall;
@@ -121,7 +125,8 @@ impl<R: Arithmetic, const DENSE: bool> Scheme for LogTable<R, DENSE> {
             },
         }
     }
-    /// Treats C below 2^-19 of a pulse, the end of the table, as 0.
+    /// Returns the state with this C and this force. A C below 2^-19, the lower end of the table,
+    /// is treated as 0.
     fn state_at(&self, c: R, f: R) -> LogState<R, DENSE> {
         let octave = match c > R::ZERO {
             true => Flow::octave(c),

@@ -32,18 +32,21 @@ pub use planned::PlannedStep;
 pub use settings::{Method, Number, Reading, Setting};
 pub use stepped::SteppedMuscle;
 
-/// A muscle that a method integrates in some arithmetic, from rest at [`Micros`] 0, with every
-/// pulse at full gain.
+/// A muscle that one method integrates in one arithmetic. It starts without calcium and force at
+/// [`Micros`] 0, and every pulse recruits the whole muscle.
 pub trait Integrator {
-    /// Advances to `at`, then adds 1 to C. Times must not decrease.
+    /// Advances to the time `at`, at which a pulse occurs, and adds 1 to C. Times must not
+    /// decrease.
     fn pulse(&mut self, at: Micros);
-    /// Advances to `to`. Times must not decrease.
+    /// Advances to the time `to`. Times must not decrease.
     fn advance(&mut self, to: Micros);
-    /// Returns C of Lee 2020, eq. (2), in pulses, at the latest time.
+    /// Returns the calcium state C of Lee 2020, eq. (2), at the latest time. A single pulse adds 1
+    /// to it.
     fn calcium(&self) -> f64;
     /// Returns the force at the latest time, N.
     fn force_n(&self) -> f64;
-    /// Returns the force in the bits of the method's own arithmetic, folded to 32; every NaN is the
-    /// same word. It serves to compare machines, and to read a force without conversion.
+    /// Returns the bits of the force in the method's own arithmetic, folded to 32 bits; every NaN
+    /// has the same bits. Machines are compared by these bits, and a benchmark reads the force
+    /// without conversion.
     fn force_bits(&self) -> u32;
 }

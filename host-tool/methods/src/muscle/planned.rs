@@ -9,27 +9,31 @@ use crate::real::Real;
 use firmware::muscle::CalciumForceSpec;
 use firmware::units::{Micros, us};
 
-/// A muscle and its planned step.
+/// A muscle with the step that is planned from the latest pulse, or from the end of the previous
+/// step.
 #[derive(Clone, Copy, Debug)]
 pub struct PlannedStep<S: Dense> {
     scheme: S,
     whole: S::Factors,
     step_us: u32,
-    /// Inverse of the step length.
+    /// Reciprocal of the step's length, per unit of time.
     per_step: NumberOf<S>,
     /// C at the beginning of the step.
     c: NumberOf<S>,
-    /// Cubic of F, in powers of time since the beginning of the step.
+    /// Coefficients of the cubic for F inside the step, in powers of the time since the beginning
+    /// of the step.
     cubic: [NumberOf<S>; 4],
     from: Micros,
-    /// State at the end of the step, then dF/dt there.
+    /// State of the muscle at the end of the step.
     end: S::State,
+    /// Slope dF/dt at the end of the step, N per unit of time.
     slope: NumberOf<S>,
     now: Micros,
 }
 
 impl<S: Dense> PlannedStep<S> {
-    /// Creates a muscle at rest at time 0, with steps of `step_us`, 1 or more.
+    /// Creates a muscle without calcium and force at time 0, with steps of `step_us` microseconds,
+    /// at least 1.
     pub fn new(spec: &CalciumForceSpec, step_us: u32) -> Self {
         let zero = NumberOf::<S>::ZERO;
         let scheme = S::new(spec, step_us);
@@ -47,7 +51,8 @@ impl<S: Dense> PlannedStep<S> {
         }
     }
 
-    /// Plans the step that begins at the end of the last one.
+    /// Plans the next step, which begins at the end of the previous one: computes its end and the
+    /// cubic between both.
     #[inline(always)]
     fn plan(&mut self) {
         let (f, slope) = (self.end.force(), self.slope);

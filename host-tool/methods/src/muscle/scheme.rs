@@ -4,48 +4,48 @@ use super::Arithmetic;
 use super::arithmetic::UNIT_US;
 use firmware::muscle::CalciumForceSpec;
 
-/// Constants of one muscle; time is in units of [`UNIT_US`], force in N.
+/// Parameters of one muscle. Time is in units of [`UNIT_US`], force in N.
 #[derive(Clone, Copy, Debug)]
 pub struct Muscle<R> {
-    /// A, N per unit of time.
+    /// Parameter A: force that fully bound cross-bridges would add per unit of time, N.
     pub a: R,
-    /// Half-saturation constant K of binding, in pulses.
+    /// Half-saturation constant K: the C at which half of the cross-bridges are bound.
     pub k: R,
-    /// Decay rate 1/τc of C.
+    /// Decay rate 1/τc of C, per unit of time.
     pub rate_c: R,
-    /// Time constant τ1 of force without bound cross-bridges.
+    /// Time constant τ1 with which the force decays while no cross-bridges are bound.
     pub tau1: R,
-    /// Additional time constant τ2 with bound cross-bridges.
+    /// Time constant τ2, which is added to τ1 in proportion to the bound cross-bridges.
     pub tau2: R,
-    /// K·τ1 and τ1 + τ2.
+    /// Products and sums that [`Self::point`] needs: K·τ1, and τ1 + τ2.
     over: [R; 2],
 }
 
-/// Coefficients of eq. (3) of Lee 2020 at some C: dF/dt = source − rate·F.
+/// Coefficients of eq. (3) of Lee 2020 at one value of C: dF/dt = source − rate·F.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point<R> {
     /// Source term A·x, N per unit of time.
     pub source: R,
-    /// Time constant τ of relaxation.
+    /// Time constant τ with which the force decays.
     pub tau: R,
-    /// Rate of relaxation, 1/τ.
+    /// Rate 1/τ at which the force decays, per unit of time.
     pub rate: R,
 }
 
 impl<R: Arithmetic> Point<R> {
-    /// Placeholder for a rule that does not evaluate the ends of steps.
+    /// Placeholder for the ends of a step in a rule that does not evaluate them.
     pub const NONE: Self = Self {
         source: R::ZERO,
         tau: R::ONE,
         rate: R::ONE,
     };
 
-    /// Returns dF/dt, N per unit of time.
+    /// Returns the slope dF/dt at the force `f`, N per unit of time.
     pub fn slope(&self, f: R) -> R {
         self.source - self.rate * f
     }
 
-    /// Returns `time` over τ.
+    /// Returns `time` divided by τ, in the way that is exact enough in this arithmetic.
     pub fn time_over_tau(&self, time: R) -> R {
         if R::FLOATING {
             time * self.rate
@@ -56,8 +56,8 @@ impl<R: Arithmetic> Point<R> {
 }
 
 impl<R: Arithmetic> Muscle<R> {
-    /// Rounds each constant to the nearest number of this arithmetic. `spec` may be outside the
-    /// ranges of the device; time constants must be above zero.
+    /// Rounds each parameter to the nearest number of this arithmetic. `spec` may be outside the
+    /// ranges of the device, but its time constants must be above zero.
     pub fn new(spec: &CalciumForceSpec) -> Self {
         let units = |us: u32| f64::from(us) / UNIT_US;
         let (k, tau1, tau2) = (
@@ -80,13 +80,14 @@ impl<R: Arithmetic> Muscle<R> {
         c / (self.k + c)
     }
 
-    /// Returns the time constant τ1 + τ2·x.
+    /// Returns the time constant τ1 + τ2·x for the share `x` of bound cross-bridges.
     pub fn tau(&self, x: R) -> R {
         self.tau1 + self.tau2 * x
     }
 
-    /// Returns source, τ and 1/τ at `c`. In floating point one division suffices, as τ is (τ1·K +
-    /// (τ1 + τ2)·C)/(K + C); in fixed point the inverse of such a product would overflow.
+    /// Returns the coefficients of the force equation at `c`. In floating point, one division
+    /// suffices, because τ = (τ1·K + (τ1 + τ2)·C)/(K + C). In fixed point, the reciprocal of the
+    /// product of both sums would overflow.
     #[inline(always)]
     pub fn point(&self, c: R) -> Point<R> {
         if R::FLOATING {
@@ -109,7 +110,7 @@ impl<R: Arithmetic> Muscle<R> {
         }
     }
 
-    /// Returns the remaining share of C after `time`.
+    /// Returns the factor by which C decays during `time`.
     pub fn calcium_decay(&self, time: R) -> R {
         (-(time * self.rate_c)).exp()
     }
@@ -124,17 +125,17 @@ impl<R: Arithmetic> Muscle<R> {
     }
 }
 
-/// C, in pulses, and F, in N; or their slopes.
+/// State of a muscle: C and F in N; or the slopes of both, per unit of time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State<R> {
-    /// Calcium state C, in pulses.
+    /// Calcium state C, to which a single pulse adds 1.
     pub c: R,
     /// Force F, N.
     pub f: R,
 }
 
 impl<R: Arithmetic> State<R> {
-    /// Returns self + `time` · `slope`.
+    /// Returns `self` + `time`·`slope`.
     pub fn add_scaled(self, time: R, slope: Self) -> Self {
         Self {
             c: self.c + time * slope.c,
@@ -143,13 +144,13 @@ impl<R: Arithmetic> State<R> {
     }
 }
 
-/// State of a muscle in the representation of a method.
+/// State of a muscle in the form in which a method stores it.
 pub trait Place: Copy {
-    /// Number type of the values.
+    /// Number type of C and F.
     type Number: Arithmetic;
-    /// Returns C, in pulses.
+    /// Returns the calcium state C.
     fn calcium(&self) -> Self::Number;
-    /// Returns F, N.
+    /// Returns the force F, N.
     fn force(&self) -> Self::Number;
 }
 
@@ -166,25 +167,25 @@ impl<R: Arithmetic> Place for State<R> {
 /// Number type of a method.
 pub type NumberOf<S> = <<S as Scheme>::State as Place>::Number;
 
-/// A method that integrates a muscle over a step without a pulse.
+/// A method that integrates a muscle over a step in which no pulse occurs.
 pub trait Scheme {
-    /// State of the muscle in the representation of the method.
+    /// State of the muscle in the form in which the method stores it.
     type State: Place;
-    /// Constants of a step of one length, independent of the state.
+    /// Constants that depend only on the length of a step.
     type Factors: Copy;
 
-    /// Prepares the method for a muscle; its whole steps last `step_us` microseconds.
+    /// Prepares the method for the muscle `spec`. Its whole steps last `step_us` microseconds.
     fn new(spec: &CalciumForceSpec, step_us: u32) -> Self;
-    /// Computes the constants of a step of `us` microseconds.
+    /// Computes the constants for a step of `us` microseconds.
     fn factors(&self, us: u32) -> Self::Factors;
-    /// Returns the state of a muscle with this C and this force, N.
+    /// Returns the state of a muscle with calcium state `c` and force `f`, N.
     fn state_at(&self, c: NumberOf<Self>, f: NumberOf<Self>) -> Self::State;
-    /// Advances the state by one step.
+    /// Advances the state by one step, whose length is that of `factors`.
     fn step(&self, factors: &Self::Factors, state: &mut Self::State);
 }
 
-/// A method whose steps can be read inside: C is exact at any time and dF/dt is known at both ends,
-/// so that a cubic gives F.
+/// A method whose force can be read inside a step. C is known exactly at any time, and dF/dt is
+/// known at both ends, so that a cubic gives F between them.
 pub trait Dense: Scheme {
     /// Returns the constants of the muscle.
     fn muscle(&self) -> &Muscle<NumberOf<Self>>;

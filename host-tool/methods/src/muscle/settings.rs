@@ -17,7 +17,7 @@ use core::fmt;
 use firmware::muscle::CalciumForceSpec;
 use firmware::range::OutOfRange;
 
-/// An integrator of the muscle model.
+/// Method that integrates the calcium–force model of a muscle.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Method {
     /// Euler's method on both C and F.
@@ -26,39 +26,40 @@ pub enum Method {
     Heun,
     /// Classical Runge–Kutta method on both C and F.
     RungeKutta4,
-    /// Classical Runge–Kutta as in Lee 2020: steps are not split, and pulses act at the beginning
-    /// of their step.
+    /// Classical Runge–Kutta method on both C and F, as in Lee 2020: pulses do not split steps, but
+    /// act at the beginning of the step in which they occur.
     RungeKutta4Snapped,
-    /// Euler's method on F, along the exact C as in all methods below.
+    /// Euler's method on F only. Here and in all methods below, C follows its exact solution.
     EulerExactC,
-    /// Heun's method on F.
+    /// Heun's method on F only.
     HeunExactC,
-    /// Classical Runge–Kutta method on F.
+    /// Classical Runge–Kutta method on F only.
     RungeKutta4ExactC,
-    /// Hermite–Simpson: Lobatto IIIA, three stages.
+    /// Hermite–Simpson method (Lobatto IIIA with three stages).
     HermiteSimpson,
-    /// Exponential time differencing, with values held from the beginning of the step.
+    /// Exponential time differencing, with the coefficients at the beginning of the step.
     Etd1,
-    /// Exponential time differencing, with values held from the middle of the step.
+    /// Exponential time differencing, with the coefficients in the middle of the step.
     EtdMidpoint,
-    /// Variation of constants with two Gauss nodes.
+    /// Variation of constants with two Gauss nodes per step.
     GaussExponential,
-    /// Whole steps from a table over log C.
+    /// Whole steps by a table over log C.
     LogTable,
     /// Exact solution from pulse to pulse, by a table over log C.
     LogFlow,
     /// Exact solution from pulse to pulse, by Gauss–Legendre quadrature with 2 nodes.
     EventDriven2,
-    /// The same with 3 nodes.
+    /// Exact solution from pulse to pulse, by Gauss–Legendre quadrature with 3 nodes.
     EventDriven3,
-    /// The same with 4 nodes.
+    /// Exact solution from pulse to pulse, by Gauss–Legendre quadrature with 4 nodes.
     EventDriven4,
-    /// `muscle::CalciumForce`, as the device calls it.
+    /// The device's own method, `muscle::CalciumForce`, called as the device calls it.
     Shipped,
 }
 
 impl Method {
-    /// Every method that runs in any arithmetic with any step.
+    /// Every method that can be combined with any arithmetic and any step; all except the device's
+    /// own.
     pub const ALL: [Self; 16] = [
         Self::Euler,
         Self::Heun,
@@ -78,7 +79,8 @@ impl Method {
         Self::EventDriven4,
     ];
 
-    /// Returns the name in lower case, of letters, digits and underscores.
+    /// Returns the name of the method, which consists of lower-case letters, digits and
+    /// underscores.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Euler => "euler",
@@ -101,20 +103,21 @@ impl Method {
         }
     }
 
-    /// Returns whether a part of the method besides the step was chosen on the chart's own trains:
-    /// the density of a table, formats, approximations. All others are *generic*.
+    /// Returns whether the method has a part that was chosen with the trains on which the chart
+    /// evaluates it, such as the density of a table, a number format or an approximation; the step
+    /// does not count. All other methods are *generic*.
     pub const fn is_tuned(self) -> bool {
         matches!(self, Self::LogTable | Self::LogFlow | Self::Shipped)
     }
 
-    /// Returns whether the method integrates C by the same rule as F. The chart contains one such
-    /// method, to show the benefit of the exact C.
+    /// Returns whether the method integrates C by the same rule as F, instead of exactly. The chart
+    /// contains one such method, to show the benefit of the exact C.
     const fn is_alike(self) -> bool {
         matches!(self, Self::Euler | Self::Heun | Self::RungeKutta4)
     }
 
-    /// Returns whether the step of the method is only the longest time without a pulse that it
-    /// covers at once.
+    /// Returns whether the method computes forces from the latest pulse without fixed steps. Its
+    /// step is then only the longest time that it covers in one computation.
     pub const fn is_event_driven(self) -> bool {
         matches!(
             self,
@@ -122,8 +125,8 @@ impl Method {
         )
     }
 
-    /// Returns whether the steps of the method call exponentials or logarithms. Every method with
-    /// the exact C calls them at pulses and at parts of steps.
+    /// Returns whether each step of the method calls an exponential or a logarithm. Other methods
+    /// with the exact C call them only at pulses and for parts of steps.
     pub const fn calls_functions(self) -> bool {
         self.is_event_driven()
             || matches!(
@@ -136,22 +139,22 @@ impl Method {
 /// Arithmetic in which a method computes.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Number {
-    /// 64-bit floating point, in software on this core.
+    /// 64-bit floating point, which the chip's core computes in software.
     F64,
-    /// 32-bit floating point, functions of the crate libm.
+    /// 32-bit floating point with the functions of the crate libm.
     F32,
-    /// 32-bit floating point, functions of the crate micromath.
+    /// 32-bit floating point with the functions of the crate micromath.
     Micromath,
-    /// Fixed point, 16 fraction bits, rounded down.
+    /// Fixed point with 16 fraction bits; products are rounded down.
     Q15_16,
-    /// Fixed point, 24 fraction bits, rounded down.
+    /// Fixed point with 24 fraction bits; products are rounded down.
     Q7_24,
-    /// The product's own formats.
+    /// Fixed-point formats of the device's own method.
     Device,
 }
 
 impl Number {
-    /// Every arithmetic in which the generic methods run.
+    /// Every arithmetic in which a method other than the device's own can run.
     pub const GENERIC: [Self; 5] = [
         Self::F64,
         Self::F32,
@@ -160,7 +163,8 @@ impl Number {
         Self::Q7_24,
     ];
 
-    /// Returns the name in lower case, of letters, digits and underscores.
+    /// Returns the name of the arithmetic, which consists of lower-case letters, digits and
+    /// underscores.
     pub const fn name(self) -> &'static str {
         match self {
             Self::F64 => "f64",
@@ -173,40 +177,42 @@ impl Number {
     }
 }
 
-/// Way in which a force between two ends of steps is read.
+/// How a force is read at a time that is not the end of a step.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Reading {
-    /// A step ends at the reading.
+    /// A step is ended at the time of the reading.
     Steps,
-    /// The cubic of the step is evaluated ([`PlannedStep`]).
+    /// The step is not ended, and its cubic is evaluated ([`PlannedStep`]).
     Cubic,
 }
 
-/// A method in an arithmetic with a step.
+/// Combination of a method, an arithmetic, a step and a kind of reading, as a chart or benchmark
+/// compares it.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub struct Setting {
     /// Integration method.
     pub method: Method,
-    /// Arithmetic; [`Number::Device`] for the product's own method and no other.
+    /// Arithmetic. The device's own method has [`Number::Device`], and no other method has it.
     pub number: Number,
-    /// Step, µs, 1…2,000,000. For an event-driven method it is the longest time without a pulse
-    /// that is covered at once; [`Setting::WHOLE_US`] means no limit.
+    /// Length of a step, µs, 1…2,000,000. For an event-driven method, the longest time without a
+    /// pulse that is covered in one computation; [`Setting::WHOLE_US`] then means no limit.
     pub step_us: u32,
-    /// Way in which the force is read between steps.
+    /// How the force is read between the ends of steps.
     pub reading: Reading,
 }
 
 impl Setting {
-    /// The product's choice: `muscle::CalciumForce` with steps of 1 ms.
+    /// The device's choice: `muscle::CalciumForce` with steps of 1 ms.
     pub const SHIPPED: Self = Self::new(Method::Shipped, Number::Device, 1000);
 
-    /// The setting of Lee 2020: Runge–Kutta with 0.2 ms, in f32, pulses on that grid.
+    /// The choice of Lee 2020: Runge–Kutta with steps of 0.2 ms in f32, and pulses that act at the
+    /// beginning of a step.
     pub const PAPER: Self = Self::new(Method::RungeKutta4Snapped, Number::F32, 200);
 
-    /// Step of a method that covers any time at once, µs.
+    /// Step of a method that covers any time in one computation, µs.
     pub const WHOLE_US: u32 = 2_000_000;
 
-    /// Creates a setting that ends a step at every reading.
+    /// Creates a setting in which a step ends at every reading.
     pub const fn new(method: Method, number: Number, step_us: u32) -> Self {
         Self {
             method,
@@ -216,8 +222,8 @@ impl Setting {
         }
     }
 
-    /// Creates a setting whose steps are planned from each pulse on and read through cubics, for
-    /// methods with the exact C that take steps.
+    /// Creates a setting whose steps are planned from each pulse on and read through their cubics.
+    /// `method` must integrate C exactly and take steps.
     pub const fn planned(method: Method, number: Number, step_us: u32) -> Self {
         Self {
             reading: Reading::Cubic,
@@ -225,7 +231,7 @@ impl Setting {
         }
     }
 
-    /// Returns every setting that is compared if the force is read every `output_us`.
+    /// Returns every setting that is compared if the force is read every `output_us` microseconds.
     pub fn all(output_us: u32) -> impl Iterator<Item = Self> {
         let generic = Method::ALL.into_iter().flat_map(move |method| {
             Number::GENERIC.into_iter().flat_map(move |number| {
@@ -240,9 +246,11 @@ impl Setting {
             .chain([Self::SHIPPED])
     }
 
-    /// Returns whether a setting is compared: its steps must end at the readings, and steps below 1
-    /// ms occur only for readings every 1 ms. f64 and micromath appear with three steps each, to
-    /// show their position; the snapped method only as in its source.
+    /// Returns whether a setting is compared. Its steps must end at the readings, unless it is read
+    /// through cubics. Steps below 1 ms are compared only for readings every 1 ms. f64 and
+    /// micromath are compared with a few steps only, to show where they lie. Runge–Kutta with
+    /// pulses at the beginning of a step is compared only as in Lee 2020. Of the other methods that
+    /// integrate C by the rule of F, only Runge–Kutta in f32 is compared.
     fn is_of_interest(self, output_us: u32) -> bool {
         let Self {
             method,
@@ -267,7 +275,7 @@ impl Setting {
         self == Self::PAPER || has_ends && is_shown && (is_usual || is_fine) && !is_rare
     }
 
-    /// Creates the integrator for a muscle and calls `then` with it.
+    /// Creates the integrator of this setting for a muscle, and calls `then` with it.
     ///
     /// # Errors
     /// Fails if the product's own method does not accept the parameters.
@@ -363,7 +371,8 @@ impl Setting {
     }
 }
 
-/// Returns the steps that end at readings, µs; for event-driven methods the longest intervals.
+/// Returns the lengths of steps that end at readings, µs; for an event-driven method, its longest
+/// times without a pulse.
 const fn steps_ending_at_readings(method: Method) -> &'static [u32] {
     match method {
         Method::LogFlow => &[Setting::WHOLE_US],
@@ -372,8 +381,9 @@ const fn steps_ending_at_readings(method: Method) -> &'static [u32] {
     }
 }
 
-/// Returns the steps that are read through their cubics, µs, for methods with steps and the exact
-/// C. An event-driven method is evaluated anew at every reading, whatever its interval.
+/// Returns the lengths of steps that are read through their cubics, µs. The list is empty for a
+/// method that integrates C by the rule of F, and for an event-driven method, which is evaluated
+/// anew at every reading.
 const fn steps_read_by_cubics(method: Method) -> &'static [u32] {
     if method.is_event_driven() || method.is_alike() {
         return &[];
@@ -382,8 +392,9 @@ const fn steps_read_by_cubics(method: Method) -> &'static [u32] {
 }
 
 impl fmt::Display for Setting {
-    /// Writes `method/arithmetic/step`, for instance `rk4/f32/200us`, followed by `planned` if the
-    /// setting is read through cubics.
+    /// Writes `method/arithmetic/step`, for instance `rk4/f32/200us`, and `/planned` behind it if
+    /// the setting is read through cubics. For [`Setting::WHOLE_US`], writes `pulses` instead of
+    /// the step.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (method, number) = (self.method.name(), self.number.name());
         if self.step_us == Self::WHOLE_US {

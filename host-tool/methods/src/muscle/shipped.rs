@@ -6,7 +6,7 @@ use firmware::muscle::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain};
 use firmware::range::OutOfRange;
 use firmware::units::Micros;
 
-/// `muscle::CalciumForce` with its state.
+/// The device's own muscle model, `muscle::CalciumForce`, with its state.
 #[derive(Clone, Copy, Debug)]
 pub struct Shipped {
     muscle: CalciumForce,
@@ -14,7 +14,7 @@ pub struct Shipped {
 }
 
 impl Shipped {
-    /// Creates a muscle at rest at time 0.
+    /// Creates a muscle without calcium and force at time 0.
     ///
     /// # Errors
     /// Fails as [`CalciumForce::new`].

@@ -6,17 +6,17 @@ use crate::real::Real;
 use firmware::muscle::CalciumForceSpec;
 use firmware::units::{Micros, us};
 
-/// Time at which a pulse acts.
+/// When a pulse that occurs inside a step acts.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Pulses {
-    /// At its own time in µs, which splits its step in two.
+    /// At its own time, in whole µs, which splits its step in two.
     Split,
-    /// At the beginning of its step, as in programs with whole steps only.
+    /// At the beginning of its step, as in programs that compute only whole steps.
     Snapped,
 }
 
-/// A muscle integrated in steps that begin at multiples of one length. A reading between two of
-/// them splits a step too (with [`Pulses::Snapped`] it returns the end of the last step).
+/// A muscle that is integrated in steps of one length. A reading inside a step splits the step,
+/// too; with [`Pulses::Snapped`], it instead returns the force at the end of the last whole step.
 #[derive(Clone, Copy, Debug)]
 pub struct SteppedMuscle<S: Scheme> {
     scheme: S,
@@ -25,12 +25,13 @@ pub struct SteppedMuscle<S: Scheme> {
     pulses: Pulses,
     state: S::State,
     at: Micros,
-    /// Elapsed part of the present step, µs, below `step_us`.
+    /// Time since the beginning of the present step, µs, below `step_us`.
     over_us: u32,
 }
 
 impl<S: Scheme> SteppedMuscle<S> {
-    /// Creates a muscle at rest at time 0, with steps of `step_us`, 1 or more.
+    /// Creates a muscle without calcium and force at time 0, with steps of `step_us` microseconds,
+    /// at least 1.
     pub fn new(spec: &CalciumForceSpec, step_us: u32, pulses: Pulses) -> Self {
         let scheme = S::new(spec, step_us);
         Self {
@@ -44,7 +45,8 @@ impl<S: Scheme> SteppedMuscle<S> {
         }
     }
 
-    /// Advances by any time: the rest of a step, whole steps, part of a step.
+    /// Advances to the time `to`: first by the rest of the present step, then by whole steps, then
+    /// by a part of a step.
     #[inline(never)]
     fn advance_any(&mut self, to: Micros) {
         let mut left_us = to.elapsed_since(self.at);
@@ -67,7 +69,7 @@ impl<S: Scheme> SteppedMuscle<S> {
         }
     }
 
-    /// Advances by a part of a step and counts the parts up to a whole step.
+    /// Advances by a part of a step and adds its length to the elapsed part of the step.
     #[inline(never)]
     fn advance_part(&mut self, us: u32) {
         self.scheme.step(&self.scheme.factors(us), &mut self.state);

@@ -51,8 +51,9 @@ pub struct BareArgs {
     usb: Option<String>,
 }
 
-/// Longest time that `--for` accepts, and the default without `--usb`.
+/// Longest time that `--for` accepts.
 const MOST: Duration = Duration::from_secs(3600);
+/// Device time of a run with neither `--for` nor `--usb`.
 const USUAL: Duration = Duration::from_secs(1);
 /// Device time between two checks for signals, output and USB data, ns.
 const STEP_NS: u64 = 1_000_000;
@@ -150,7 +151,7 @@ pub fn main(args: &BareArgs, output: Output) -> anyhow::Result<()> {
     }
 }
 
-/// The reason why a run is over.
+/// What ended a run, as a success or as a failure.
 #[derive(Clone, Copy, Debug)]
 enum RunEnd {
     /// The requested device time has passed.
@@ -200,13 +201,13 @@ fn failure(image: &Path, bare: &Bare, ending: EarlyEnd) -> Option<anyhow::Error>
     }
 }
 
-/// Output of a run in progress.
+/// Run in progress, with everything to which its output goes.
 struct Run<'a> {
     args: &'a BareArgs,
     output: Output,
     dump: Option<Dump<File>>,
-    /// Printed output of the image: all of it for `--json`, otherwise only whether the last line is
-    /// open.
+    /// Printed output of the image: all of it for `--json`; otherwise only whether its last line
+    /// lacks a line break.
     heard: ProgramOutput,
     bar: Option<Bar>,
 }
@@ -308,7 +309,7 @@ impl<'a> Run<'a> {
         };
         match out.write_all(&text).and_then(|()| out.flush()) {
             Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-                Err(error).context("E523 cannot write to the standard output")
+                Err(error).context("E523 cannot write to the standard output; check where it goes")
             }
             _ => Ok(()),
         }

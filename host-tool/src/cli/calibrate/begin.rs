@@ -59,7 +59,8 @@ fn check_owner(out: &Path, name: &str) -> Result<(), CalibrationError> {
     }
 }
 
-/// Returns the head of the journal, with everything that is known before the device answers.
+/// Returns the head of the journal (wearer, plan, operator and device), with everything that is
+/// known before the device answers.
 pub fn journal_head(args: &CalibrateArgs, wearer: &str, text: &str) -> Head {
     let is_simulated = !args.device.is_port();
     Head {

@@ -9,7 +9,7 @@ use host_core::calibration::{Auto, Operator, OperatorLoss, OperatorNotice, Order
 use host_core::link::Interruption;
 use std::sync::Mutex;
 
-/// Operator that answers automatically and advances the progress bar.
+/// Stands in for the operator on a simulator: answers automatically, and advances the progress bar.
 pub struct ProgressOperator<'a> {
     bar: &'a Bar,
 }

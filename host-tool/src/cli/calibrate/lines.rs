@@ -15,22 +15,24 @@ use std::time::{Duration, Instant};
 /// Largest number of lines that may wait until the other program reads them.
 const UNREAD: usize = 1024;
 
-/// Largest number of refusals in one turn that are reported one by one.
+/// Largest number of refused orders in one turn that are reported one by one; the others are
+/// reported together.
 const TOLD: usize = 16;
 
-/// Time for which the last lines wait for a reader.
+/// Time for which the last lines, at the end of a calibration, wait for a reader.
 const LAST: Duration = Duration::from_secs(1);
 
-/// Operator behind JSON lines. Each turn reads and writes as much as is possible without waiting,
-/// so that a slow program never delays the device.
+/// Operator who sends orders and receives views as lines of JSON. Each turn reads and writes as
+/// much as is possible without waiting, so a slow program never delays the device.
 #[derive(Default)]
 pub struct Lines {
     inlet: InputLimiter,
     unread: PartialLine,
-    /// Orders since the last turn, each with whether it refers to the state that is shown now.
+    /// Orders received since the last turn, each with whether the operator gave it after the
+    /// present state was shown.
     asked: Vec<(Order, bool)>,
     nonsense: Vec<OrderError>,
-    /// Lines to write, each with whether it shows the state.
+    /// Lines that wait to be written, each with whether it shows the present state.
     told: VecDeque<(Vec<u8>, bool)>,
     shown: Option<ShownState>,
     state: Option<State>,
@@ -43,8 +45,8 @@ pub struct Lines {
 type ShownState = (Phase, bool, bool);
 
 impl Lines {
-    /// Reads all waiting input. Orders that are late (`is_late`) do not count for the state that is
-    /// shown.
+    /// Reads all waiting input. If `is_late`, the orders that it contains do not refer to the state
+    /// that is shown.
     fn read_orders(&mut self, t_s: f64, is_late: bool) {
         let bytes = self.inlet.read_available(t_s);
         let is_last = self.inlet.loss().is_some();

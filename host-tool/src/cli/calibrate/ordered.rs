@@ -11,7 +11,7 @@ use toml::{Table, Value};
 
 /// Task of the command.
 pub enum Task {
-    /// Finds thresholds, limits and points.
+    /// Find the wearer's thresholds, limits and stimulation points.
     Calibrate {
         /// Wearer and electrodes.
         plan: Plan,
@@ -20,13 +20,13 @@ pub enum Task {
         /// Path of the wearer file to write.
         out: PathBuf,
     },
-    /// Checks whether thresholds still hold.
+    /// Check whether the thresholds of a wearer file have drifted.
     Check {
         /// Path of the wearer file.
         file: PathBuf,
         /// Contents of the wearer file.
         wearer: Box<Wearer>,
-        /// Largest accepted change of a threshold.
+        /// Largest change of a threshold that does not count as drift, in the unit of its channel.
         tolerance: Level,
     },
 }

@@ -26,7 +26,8 @@ pub struct CalibrationOutcome {
 
 enum CalibrationResult {
     Calibrated(Vec<ElectrodeResult>),
-    /// Drifts, each with the pulse rate of the check and the rate of the wearer file, Hz.
+    /// Result of a check: for each channel the drift of its threshold, with the pulse rates of the
+    /// check and of the wearer file, Hz.
     Checked(Vec<(Drift, [f64; 2])>),
 }
 
@@ -144,7 +145,7 @@ fn incomplete_electrodes(plan: &Plan, found: &[ElectrodeResult]) -> String {
     left.collect::<Vec<_>>().join(", ")
 }
 
-/// Advice after a signal.
+/// Advice to the user after a signal has ended a calibration.
 const AGAIN: &str = "continue with --resume";
 
 /// Turns the error of an interrupted link into [`interrupt::EndedBySignal`].

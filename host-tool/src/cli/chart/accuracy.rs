@@ -45,8 +45,12 @@ pub fn main(args: &Accuracy, output: Output) -> anyhow::Result<()> {
         ("accuracy.svg", accuracy_picture(&chart)),
     ] {
         let path = args.out.join(name);
-        std::fs::write(&path, contents)
-            .with_context(|| format!("E556 cannot write {}", path.display()))?;
+        std::fs::write(&path, contents).with_context(|| {
+            format!(
+                "E556 cannot write {}; check the path, the permissions and the free space",
+                path.display()
+            )
+        })?;
     }
     let again = study::rerun_study();
     let range = range::study(RANGE_SEED, args.draws);
@@ -57,7 +61,7 @@ pub fn main(args: &Accuracy, output: Output) -> anyhow::Result<()> {
     output.print(people, || json_report(&chart, &again, &range))?;
     ensure!(
         chart.differing.is_empty(),
-        "E557 results differ between host and chip: {}",
+        "E557 these cases give different results on host and chip: {}; please report this",
         chart.differing.join(", ")
     );
     Ok(())
@@ -84,7 +88,8 @@ fn write_change_costs(out: &mut String, chart: &Chart) {
     }
 }
 
-/// The shipped setting compared with others at one interval of reading.
+/// Cycles at one output period, the time between two readings of the force: the shipped setting
+/// beside the cheapest accurate one and the paper's.
 struct Verdict<'a> {
     shipped: &'a Point,
     cheapest: &'a Point,
@@ -112,7 +117,8 @@ impl<'a> Verdict<'a> {
     }
 }
 
-/// Formats the study's cases: our errors beside the published ones.
+/// Formats the repetition of an earlier study of integrators: our errors beside those that the
+/// study found in the same cases.
 fn study_text(again: &[study::MethodError]) -> String {
     let head = "Worst error of 30 cases (20, 30, 40 Hz) in f64, % of peak";
     let mut out = format!("{head}\n  {:<34}{:>10}{:>10}\n", "", "ours", "study");

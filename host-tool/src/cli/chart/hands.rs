@@ -12,8 +12,8 @@ use studies::hands::{Hands, HandsError, contenders, table};
 /// Default number of draws, without and with `--quick`.
 pub(super) const DRAWS: (u64, u64) = (60, 8);
 
-/// Runs the comparison, for one wearer (a file or a name) or the population, and writes the chart
-/// to `out` unless that is `None`.
+/// Compares the controllers on the hand of one wearer (a file or a name) or on a random population,
+/// and writes the chart to `out` unless `out` is `None`.
 ///
 /// # Errors
 /// E563, E621 to E623; for a wearer E620, E624, E625, E650 to E653 and the numbers of refused

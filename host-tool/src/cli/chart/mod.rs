@@ -35,5 +35,10 @@ pub fn main(chart: &Chart, output: Output) -> anyhow::Result<()> {
 
 /// Writes a chart and names the file in the error.
 fn write(path: &Path, contents: &str) -> anyhow::Result<()> {
-    std::fs::write(path, contents).with_context(|| format!("E575 cannot write {}", path.display()))
+    std::fs::write(path, contents).with_context(|| {
+        format!(
+            "E575 cannot write {}; check the path, the permissions and the free space",
+            path.display()
+        )
+    })
 }

@@ -364,8 +364,9 @@ mod tests {
         for why in [
             "channels is 11",
             "E453",
-            "E407 `channel.train.width_us`",
-            "E407 `channel.train.frequency_hz`",
+            "E407",
+            "`channel.train.width_us`",
+            "`channel.train.frequency_hz`",
         ] {
             assert!(told.contains(why), "{why}: {told}");
         }

@@ -5,21 +5,23 @@ use firmware::safety::WearerSpec;
 use hal_sim::world::World;
 use std::time::{Duration, Instant};
 
-/// Paces device time by the wall clock, in steps small enough for the wire.
+/// Keeps device time in step with the wall clock, by steps that are small enough for the traffic on
+/// the wire.
 pub(super) struct Pace {
     start: Instant,
     /// Device time at `start`, µs.
     origin: u64,
     was_slow: bool,
-    /// The host whose silence device time waits for, if any.
+    /// State of the host for which device time waits; `None` if device time does not wait.
     host: Option<Host>,
 }
 
 impl Pace {
     /// Largest step of device time between two transfers on the wire.
     const STEP_US: u64 = 2_000;
-    /// A longer lag is never caught up: the fast steps would look like silence of the host, for
-    /// which 100 ms is the default limit.
+    /// Largest lag behind the wall clock that is caught up, µs. To catch up a longer lag, device
+    /// time would advance so fast that the device would notice silence of the host, whose default
+    /// limit is 100 ms.
     const LAG_US: u64 = 50_000;
 
     /// Starts at device time `now_us`. If `waits`, no stall of the host or of this computer counts
@@ -65,7 +67,8 @@ impl Pace {
         }
     }
 
-    /// Advances `world` by a step. Returns `true` the first time that it cannot follow the clock.
+    /// Advances `world` by a step. Returns `true` only when the simulation falls too far behind the
+    /// wall clock for the first time.
     pub(super) fn advance_world(&mut self, world: &mut World) -> std::io::Result<bool> {
         let now = world.now_us();
         world.run_until(self.due().min(now + Self::STEP_US))?;
@@ -79,15 +82,18 @@ impl Pace {
     }
 }
 
-/// State of a host, from its frames and those of the device: how long it may be silent.
+/// State of a host, derived from its frames and the device's frames: whether, and for how long, it
+/// may be silent.
 struct Host {
     from_host: Decoder,
     from_device: Decoder,
     timeout_us: u64,
-    /// Number of the start request whose stimulation a silence would end.
+    /// Number of the start request whose stimulation a silence would end; `None` if a silence ends
+    /// nothing.
     started: Option<u16>,
-    /// Time of the host's last bytes, in device time, µs, and by the wall clock.
+    /// Device time of the host's last bytes, µs.
     last_us: u64,
+    /// Wall-clock time of the host's last bytes.
     last: Instant,
 }
 
@@ -109,11 +115,13 @@ const fn timeout_us(wearer: &WearerSpec) -> u64 {
 }
 
 impl Host {
-    /// Silence after which the host counts as gone, so that the device sees its silence.
+    /// Silence after which the host counts as gone. Device time then continues, and the device
+    /// notices the silence.
     const PATIENCE: Duration = Duration::from_secs(30);
 
-    /// Returns the device time at which the simulation waits for the host, µs: three quarters of
-    /// the silence that would end stimulation. Hosts send every quarter of it.
+    /// Returns the device time at which the simulation begins to wait for the host, µs: three
+    /// quarters of the host timeout after the host's last bytes. Hosts send once in each quarter.
+    /// `None` if the simulation does not wait.
     fn wait_limit_us(&self) -> Option<u64> {
         let waits = self.started.is_some() && self.last.elapsed() < Self::PATIENCE;
         waits.then(|| self.last_us + self.timeout_us * 3 / 4)

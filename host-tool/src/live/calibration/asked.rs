@@ -6,8 +6,8 @@ use host_core::calibration::{Level, OperatorLoss, Order, Phase, Refusal, Step, V
 /// Largest input in one second of device time, bytes; a person never orders so much.
 const MOST: usize = 1 << 18;
 
-/// The state that a raise or an answer refers to. Each state allows one, ordered after the state
-/// was shown.
+/// State of the calibration to which a raise or an answer refers. Each state allows one of these
+/// orders, and only if the operator gave it after the state was shown.
 #[derive(Clone, PartialEq, Debug)]
 pub struct State {
     electrode: usize,
@@ -41,7 +41,8 @@ impl State {
     }
 }
 
-/// Reader of the input; closes the input if it exceeds the limit.
+/// Reader of the operator's input. Closes the input if more bytes come within a second than a
+/// person could ever send.
 #[derive(Debug, Default)]
 pub struct InputLimiter {
     second: u64,
@@ -76,10 +77,10 @@ impl InputLimiter {
     }
 }
 
-/// Selects the orders to carry out, and returns them with the number of refused ones. `asked` holds
-/// the orders in their order of arrival, each with whether it came after its state was shown. An
-/// order that ends or lowers comes first, however late it arrived. Of the others only the first is
-/// carried out, and only if nothing lowers.
+/// Selects the orders to carry out, and returns them with the number of refused orders. `asked`
+/// holds the orders in the sequence of their arrival, each with whether it came after the present
+/// state was shown. An order that ends stimulation or lowers the level comes first, however late it
+/// arrived. Of the other orders only the first is carried out, and only if no order ends or lowers.
 #[must_use]
 pub fn select_orders(asked: Vec<(Order, bool)>, is_on: bool) -> (Vec<Order>, usize) {
     let has = |wanted: Order| asked.iter().any(|(order, _)| *order == wanted);
@@ -103,7 +104,7 @@ pub fn select_orders(asked: Vec<(Order, bool)>, is_on: bool) -> (Vec<Order>, usi
     (done, count)
 }
 
-/// Returns the reason why `count` orders are not carried out.
+/// Returns the refusal of `count` orders that came too early or together with another order.
 #[must_use]
 pub fn early_refusal(count: usize) -> Refusal {
     let what = match count {

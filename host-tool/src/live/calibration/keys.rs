@@ -3,12 +3,13 @@
 use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use host_core::calibration::{Order, Step, View};
 
-/// Longest line that can be typed, characters.
+/// Longest line of names that can be typed, characters.
 const LONGEST: usize = 200;
 
-/// Returns the order of `key` in this view. Where names are requested, the key edits `typed`; Esc
-/// and Ctrl-C still end the calibration. A held key raises nothing, if the terminal reports
-/// repeated keys.
+/// Returns the operator's command for `key` in this view; `None` if the key has no command. While
+/// the view asks for the names of what moved, keys edit the line `typed`; Esc and Ctrl-C still end
+/// the calibration. A key that is held down repeats no raise or answer, if the terminal
+/// distinguishes repeated keys.
 pub fn order(key: KeyEvent, view: &View, typed: &mut String) -> Option<Order> {
     if key.kind == KeyEventKind::Release {
         return None;
@@ -39,7 +40,8 @@ pub fn order(key: KeyEvent, view: &View, typed: &mut String) -> Option<Order> {
     }
 }
 
-/// Edits the names until Enter.
+/// Applies a key to the line of names that is being typed. Enter completes the line and returns its
+/// names.
 fn edit_names(key: KeyCode, typed: &mut String) -> Option<Order> {
     match key {
         KeyCode::Char(c) if typed.chars().count() < LONGEST => typed.push(c),

@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 /// Largest number of notes that are kept.
 const NOTES: usize = 20;
 
-/// Contents of the screen.
+/// Contents of the screen during a calibration.
 #[derive(Clone, Debug, Default)]
 pub struct ScreenState {
     /// Pseudonym of the wearer.
@@ -17,7 +17,7 @@ pub struct ScreenState {
     pub view: Option<View>,
     /// Notes, newest first: time in s, text, whether it is a problem.
     pub notes: VecDeque<(f64, String, bool)>,
-    /// Text that is being typed.
+    /// Names that the operator is typing; empty while no names are requested.
     pub typed: String,
 }
 
@@ -27,7 +27,7 @@ impl ScreenState {
         self.notes.truncate(NOTES);
     }
 
-    /// Adds a note about a notice from the calibration.
+    /// Adds a note for a notice of the calibration, unless the screen shows its content anyway.
     pub(super) fn add_notice(&mut self, told: OperatorNotice<'_>, view: &View) {
         let (text, is_bad) = match told {
             OperatorNotice::Recorded(entry) => match entry_text(entry) {

@@ -25,7 +25,7 @@ pub struct SharedTerminal {
     /// shown.
     pressed: Vec<(KeyEvent, bool)>,
     state: Option<State>,
-    /// Number of the present state, from 1.
+    /// Number of the present state of the calibration, from 1.
     number: u64,
     /// Number of the state that the terminal shows.
     shown: Option<u64>,
@@ -34,7 +34,7 @@ pub struct SharedTerminal {
 }
 
 impl SharedTerminal {
-    /// Starts with these contents of the screen.
+    /// Creates the shared state with these contents of the screen.
     #[must_use]
     pub fn new(sight: ScreenState) -> Self {
         let rest = Self::default();
@@ -47,8 +47,8 @@ impl SharedTerminal {
         (self.sight.clone(), self.number)
     }
 
-    /// Notes that the terminal is about to show state `number`; keys pressed until now do not refer
-    /// to it. A screen that `is_small` cannot show it.
+    /// Notes that the terminal is about to show the state with this `number`. Keys pressed until
+    /// now do not refer to this state. A terminal that `is_small` cannot show the state.
     pub fn mark_shown(&mut self, number: u64, is_small: bool) {
         let shown = Some(number).filter(|_| !is_small);
         if self.shown != shown {
@@ -127,7 +127,8 @@ impl SharedTerminal {
     }
 }
 
-/// Operator behind the terminal, as the thread at the device sees it.
+/// Operator of the calibration for the thread at the device; the orders come from the keys of the
+/// terminal.
 pub struct TerminalOperator<'a> {
     /// State shared with the thread at the terminal.
     pub sitting: &'a Mutex<SharedTerminal>,

@@ -6,7 +6,8 @@ use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 /// Longest escape sequence, bytes.
 const LONGEST: usize = 32;
 
-/// Number of turns without input after which a paste counts as finished.
+/// Number of successive turns of the calibration without input, after which a paste counts as
+/// finished.
 const QUIET: u32 = 40;
 
 const ESCAPE: u8 = 0x1b;
@@ -25,7 +26,7 @@ enum InputStart {
     Control(usize, char),
     Paste(usize, bool),
     Nothing(usize),
-    /// Incomplete; more bytes must follow.
+    /// The beginning of a key or sequence whose other bytes have not arrived.
     Part,
 }
 

@@ -11,26 +11,29 @@ use hal_sim::world::World;
 use host_core::link::{Connection, Error, Interruption, Port, SimulatedPort};
 use host_core::run::{DeviceName, OpenError};
 
-/// Amplitude of a current stage, µA: at 10 kΩ half of the stage's 120 V or less.
+/// Amplitude of the pattern on a current stage, µA. The largest dummy load, 10 kΩ, then needs 50 V,
+/// less than half of the stage's 120 V.
 const CURRENT: Amplitude = Amplitude::new(5_000);
 
-/// Amplitude of a voltage stage, mV: at 500 Ω half of the stage's 20 mA.
+/// Amplitude of the pattern on a voltage stage, mV. The smallest dummy load, 500 Ω, then draws 10
+/// mA, half of the stage's 20 mA.
 const VOLTAGE: Amplitude = Amplitude::new(5_000);
 
-/// Time between pulses, µs: 50 Hz. Pulses are biphasic, 200 µs a phase, 50 µs between them.
+/// Time between two pulses of the pattern, µs (50 Hz). Each pulse has two phases of 200 µs, with 50
+/// µs between them.
 const PERIOD_US: u32 = 20_000;
 
-/// Time between two messages to the board, µs; a tenth of the host timeout.
+/// Time between two messages to the board, µs: a tenth of the host timeout.
 const INTERVAL_US: u64 = 20_000;
 
 /// Action of the board while a value is measured.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum BoardActivity {
-    /// Plays the pattern.
+    /// Plays the pattern until the step is over.
     Plays,
     /// Plays the pattern until the hand-held stop opens.
     StopOpens,
-    /// Plays the pattern until ordered to stop, and falls to zero.
+    /// Plays the pattern until the host stops it; the amplitude then falls to zero.
     Falls,
 }
 
@@ -50,7 +53,8 @@ impl Pattern {
         Self { channel, stage }
     }
 
-    /// Returns the amplitude, µA or mV; also the limit in the setup.
+    /// Returns the amplitude of the pattern, µA for a current stage and mV for a voltage stage. It
+    /// is also the channel's limit in the setup.
     #[must_use]
     pub const fn amplitude(&self) -> Amplitude {
         match self.stage {
@@ -103,7 +107,8 @@ impl Pattern {
         }
     }
 
-    /// Returns a wearer's limits no higher than the pattern needs, even if a person were connected.
+    /// Returns limits for the wearer that are no higher than the pattern needs. They would protect
+    /// a person who is connected by mistake.
     fn limits() -> WearerSpec {
         WearerSpec {
             max_current_ua: 10_000,
@@ -151,8 +156,9 @@ impl Bench {
         })
     }
 
-    /// Returns the board's stage on `channel`, from 1, as the board reports it. For a simulator
-    /// that accepts any declared stage, returns one of 100 mA.
+    /// Returns the output stage of `channel`, counted from 1, as the board reports it; `None` if
+    /// there is none or the board does not know. For a simulator that accepts any configured stage,
+    /// returns a current stage of 100 mA.
     #[must_use]
     pub fn stage(&self, channel: u8) -> Option<StageKind> {
         match &self.info.stages {
@@ -169,7 +175,7 @@ impl Bench {
         self.client.port().world().is_some()
     }
 
-    /// Changes the load of a simulator; a person changes that of a board.
+    /// Sets the load of a simulator, Ω. Does nothing on a board, whose load a person changes.
     pub fn set_load(&mut self, load_ohm: u32) {
         if let Some(world) = self.client.port().world() {
             *world.body.loads_mut() = [Load::Ohms(load_ohm.into()); CHANNELS];
@@ -189,8 +195,8 @@ impl Bench {
         self.keep_playing()
     }
 
-    /// Plays the pattern for 20 ms; must be called continuously. Does not restart a board that has
-    /// stopped.
+    /// Plays the pattern for 20 ms. The caller must repeat the call without pauses, or the host
+    /// timeout ends the pattern. Does not restart a board that has stopped.
     ///
     /// # Errors
     /// Fails if the board is lost or a signal arrives.
@@ -209,7 +215,8 @@ impl Bench {
         Ok(())
     }
 
-    /// Does what a step needs beyond playing.
+    /// Carries out what a step needs beyond the pattern: for [`BoardActivity::Falls`], stops the
+    /// pattern.
     ///
     /// # Errors
     /// Fails if the board is lost.

@@ -22,7 +22,7 @@ pub struct Sheet {
     pub operator: String,
     /// Date, as typed.
     pub date: String,
-    /// Oscilloscope, probe, meter, as typed.
+    /// Instruments of the measurement (oscilloscope, probe, meter), as typed.
     pub instruments: String,
     /// Whether the operator confirmed that nobody is connected.
     pub nobody_connected: bool,
@@ -50,7 +50,7 @@ pub struct Answer {
     pub load_ohm: u32,
     /// Description of the measurement.
     pub what: String,
-    /// Unit of the numbers.
+    /// Unit of the expected, smallest, largest and measured value.
     pub unit: String,
     /// Expected value.
     pub expected: f64,
@@ -60,7 +60,7 @@ pub struct Answer {
     pub high: f64,
     /// Source of the bounds.
     pub source: String,
-    /// Value as typed.
+    /// Measured value, as typed.
     pub measured: f64,
     /// Whether the value lies within the bounds, both included.
     pub holds: bool,
@@ -70,9 +70,9 @@ pub struct Answer {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// Steps are missing.
+    /// Some steps have no measured value yet.
     Incomplete,
-    /// Values lie outside their bounds.
+    /// Some values lie outside their bounds.
     Failed,
     /// A board was measured, and every value lies within its bounds.
     Passed,
@@ -87,7 +87,10 @@ pub enum SheetError {
     #[error("E786 the bench sheet {0} cannot be continued: {1}")]
     Unfit(PathBuf, String),
     /// The file cannot be written.
-    #[error("E787 cannot write the bench sheet {0}: {1}; what was written before is kept")]
+    #[error(
+        "E787 cannot write the bench sheet {0}: {1}; correct this, then continue with --resume; \
+         what was written before is kept"
+    )]
     Unwritten(PathBuf, String),
 }
 
@@ -192,13 +195,13 @@ impl Sheet {
         Ok(sheet)
     }
 
-    /// Returns whether a step has its answer.
+    /// Returns whether the sheet has a measured value for the step `id`.
     #[must_use]
     pub fn has_answer(&self, id: &str) -> bool {
         self.answers.iter().any(|answer| answer.id == id)
     }
 
-    /// Adds or replaces an answer, and updates the verdict.
+    /// Adds the measured value of a step, or replaces an earlier one, and updates the verdict.
     pub fn add_answer(&mut self, answer: Answer, pattern: &Pattern) {
         self.answers.retain(|known| known.id != answer.id);
         self.answers.push(answer);
@@ -236,7 +239,8 @@ impl Sheet {
         text
     }
 
-    /// Replaces the file at once; after a crash the previous version remains.
+    /// Writes the sheet to `path` and replaces an existing file as a whole; after a crash the
+    /// previous version remains.
     ///
     /// # Errors
     /// Returns [`SheetError::Unwritten`].
@@ -333,7 +337,7 @@ mod tests {
         other.device.unique_id = Some("ff".into());
         assert!(told(&other).contains("that one"), "{}", told(&other));
         let simulated = Sheet::begin(["B", "", ""], device(DeviceKind::Chip, true), &pattern);
-        assert!(told(&simulated).starts_with("E786 "));
+        assert!(told(&simulated).starts_with("E786"));
         let text = std::fs::read_to_string(&path).unwrap();
         for (was, is) in [
             ("\"measured\": 10.0", "\"measured\": 10.1"),

@@ -29,7 +29,7 @@ pub struct Step {
     pub source: &'static str,
 }
 
-/// Returns all steps of a pattern in their order.
+/// Returns all steps of a pattern in the sequence in which they are measured.
 #[must_use]
 pub fn steps(pattern: &Pattern) -> Vec<Step> {
     let mut all = vec![pump()];
@@ -250,7 +250,7 @@ mod tests {
         ] {
             let told = read_value(peak, typed).unwrap_err().to_string();
             assert!(
-                told.starts_with("E785 ") && told.contains(why),
+                told.starts_with("E785") && told.contains(why),
                 "{typed}: {told}"
             );
         }
