@@ -7,13 +7,13 @@ use super::written::DeclarationText;
 use std::collections::HashSet;
 use toml::Value;
 
-/// Largest number of trials of a protocol, and of wearers of a sweep.
+/// Largest number of trials in a protocol.
 const MOST_TRIALS: usize = 10_000;
 /// Largest product of wearers and grid points in a sweep.
 pub const MOST_DRAWS: u64 = 10_000_000;
 
 impl Declaration {
-    /// Parses and checks `text`; `file` names it in messages.
+    /// Parses and checks the text of a declaration; `file` names it in messages.
     ///
     /// # Errors
     /// Returns every mistake in the declaration, with its line where that is known.
@@ -24,7 +24,8 @@ impl Declaration {
         }
     }
 
-    /// Returns the declaration, if the text can be parsed, and every mistake in it.
+    /// Returns the declaration and every mistake in it; `None` in place of the declaration if the
+    /// text cannot be parsed.
     pub(super) fn read_and_check(text: &str) -> (Option<Self>, Vec<Mistake>) {
         let mut written = DeclarationText::new(text);
         let (read, mut mistakes) = written.read();
@@ -40,14 +41,14 @@ impl Declaration {
     }
 }
 
-/// Collects the mistakes of a declaration as messages with line numbers.
+/// Collects the mistakes of a declaration, each with its line number.
 struct DeclarationMistakes<'w> {
     written: &'w DeclarationText<'w>,
     all: Vec<Mistake>,
 }
 
 impl DeclarationMistakes<'_> {
-    /// Adds a mistake in a field of element `nth` of a list.
+    /// Adds a mistake in `field` of element `nth` of `list`.
     fn add_in_list(&mut self, (list, nth, field): (&str, usize, &str), what: &str) {
         let line = self.written.line(list, nth, field);
         self.all.push(Mistake::at(line, what));
@@ -205,8 +206,8 @@ impl DeclarationMistakes<'_> {
         }
     }
 
-    /// Reports levels that set a field which a draw or a grid would overwrite: the conditions would
-    /// then not differ in that field.
+    /// Reports levels of a factor that set a field which a draw or a grid overwrites, because the
+    /// conditions would then not differ in that field.
     fn check_overwritten(&mut self, d: &Declaration) {
         let drawn = d
             .drawn
@@ -284,7 +285,7 @@ impl DeclarationMistakes<'_> {
     }
 }
 
-/// Returns the index of every repeated name, and a message about it.
+/// Returns the index of every name that occurred before, with a message; `what` is the noun for it.
 fn find_duplicates<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Vec<(usize, String)> {
     let mut seen = HashSet::new();
     let again = names.enumerate().filter(|(_, name)| !seen.insert(*name));
@@ -292,13 +293,14 @@ fn find_duplicates<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Vec<
     told.collect()
 }
 
-/// Returns whether the dotted path `field` equals `table` or lies within it.
+/// Returns whether the dotted path `field` equals `table` or continues it.
 fn is_within(field: &str, table: &str) -> bool {
     let rest = field.strip_prefix(table);
     rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
-/// Returns the value of `field` in a table that a level sets.
+/// Returns the value that `level` gives to the dotted path `field` by setting a table that contains
+/// it, or `None` if it does not.
 fn value_within<'l>(level: &'l Level, field: &str) -> Option<&'l Value> {
     level.set.iter().find_map(|(table, value)| {
         let rest = field.strip_prefix(&**table)?.strip_prefix('.')?;
@@ -329,7 +331,7 @@ fn unknown_level(d: &Declaration, factor: &str, level: &str) -> Option<String> {
     }
 }
 
-/// Returns the mistakes of a comparison, each with the field that contains it.
+/// Returns the mistakes of a comparison between levels, each with the field that is wrong.
 fn compared_mistakes(d: &Declaration, c: &LevelComparison) -> Vec<(&'static str, String)> {
     let measure = unknown_measure(d, &c.measure).map(|what| ("measure", what));
     let mut told: Vec<_> = measure.into_iter().collect();

@@ -7,59 +7,60 @@ use host_core::statistics;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// One wearer at one combination of the factors that a claim does not compare: index of the unit,
-/// and the levels of these factors.
+/// A case in which a claim is judged: index of a unit (one wearer at one grid point), and levels of
+/// the factors that the claim does not compare.
 pub type Case = (u64, OtherFactors);
 
-/// Names and levels of the factors that a claim does not compare.
+/// Each factor that a claim does not compare, by name, with its level.
 pub type OtherFactors = Vec<(String, String)>;
 
-/// Number of cases in which a claim holds, with a confidence interval of the share.
+/// Result of a claim: in how many cases it holds, with a confidence interval of the share.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Share {
-    /// Identifier of the claim.
+    /// Identifier of the claim in the declaration.
     pub id: String,
-    /// Point of the grid, in words; empty without a grid.
+    /// Grid point of these cases, in words; empty without a grid.
     pub at: String,
     /// The claim as a sentence.
     pub claim: String,
-    /// Whether the paper says that the claim holds; `None` where the paper is silent.
+    /// What the paper says: `true` if the claim holds, `false` if it does not; `None` where the
+    /// paper is silent.
     pub paper: Option<bool>,
     /// Number of cases in which the claim holds.
     pub holds: u64,
     /// Number of cases in which the claim could be judged.
     pub of: u64,
-    /// Lower end of the 95 % interval of the share, 0 to 1; `None` without a case, or if wearers
-    /// were not generated at random.
+    /// Lower end of the 95 % confidence interval of the share, 0 to 1. `None` without any case, or
+    /// if wearers were not generated at random.
     pub low: Option<f64>,
-    /// Upper end of the 95 % interval of the share, 0 to 1.
+    /// Upper end of the 95 % confidence interval of the share, 0 to 1; `None` like `low`.
     pub high: Option<f64>,
 }
 
-/// Comparison of a share with the paper's statement.
+/// Whether the share of cases agrees with what the paper says.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Verdict {
-    /// The claim agrees with the paper in most cases.
+    /// The whole interval lies on the paper's side of one half.
     Like,
-    /// The claim disagrees with the paper in most cases.
+    /// The whole interval lies on the other side of one half than the paper.
     Unlike,
-    /// The interval includes one half.
+    /// The interval contains one half.
     Undecided,
 }
 
-/// Comparison of a share with a required minimum.
+/// Whether the share of cases reaches a required minimum.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Reach {
     /// The whole interval is at or above the minimum.
     Met,
     /// The whole interval is below the minimum.
     Missed,
-    /// The minimum lies within the interval.
+    /// The minimum lies within the interval, so that the share may be on either side.
     Undecided,
 }
 
 impl Share {
-    /// Creates the share of claim `id` that holds in `holds` of `of` independent cases.
+    /// Creates the result of claim `id`, which holds in `holds` of `of` independent cases.
     #[must_use]
     pub fn from_counts(
         id: String,
@@ -80,8 +81,8 @@ impl Share {
         }
     }
 
-    /// Compares the share with the paper. Returns `None` where the paper is silent, where no case
-    /// could be judged, or where only one case is independent.
+    /// Returns whether the share agrees with the paper. Returns `None` where the paper is silent,
+    /// where no case could be judged, or where only one case is independent.
     #[must_use]
     pub fn verdict(&self) -> Option<Verdict> {
         let paper = self.paper.filter(|_| !self.is_single())?;
@@ -93,8 +94,8 @@ impl Share {
         })
     }
 
-    /// Returns whether the claim holds in a share of at least `least` of the cases, judged by its
-    /// interval; `None` without an interval.
+    /// Returns whether the share of cases in which the claim holds is at least `least`, 0 to 1,
+    /// judged by its confidence interval; `None` without an interval.
     #[must_use]
     pub fn reaches(&self, least: f64) -> Option<Reach> {
         let (low, high) = self.low.zip(self.high).filter(|_| self.of > 0)?;
@@ -105,8 +106,8 @@ impl Share {
         })
     }
 
-    /// Returns whether only one case is independent: either one was judged, or all belong to one
-    /// wearer.
+    /// Returns whether the share rests on a single independent case: only one case was judged, or
+    /// all belong to one wearer.
     #[must_use]
     pub fn is_single(&self) -> bool {
         let one = || {
@@ -118,7 +119,7 @@ impl Share {
         self.of == 1 || (self.of > 0 && one() == Some(true))
     }
 
-    /// Returns the share as text, as in "7.5 %".
+    /// Returns the share in percent as text, for example "7.5 %", or "no case".
     #[must_use]
     pub fn percent(&self) -> String {
         match self.of {
@@ -128,14 +129,14 @@ impl Share {
     }
 }
 
-/// The measures of each unit in each condition, by index of the unit.
+/// Values of all measures in each condition, by index of the unit (one wearer at one grid point).
 pub type Units = BTreeMap<u64, Vec<TrialMeasures>>;
 
-/// Confidence level of the intervals of the shares.
+/// Confidence level of the shares' intervals.
 const LEVEL: f64 = 0.95;
 
-/// Returns the shares of all claims in the declaration's order; with a grid, for each of its
-/// points, of which each has `draws` units.
+/// Returns the results of all claims in the declaration's order; with a grid, once for each grid
+/// point. Each point has `draws` units.
 #[must_use]
 pub fn shares(experiment: &Experiment, draws: u64, units: &Units) -> Vec<Share> {
     let declaration = &experiment.declaration;
@@ -153,7 +154,7 @@ pub fn shares(experiment: &Experiment, draws: u64, units: &Units) -> Vec<Share> 
     (0..points(declaration)).flat_map(at_point).collect()
 }
 
-/// Returns, by claim identifier, whether the claim holds in each case that can be judged.
+/// Returns for each claim, by identifier, whether it holds in each case in which it can be judged.
 pub(super) fn claim_verdicts<'e>(
     experiment: &'e Experiment,
     units: &Units,
@@ -169,7 +170,8 @@ pub(super) fn claim_verdicts<'e>(
     known
 }
 
-/// Returns the share of a claim at one point of the grid.
+/// Counts the cases of a claim at one grid point. The confidence interval counts wearers, because
+/// several cases of a wearer are not independent.
 fn share<'a>(
     claim: &Claim,
     place: &str,
@@ -195,8 +197,8 @@ fn share<'a>(
     }
 }
 
-/// Returns whether the comparison holds in each case: each unit in every combination of the other
-/// factors for which both levels have the measure.
+/// Returns for each case whether the comparison `c` holds. A case is a unit in a combination of the
+/// other factors in which both compared levels have the measure.
 fn cases(experiment: &Experiment, c: &LevelComparison, units: &Units) -> BTreeMap<Case, bool> {
     let declaration = &experiment.declaration;
     let Some(measure) = declaration.measures.iter().position(|m| *m == c.measure) else {
@@ -214,9 +216,9 @@ fn cases(experiment: &Experiment, c: &LevelComparison, units: &Units) -> BTreeMa
     units.iter().flat_map(in_unit).collect()
 }
 
-/// Returns the pairs of conditions that differ in the compared factor only: the levels of the other
-/// factors, the index of the condition that the claim is about, and that of the one it is compared
-/// with.
+/// Returns all pairs of conditions that differ only in the compared factor. Each contains the
+/// levels of the other factors, the index of the condition that the claim is about, and the index
+/// of the condition with which it is compared.
 fn pairs(experiment: &Experiment, c: &LevelComparison) -> Vec<(OtherFactors, usize, usize)> {
     let Declaration { factors, .. } = &experiment.declaration;
     let others = |levels: &[String]| -> OtherFactors {
@@ -250,8 +252,8 @@ fn pairs(experiment: &Experiment, c: &LevelComparison) -> Vec<(OtherFactors, usi
         .collect()
 }
 
-/// Returns whether all claims in `all` and no claim in `none` hold, for each case that every one of
-/// these claims has.
+/// Returns for each case whether all claims in `all` hold and no claim in `none` does. Cases in
+/// which one of these claims was not judged are left out.
 fn combine_claims(
     known: &BTreeMap<&str, BTreeMap<Case, bool>>,
     all: &[String],

@@ -4,16 +4,16 @@ use super::numbers::digits;
 use super::result::Outcome;
 use serde::Serialize;
 
-/// The experiment and the measure to compare.
+/// Definition of the main comparison of a study: which measure, in which levels of a factor.
 struct ComparedMeasure {
     study: &'static str,
-    /// Identifier and readable name of the measure. Smaller values are better.
+    /// Identifier and readable name of the measure, of which smaller values are better.
     measure: (&'static str, &'static str),
-    /// The level whose value comes first.
+    /// Level of the first value of a pair.
     this: &'static str,
-    /// The levels of which the best value comes second.
+    /// Levels of which the one with the smallest value gives the second value of a pair.
     than: &'static [&'static str],
-    /// Readable name of the best of those levels.
+    /// Readable name for the best of the levels in `than`.
     best: &'static str,
 }
 
@@ -25,37 +25,38 @@ const ABOUT: &[ComparedMeasure] = &[ComparedMeasure {
     best: "the better point alone",
 }];
 
-/// One measure in two levels of a factor, for each combination of the other factors.
+/// A measure compared between two levels of a factor, once for each combination of the other
+/// factors' levels.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Comparison {
-    /// The compared measure, and whether its values are medians over wearers.
+    /// Name of the compared measure, with a note if its values are medians over wearers.
     pub quantity: String,
-    /// Unit of both values.
     pub unit: String,
-    /// Label of the first value.
+    /// Readable name of the level that has the first values.
     pub this: &'static str,
-    /// Label of the second value.
+    /// Readable name of the level that has the second values.
     pub than: &'static str,
     /// One pair for each combination of the other factors' levels.
     pub pairs: Vec<Pair>,
-    /// Both values as the paper prints them.
+    /// The first and the second value as the paper prints them; `None` if it does not print both.
     pub paper: Option<[f64; 2]>,
 }
 
-/// Two values that are compared.
+/// Two values of the measure under otherwise equal conditions.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Pair {
-    /// The levels of the other factors, joined as text.
+    /// Levels of the other factors, separated by commas; empty without other factors.
     pub levels: String,
-    /// The first value.
+    /// Value at the level of [`Comparison::this`].
     pub this: f64,
-    /// The best of the second values.
+    /// Smallest value among the levels with which it is compared.
     pub than: f64,
-    /// The level that has the best second value.
+    /// Name of the level that has the value `than`.
     pub best: &'static str,
 }
 
-/// Returns the comparison for `outcome`, or `None` if its study has none or values are missing.
+/// Returns the main comparison of the study in `outcome`, or `None` if the study defines none or
+/// values are missing.
 #[must_use]
 pub fn comparison(outcome: &Outcome) -> Option<Comparison> {
     let about = ABOUT.iter().find(|about| about.study == outcome.name)?;
@@ -113,8 +114,8 @@ pub fn comparison(outcome: &Outcome) -> Option<Comparison> {
 }
 
 impl Comparison {
-    /// Returns one sentence: "RMSE with two points against the better point alone: 5.92° against
-    /// 9.55° (…); in the paper: 10.7° against 17.6°."
+    /// Returns the comparison as a sentence, for example "RMSE with two points against the better
+    /// point alone: 5.92° against 9.55° (…); in the paper: 10.7° against 17.6°."
     #[must_use]
     pub fn sentence(&self) -> String {
         let both = |[this, than]: [f64; 2]| {
@@ -141,7 +142,7 @@ impl Comparison {
         )
     }
 
-    /// Returns the same values as a text table for a terminal.
+    /// Returns the comparison as a text table for a terminal.
     #[must_use]
     pub fn in_columns(&self) -> String {
         let row = |name: &str, [this, than]: [&str; 2]| {

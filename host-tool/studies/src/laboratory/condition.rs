@@ -10,28 +10,29 @@ use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 use toml::{Table, Value};
 
-/// A combination of one level of each factor.
+/// A condition of an experiment: one level of each factor, with the session that results.
 #[derive(Clone, Debug)]
 pub struct Condition {
     /// Names of the levels, in the order of the declaration's factors.
     pub levels: Vec<String>,
-    /// The session before a wearer's values are set in it.
+    /// Session file after the changes of all levels, before the values of a wearer are set.
     base: Table,
-    /// Name of that session in the declaration.
+    /// Path of the session that the levels changed, as the declaration writes it.
     session: String,
-    /// Name and text of the wearer file that the session uses.
+    /// Name and text of the wearer file that the session uses, if it uses one.
     worn: Option<(String, String)>,
 }
 
-/// Returns the text of a session or wearer file by the name that the declaration uses.
+/// Function that returns the text of a session or wearer file, given its path as the declaration
+/// writes it.
 pub type Texts<'a> = &'a dyn Fn(&str) -> Result<String, LaboratoryError>;
 
-/// Index of a factor and of its level, and the change that the level cannot make.
+/// Indices of a factor and of its level, and a message about a change that this level cannot make.
 pub(super) type IneffectiveLevel = ((usize, usize), String);
 
 impl Condition {
-    /// Returns every combination of levels; the last factor changes fastest. `sessions` contains
-    /// those that the declaration names.
+    /// Returns all conditions: every combination of the factors' levels, the last factor changing
+    /// fastest. `sessions` contains every session that the declaration names.
     ///
     /// # Errors
     /// Returns every field that a level cannot change.
@@ -74,13 +75,14 @@ impl Condition {
         }
     }
 
-    /// Returns a readable name, as "pre-wall, 15 °/s".
+    /// Returns the names of the condition's levels, for example "pre-wall, 15 °/s".
     #[must_use]
     pub fn name(&self) -> String {
         condition_name(&self.levels)
     }
 
-    /// Returns the session with these fields set, or the reason why the session is invalid.
+    /// Returns the session with these fields set to the values of a wearer, or the reason why the
+    /// session is then invalid.
     pub(super) fn session_with(&self, fields: &[(String, Value)]) -> Result<SessionFile, String> {
         let mut table = self.base.clone();
         for (field, value) in fields {
@@ -98,8 +100,8 @@ impl Condition {
         read.map_err(|error| describe_mistakes(&error))
     }
 
-    /// Replaces the wearer file of the session. Returns the fields of a simulated elbow that this
-    /// file now determines.
+    /// Replaces the wearer file of the session. Returns the fields of a simulated elbow that the
+    /// new file determines, which therefore are no longer random.
     ///
     /// # Errors
     /// Fails if the session names no wearer file, or has an elbow that the file does not describe.
@@ -124,9 +126,9 @@ impl Condition {
         }
     }
 
-    /// Loads the wearer file that the session names, and returns its name in the declaration and
-    /// its text. Returns `None` if the session names none or the file cannot be read; parsing the
-    /// session reports that error later.
+    /// Loads the wearer file that the session names, and returns its path as the declaration would
+    /// write it, with its text. Returns `None` if the session names none or the file cannot be
+    /// read; parsing the session reports that error later.
     pub(super) fn load_wearer(&mut self, texts: Texts<'_>) -> Option<(String, String)> {
         let wearer = self.base.get("wearer")?;
         let file = wearer.get("file").and_then(Value::as_str)?.to_owned();
@@ -137,9 +139,10 @@ impl Condition {
     }
 }
 
-/// Sets the fields of a simulated elbow from the wearer file: the threshold of each muscle at its
-/// electrode's width, and its torque if the file states it. The saturation current is not set: the
-/// file does not contain it, because a wearer's limit lies below.
+/// Sets the fields of a simulated elbow that the wearer file determines, and returns their names:
+/// the threshold of each muscle at its electrode's pulse width, and its torque if the file states
+/// it. The saturation current stays unchanged, because it lies above the wearer's limit and the
+/// file does not contain it.
 fn known_elbow(wearer: &Wearer, body: &mut Table) -> Result<Vec<&'static str>, String> {
     let elbow = wearer.elbow.ok_or("the wearer file has no `[elbow]`")?;
     let muscles = [
@@ -175,8 +178,8 @@ fn known_elbow(wearer: &Wearer, body: &mut Table) -> Result<Vec<&'static str>, S
     Ok(known)
 }
 
-/// Returns the path of `file`, which `session` names relative to itself, as the declaration would
-/// write it.
+/// Returns the path of `file`, which `session` states relative to itself, relative to the
+/// declaration.
 pub(super) fn relative_to_session(session: &str, file: &str) -> String {
     let folder = Path::new(session).parent().unwrap_or(Path::new(""));
     let mut whole = PathBuf::new();
@@ -193,7 +196,7 @@ pub(super) fn relative_to_session(session: &str, file: &str) -> String {
     whole.display().to_string()
 }
 
-/// Returns the readable name of the condition with these levels.
+/// Returns the readable name of a condition: the names of its levels, separated by commas.
 pub(super) fn condition_name(levels: &[String]) -> String {
     match levels.is_empty() {
         true => "the session".to_owned(),
@@ -202,7 +205,8 @@ pub(super) fn condition_name(levels: &[String]) -> String {
 }
 
 impl Level {
-    /// Applies this level to a session. Returns a message for every field that cannot be changed.
+    /// Makes the changes of this level in a session. Returns a message for every field that cannot
+    /// be changed.
     fn change(&self, session: &mut Table) -> Vec<String> {
         let unset = self.unset.iter().map(|field| unset(session, field));
         let mut told: Vec<String> = unset.filter_map(Result::err).collect();
@@ -215,7 +219,8 @@ impl Level {
     }
 }
 
-/// Returns the table that contains the last part of the path `field`, and that part.
+/// Returns the table that contains the field with the dotted path `field`, and the last part of
+/// that path.
 fn parent<'t, 'f>(root: &'t mut Table, field: &'f str) -> Result<(&'t mut Table, &'f str), String> {
     let refuse = |reason: String| format!("`{field}` cannot be set: {reason}");
     let (path, last) = field.rsplit_once('.').unwrap_or(("", field));

@@ -12,11 +12,11 @@ use host_core::run::{
 };
 use std::path::Path;
 
-/// The operator who accompanies the wearer while a protocol runs.
+/// The operator who accompanies the wearer while a protocol runs, or a program in this role.
 pub trait Operator {
-    /// Shows `text` and waits until the wearer is ready; `false` ends the protocol.
+    /// Shows `text` and waits until the wearer is ready; returns `false` to end the protocol.
     fn ready(&mut self, text: &str) -> bool;
-    /// Waits for `rest_s` without stimulation; `false` ends the protocol.
+    /// Waits for `rest_s` without stimulation; returns `false` to end the protocol.
     fn rest(&mut self, rest_s: f64) -> bool;
     /// Reports the completed share of the protocol, 0 to 1.
     fn progress(&mut self, part: f64);
@@ -24,23 +24,23 @@ pub trait Operator {
     fn interruption(&self) -> Interruption;
 }
 
-/// A recorded trial and its position in the protocol.
+/// A recorded trial with its position in the protocol and its measures.
 pub struct ConductedTrial {
     /// Samples, events and counters of the trial.
     pub trial: Trial,
-    /// Position in the protocol.
+    /// Block, repetition and condition of the trial in the protocol.
     pub place: Place,
-    /// Value of each measure of the declaration.
+    /// Value of each measure of the declaration; `None` where the trial does not have it.
     pub measured: TrialMeasures,
 }
 
-/// The trials of a protocol that ran, and why it ended early if it did.
+/// The trials of a protocol that were conducted, and why it ended early if it did.
 pub struct Course {
-    /// The trials in order; the last may be incomplete.
+    /// Trials in the order in which they ran; the last may be incomplete.
     pub trials: Vec<ConductedTrial>,
-    /// Number of trials that the protocol has.
+    /// Number of trials that the whole protocol has.
     pub of: usize,
-    /// Reason why the protocol ended early.
+    /// Reason why the protocol ended early; `None` if it was completed.
     pub ended: Option<ProtocolEnd>,
 }
 
@@ -49,9 +49,9 @@ pub struct Course {
 pub enum ProtocolEnd {
     /// The operator ended the protocol.
     Operator,
-    /// A sample crossed a stop limit of the declaration, given in words.
+    /// A sample crossed a stop limit of the declaration; contains the limit and the value in words.
     Criterion(String),
-    /// A trial failed.
+    /// A trial failed; the error says why.
     Run(RunError),
 }
 
@@ -145,8 +145,8 @@ impl Experiment {
         Ok(())
     }
 
-    /// Returns the name of a trial, as "pre-wall, 15 °/s", with block and repetition if there are
-    /// several.
+    /// Returns the name of a trial, for example "pre-wall, 15 °/s". Block and repetition are added
+    /// if the protocol has several.
     fn name_of(&self, place: Place) -> String {
         let protocol = &self.declaration.protocol;
         let condition = self.conditions.get(place.condition);
@@ -188,7 +188,8 @@ impl Observer for Watch<'_> {
 }
 
 impl Stop {
-    /// Returns the limit that a sample crosses, in words.
+    /// Returns a message about the stop limit that this sample crosses, or `None` if it crosses
+    /// none.
     fn crossed_limit(&self, sample: &Sample) -> Option<String> {
         let t_s = sample.t_s;
         let beyond = |value: Option<f64>, limit: Option<f64>, is: fn(f64, f64) -> bool| {

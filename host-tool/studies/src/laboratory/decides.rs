@@ -10,54 +10,56 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use toml::Value;
 
-/// Smallest number of wearers in whom a claim holds, and in whom it does not, that allows a
-/// conclusion (rule of thumb; Peduzzi et al. 1996 ask for ten events per variable).
+/// Smallest number of wearers that must be in each group, those in whom a claim holds and the
+/// others, for a conclusion (rule of thumb; Peduzzi et al. 1996 ask for ten events per variable).
 pub(super) const LEAST_WEARERS: usize = 10;
-/// Significance level of the corrected p.
+/// Significance level to which p is compared after Holm's correction.
 pub(super) const LEVEL: f64 = 0.05;
 
-/// The parameters that decide one claim among the random wearers.
+/// Analysis of one claim: which random parameters decide whether it holds in a wearer.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct DecidingClaim {
-    /// Identifier of the claim.
+    /// Identifier of the claim in the declaration.
     pub id: String,
     /// The claim as a sentence.
     pub claim: String,
-    /// Number of wearers in whom the claim holds, which means in at least half of their cases.
+    /// Number of wearers in whom the claim holds: those for whom it holds in at least half of their
+    /// cases.
     pub holds: usize,
-    /// Number of wearers in whom it does not hold.
+    /// Number of all other wearers.
     pub fails: usize,
-    /// Whether both numbers reach [`LEAST_WEARERS`]; otherwise no field is compared.
+    /// Whether `holds` and `fails` both reach [`LEAST_WEARERS`]; otherwise `fields` is empty.
     pub enough: bool,
-    /// The random fields that vary between wearers, in the declaration's order.
+    /// Comparison of each random field that varies between wearers, in the declaration's order.
     pub fields: Vec<Field>,
 }
 
-/// One random field, compared between the wearers in whom a claim holds and the others.
+/// One random field, compared between the wearers in whom a claim holds and all others.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Field {
-    /// Dotted path in the session.
+    /// Dotted path of the field in the session.
     pub field: String,
-    /// Median of the wearers in whom the claim holds.
+    /// Median of the field among the wearers in whom the claim holds.
     pub holds: f64,
-    /// Median of the other wearers.
+    /// Median of the field among the other wearers.
     pub fails: f64,
-    /// Probability of superiority: that a wearer in whom the claim holds has a larger value than
-    /// one in whom it does not. 0 to 1; ½ means no difference.
+    /// Probability of superiority, 0 to 1: that the value of a random wearer in whom the claim
+    /// holds exceeds that of a random other wearer. ½ means no difference.
     pub superiority: f64,
     /// Two-sided p of the Mann–Whitney test.
     pub p: f64,
-    /// The same p after Holm's correction for all fields of this claim.
+    /// `p` after Holm's correction for all fields of this claim.
     pub p_holm: f64,
     /// Whether `p_holm` is below 0.05.
     pub decides: bool,
-    /// Share of wearers in whom the claim holds, among the third with the smallest, the middle and
-    /// the largest values. It shows effects that a superiority of ½ hides.
+    /// Share of wearers in whom the claim holds, 0 to 1, in each third of the wearers sorted by
+    /// this field: smallest, middle, largest values. It shows effects that a superiority of ½
+    /// hides.
     pub thirds: [f64; 3],
 }
 
-/// Returns the comparison of the random fields for each claim, in the declaration's order. A wearer
-/// counts once, over all cases and all grid points.
+/// Compares the random fields for each claim, in the declaration's order. Each wearer counts once,
+/// whatever the number of cases and grid points.
 #[must_use]
 pub(super) fn deciding_fields(
     experiment: &Experiment,
@@ -92,7 +94,8 @@ pub(super) fn deciding_fields(
     declaration.claims.iter().map(of_claim).collect()
 }
 
-/// Returns whether the claim holds in at least half of the cases of each wearer that has a case.
+/// Returns, by wearer, whether the claim holds in at least half of the wearer's cases. Wearers
+/// without a case are left out.
 fn by_wearer(cases: Option<&BTreeMap<Case, bool>>, draws: u64) -> BTreeMap<u64, bool> {
     let mut counts: BTreeMap<u64, (usize, usize)> = BTreeMap::new();
     for ((unit, _), is) in cases.into_iter().flatten() {
@@ -103,7 +106,8 @@ fn by_wearer(cases: Option<&BTreeMap<Case, bool>>, draws: u64) -> BTreeMap<u64, 
     counts.into_iter().map(most).collect()
 }
 
-/// Returns the random values of a unit, in the declaration's order.
+/// Returns the values of all fields of a unit as numbers, the random fields first, in the
+/// declaration's order.
 fn numbers(unit: &Unit) -> Vec<f64> {
     let number = |value: &Value| match value {
         Value::Integer(whole) => *whole as f64,
@@ -112,8 +116,8 @@ fn numbers(unit: &Unit) -> Vec<f64> {
     unit.fields.iter().map(|(_, value)| number(value)).collect()
 }
 
-/// Compares each field between the wearers in whom the claim `holds` and the others. Each field has
-/// one value per wearer; a field that does not vary is left out.
+/// Compares each field between the wearers in whom the claim `holds` and the others. A field has
+/// one value per wearer, in the order of `holds`. Fields that do not vary are left out.
 pub(super) fn compare_fields(fields: &[(&str, Vec<f64>)], holds: &[bool]) -> Vec<Field> {
     let one = |(name, numbers): &(&str, Vec<f64>)| {
         let group = |wanted: bool| -> Vec<f64> {
@@ -142,8 +146,8 @@ pub(super) fn compare_fields(fields: &[(&str, Vec<f64>)], holds: &[bool]) -> Vec
     all
 }
 
-/// Returns the share of wearers in whom the claim holds, in each third of the wearers sorted by
-/// value.
+/// Sorts the wearers by value and divides them into thirds; returns the share of wearers in whom
+/// the claim holds, 0 to 1, in each third.
 fn thirds(numbers: &[f64], holds: &[bool]) -> [f64; 3] {
     let mut all: Vec<(f64, bool)> = numbers.iter().copied().zip(holds.iter().copied()).collect();
     all.sort_by(|(a, _), (b, _)| a.total_cmp(b));
@@ -160,8 +164,8 @@ mod tests {
     use super::{by_wearer, compare_fields};
     use std::collections::BTreeMap;
 
-    /// Forty wearers and four fields: one decides, one does not, one only in its middle range, and
-    /// one does not vary.
+    /// Forty wearers and four fields: one field decides, one does not, one decides only by its
+    /// middle range, and one does not vary.
     #[test]
     fn a_planted_field_is_found_and_no_other() {
         let wearers = || (0..40).map(f64::from);
@@ -189,8 +193,8 @@ mod tests {
         assert_eq!(decisive.thirds[2], 1.0);
     }
 
-    /// If both ends are alike and the middle differs, superiority is a half, and only the thirds
-    /// show the effect.
+    /// If the claim holds at both ends of a field's range and fails in the middle, superiority is
+    /// ½, and only the thirds show the effect.
     #[test]
     fn thirds_show_what_superiority_hides() {
         let numbers: Vec<f64> = (0..60).map(f64::from).collect();

@@ -5,8 +5,8 @@ use super::protocol::Protocol;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// The declaration file, `host-tool/experiments/*.toml`. Every `result.json` of the experiment
-/// contains its SHA-256.
+/// Content of a declaration file, `host-tool/experiments/*.toml`. Every `result.json` of the
+/// experiment contains the file's SHA-256.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Declaration {
@@ -16,136 +16,140 @@ pub struct Declaration {
     pub title: String,
     /// Paper, section and figure that the experiment replicates.
     pub source: String,
-    /// Path of the session that the conditions modify, relative to the declaration.
+    /// Path of the session that the conditions change, relative to the declaration.
     pub session: String,
-    /// Default seed of wearers, noise and trial order; the command line can override it.
+    /// Seed of wearers, noise and trial order, unless the command line states another.
     pub seed: u64,
-    /// Default number of random wearers; the command line can override it.
+    /// Number of random wearers, unless the command line states another.
     pub draws: u64,
-    /// Measures computed from each trial: identifiers of [`super::measure::MEASURES`].
+    /// Measures that are computed from each trial: identifiers of [`super::measure::MEASURES`].
     pub measures: Vec<String>,
-    /// Assumptions, and properties that the simulated body was given.
+    /// Assumptions of the experiment in words, for the report page. They include properties that
+    /// the simulated body was given and that are therefore no results.
     #[serde(default)]
     pub assumed: Vec<String>,
     /// Order and repetition of the trials, rests and stop limits.
     #[serde(default)]
     pub protocol: Protocol,
-    /// The differences between conditions; the levels of all factors are crossed.
+    /// Factors whose levels distinguish the conditions; each combination of levels is a condition.
     #[serde(default, rename = "factor")]
     pub factors: Vec<Factor>,
-    /// The fields that are randomly generated for each wearer.
+    /// Session fields that are randomly generated for each wearer.
     #[serde(default, rename = "draw")]
     pub drawn: Vec<RandomField>,
-    /// The fields that are varied systematically; every wearer is simulated at every point.
+    /// Session fields that are varied systematically. Every wearer is simulated at every point of
+    /// this grid.
     #[serde(default, rename = "grid")]
     pub grid: Vec<Grid>,
-    /// The comparisons whose outcome is counted over wearers.
+    /// Statements that are judged for every wearer; the result is the share of wearers for whom
+    /// each holds.
     #[serde(default, rename = "claim")]
     pub claims: Vec<Claim>,
-    /// Values that a paper prints for a condition.
+    /// Values that the paper prints for a condition, shown beside ours.
     #[serde(default, rename = "printed")]
     pub printed: Vec<PrintedMeasure>,
 }
 
-/// A property that differs between conditions.
+/// A property in which the conditions of an experiment differ, such as the kind of wall.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Factor {
-    /// Readable name.
+    /// Readable name of the factor.
     pub name: String,
-    /// At least one level.
+    /// The settings that the factor takes, at least one.
     #[serde(default, rename = "level")]
     pub levels: Vec<Level>,
 }
 
-/// One setting of a factor.
+/// One setting of a factor: the changes that it makes to the session.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Level {
-    /// Readable name; the names of its levels form the name of a condition.
+    /// Readable name of the level. The names of its levels form the name of a condition.
     pub name: String,
-    /// Session that replaces the declaration's session.
+    /// Path of a session that replaces the declaration's session in conditions with this level.
     pub session: Option<String>,
-    /// New values by the dotted path of the session field. A number in a path is the `number` of a
+    /// New values of session fields, by dotted path. A number in a path is the `number` of a
     /// channel.
     #[serde(default)]
     pub set: toml::Table,
-    /// Dotted paths of the session fields to remove.
+    /// Dotted paths of the session fields that this level removes.
     #[serde(default)]
     pub unset: Vec<String>,
 }
 
-/// A field of the session that is randomly generated for each wearer.
+/// A session field whose value is randomly generated for each wearer.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RandomField {
-    /// Dotted path in the session.
+    /// Dotted path of the field in the session.
     pub field: String,
-    /// Smallest value.
+    /// Lower end of the range, in the unit of the field.
     pub low: f64,
-    /// Largest value.
+    /// Upper end of the range, in the unit of the field.
     pub high: f64,
-    /// Scale on which the values are distributed uniformly.
+    /// Scale on which values are uniformly distributed between `low` and `high`.
     #[serde(default)]
     pub even: Uniformity,
-    /// Source of the range, or "assumed".
+    /// Source of the range: a publication, or "assumed".
     pub source: String,
 }
 
-/// Scale on which a random value is distributed uniformly.
+/// Scale on which random values are uniformly distributed over their range.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Uniformity {
-    /// Uniform in the value.
+    /// All values of the range are equally likely.
     #[default]
     Value,
-    /// Uniform in the logarithm.
+    /// All logarithms of the range are equally likely; the range must be positive.
     Logarithm,
     /// Uniform over the integers from the smallest to the largest value, both included.
     Whole,
 }
 
-/// A field of the session that takes each of a list of values.
+/// A session field that takes each of a list of values, one after the other.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Grid {
-    /// Dotted path in the session.
+    /// Dotted path of the field in the session.
     pub field: String,
-    /// At least one value.
+    /// Values that the field takes, at least one.
     pub values: Vec<f64>,
-    /// Reason for these values.
+    /// Reason for these values, or their source.
     pub source: String,
 }
 
-/// A statement that is judged for every wearer; the result is the share in which it holds.
+/// A statement that is judged for every wearer; the result is the share of cases in which it holds.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(try_from = "ClaimFields")]
 pub struct Claim {
-    /// Identifier in results and in combined claims.
+    /// Identifier of the claim in results and in combined claims.
     pub id: String,
     /// The claim as a sentence.
     pub says: String,
-    /// Whether the paper says that the claim holds; `None` where the paper is silent.
+    /// What the paper says: `true` if the claim holds, `false` if it does not; `None` where the
+    /// paper is silent.
     pub paper: Option<bool>,
-    /// Condition under which the claim holds.
+    /// Rule by which the claim is judged.
     pub what: ClaimKind,
 }
 
-/// Condition under which a claim holds.
+/// Rule by which a claim is judged.
 #[derive(Clone, PartialEq, Debug)]
 pub enum ClaimKind {
-    /// Compares a measure between two levels of a factor; all other factors are equal.
+    /// The claim compares a measure between two levels of a factor, all other factors being equal.
     Compared(LevelComparison),
-    /// All claims in `all` and no claim in `none` hold in the same case.
+    /// The claim holds in a case in which all claims of `all` and no claim of `none` hold.
     Combined {
-        /// Identifiers of claims that the file defines before this one.
+        /// Identifiers of the claims that must hold; the file defines them before this claim.
         all: Vec<String>,
-        /// Identifiers of claims that the file defines before this one.
+        /// Identifiers of the claims that must not hold; the file defines them before this claim.
         none: Vec<String>,
     },
 }
 
-/// The fields of a claim of either kind, as parsed.
+/// Fields of a claim as they are parsed, before the rule is known.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ClaimFields {
@@ -226,26 +230,27 @@ impl TryFrom<ClaimFields> for Claim {
     }
 }
 
-/// Comparison of a measure between two levels of a factor.
+/// Comparison of a measure between two levels of a factor: `this` against `than`.
 #[derive(Clone, PartialEq, Debug)]
 pub struct LevelComparison {
-    /// A measure of the declaration.
+    /// Identifier of the compared measure.
     pub measure: String,
-    /// The factor whose levels are compared.
+    /// Name of the factor to which both levels belong.
     pub factor: String,
-    /// The level that the claim is about.
+    /// Name of the level that the claim is about.
     pub this: String,
-    /// How the measure of `this` relates to that of `than`.
+    /// Relation that the measure at level `this` must have to the measure at level `than`.
     pub is: Relation,
-    /// The level to compare with.
+    /// Name of the level with which `this` is compared.
     pub than: String,
-    /// Smallest difference, in the measure's unit.
+    /// Margin of the relation, in the measure's unit; see [`Relation`].
     pub by: f64,
-    /// Restricts the comparison to these levels of other factors.
+    /// Levels of other factors, by the name of the factor; only conditions with these levels are
+    /// compared.
     pub only: BTreeMap<String, String>,
 }
 
-/// Ordering of two numbers with a margin.
+/// Relation between two numbers, with a margin.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Relation {
@@ -260,7 +265,7 @@ pub enum Relation {
 }
 
 impl Relation {
-    /// Returns whether `this` has the relation to `that` with the margin `by`.
+    /// Returns whether `this` has this relation to `that`, with `by` as the margin.
     #[must_use]
     pub fn holds(self, this: f64, that: f64, by: f64) -> bool {
         match self {
@@ -272,24 +277,24 @@ impl Relation {
     }
 }
 
-/// Values that the paper prints for a measure.
+/// Values of one measure that the paper prints.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PrintedMeasure {
-    /// A measure of the declaration.
+    /// Identifier of the measure, one of [`super::measure::MEASURES`].
     pub measure: String,
-    /// Restricts the values to conditions with one of these levels of each named factor; empty for
-    /// all conditions.
+    /// Levels by the name of their factor; the values belong to all conditions that have one of the
+    /// listed levels of each factor. Empty if they belong to all conditions.
     #[serde(default, rename = "where")]
     pub only: BTreeMap<String, Vec<String>>,
-    /// One value, or the value of each trial, in the measure's unit.
+    /// One value, or one value per trial, in the measure's unit.
     pub values: Vec<f64>,
-    /// Table or figure of the paper.
+    /// Table or figure of the paper that contains the values.
     pub source: String,
 }
 
 impl PrintedMeasure {
-    /// Returns the arithmetic mean, or `None` without values.
+    /// Returns the mean of the printed values, or `None` without values.
     #[must_use]
     pub fn mean(&self) -> Option<f64> {
         let sum: f64 = self.values.iter().sum();
@@ -298,8 +303,7 @@ impl PrintedMeasure {
 }
 
 impl Declaration {
-    /// Returns the values that the paper prints for the condition with these levels, one per
-    /// factor.
+    /// Returns what the paper prints for the condition with these levels, which are one per factor.
     pub fn printed_of<'a>(
         &'a self,
         levels: &'a [String],
@@ -314,8 +318,9 @@ impl Declaration {
             .filter(move |printed_value| printed_value.only.iter().all(has))
     }
 
-    /// Returns every session that the declaration names, once, with the factor and the level that
-    /// name it. The declaration's own session comes first, without a level.
+    /// Returns the path of every session that the declaration names, once, with the indices of the
+    /// factor and the level that name it. The declaration's own session comes first and has no
+    /// level.
     #[must_use]
     pub fn sessions(&self) -> Vec<(&str, Option<(usize, usize)>)> {
         let mut all = vec![(&*self.session, None)];

@@ -4,31 +4,32 @@ use super::declaration::{Declaration, RandomField, Uniformity};
 use hal_sim::random::{unit, word};
 use toml::Value;
 
-/// Random stream of the wearers' values; [`NOISE`] seeds their noise.
+/// Random stream from which the wearers' values are generated; their noise has the stream
+/// [`NOISE`].
 const WEARERS: u64 = 0x1AB0;
 const NOISE: u64 = 0x1AB1;
 
-/// One wearer at one point of the grid.
+/// A unit of a sweep: one wearer at one point of the grid.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Unit {
-    /// Counts all units from 0.
+    /// Index of the unit, from 0.
     pub index: u64,
-    /// Counts the wearers from 0; the same wearer recurs at every point of the grid.
+    /// Index of the wearer, from 0; every wearer recurs at each point of the grid.
     pub wearer: u64,
-    /// Dotted paths of session fields and their new values.
+    /// Dotted paths of the random and the grid fields in the session, with the values of this unit.
     pub fields: Vec<(String, Value)>,
-    /// Seed of the simulated noise.
+    /// Seed of the noise in the unit's simulation.
     pub seed: u64,
 }
 
-/// Returns the number of grid points: 1 without a grid.
+/// Returns the number of grid points; 1 without a grid.
 #[must_use]
 pub fn points(d: &Declaration) -> u64 {
     d.grid.iter().map(|grid| grid.values.len() as u64).product()
 }
 
-/// Returns unit `index` for `seed`. Wearers vary within a point, so an additional wearer adds one
-/// unit at each point.
+/// Returns unit `index` of a sweep with `draws` wearers. The wearer changes fastest: all wearers at
+/// one grid point have consecutive indices.
 #[must_use]
 pub fn unit_of(d: &Declaration, seed: u64, draws: u64, index: u64) -> Unit {
     let (point, wearer) = (index / draws.max(1), index % draws.max(1));
@@ -46,7 +47,7 @@ pub fn unit_of(d: &Declaration, seed: u64, draws: u64, index: u64) -> Unit {
     }
 }
 
-/// Returns the values at grid point `point`; the last field changes fastest.
+/// Returns the grid fields with their values at grid point `point`; the last field changes fastest.
 #[must_use]
 pub fn at_point(d: &Declaration, point: u64) -> Vec<(String, Value)> {
     let values = crossed(point, d.grid.iter().map(|grid| &*grid.values));
@@ -56,8 +57,8 @@ pub fn at_point(d: &Declaration, point: u64) -> Vec<(String, Value)> {
         .collect()
 }
 
-/// Returns combination `index` of the crossed lists, one element of each; the last list changes
-/// fastest. An empty list contributes nothing.
+/// Returns combination `index` of one element from each list; the last list changes fastest. An
+/// empty list contributes nothing.
 pub(super) fn crossed<'a, T>(
     index: u64,
     lists: impl DoubleEndedIterator<Item = &'a [T]>,
@@ -72,7 +73,7 @@ pub(super) fn crossed<'a, T>(
     chosen
 }
 
-/// Returns the grid point as text, as in "body.inertia_kg_m2 = 0.06; "; empty without a grid.
+/// Returns the grid point as text, for example "body.inertia_kg_m2 = 0.06; "; empty without a grid.
 pub(super) fn point_in_words(declaration: &Declaration, point: u64) -> String {
     let fields = at_point(declaration, point).into_iter();
     let fields = fields.map(|(field, value)| format!("{field} = {value}; "));
@@ -87,7 +88,8 @@ pub(super) fn ends(drawn: &RandomField) -> [Value; 2] {
     }
 }
 
-/// Returns the value at the fraction `part` of the range, 0 to 1.
+/// Returns the value of a random field at the fraction `part` of its range, 0 to 1, on the field's
+/// scale.
 fn value(drawn: &RandomField, part: f64) -> Value {
     let RandomField { low, high, .. } = *drawn;
     match drawn.even {
@@ -97,7 +99,8 @@ fn value(drawn: &RandomField, part: f64) -> Value {
     }
 }
 
-/// Returns a whole number as an integer, because some session fields accept nothing else.
+/// Returns a number as a TOML value. Whole numbers become integers, because some session fields
+/// accept nothing else.
 fn number(value: f64) -> Value {
     match value.fract() == 0.0 && value.abs() < 1e15 {
         true => Value::Integer(value as i64),

@@ -11,74 +11,80 @@ use std::path::Path;
 #[derive(Debug, thiserror::Error)]
 pub enum LaboratoryError {
     /// The declaration is invalid.
-    #[error("E600 {file}: {}", list(mistakes))]
+    #[error("E600 the declaration {file} has mistakes: {}", list(mistakes))]
     Declaration {
         /// Name of the declaration file.
         file: String,
-        /// Every mistake in the declaration.
+        /// All mistakes of the declaration, sorted by line.
         mistakes: Vec<Mistake>,
     },
-    /// Conditions yield no valid session.
-    #[error("E601 {file}: {}", list(mistakes))]
+    /// The sessions of some conditions are invalid.
+    #[error(
+        "E601 the declaration {file} has invalid conditions: {}",
+        list(mistakes)
+    )]
     Condition {
         /// Name of the declaration file.
         file: String,
-        /// The mistakes, each with the names of the conditions that have it.
+        /// The mistakes of these sessions, each with the names of the conditions that have it.
         mistakes: Vec<Mistake>,
     },
-    /// A level, a draw or a grid changes a field that does not exist, or sets a value that no
+    /// A level, a draw or a grid sets a session field that does not exist, or to a value that no
     /// device would accept.
-    #[error("E602 {file}: {}", list(mistakes))]
+    #[error(
+        "E602 the declaration {file} changes fields wrongly: {}",
+        list(mistakes)
+    )]
     Fields {
         /// Name of the declaration file.
         file: String,
-        /// Every mistake about the fields.
+        /// All mistakes about such fields.
         mistakes: Vec<Mistake>,
     },
-    /// The given wearer file cannot replace the session's.
-    #[error("E663 {file} does not fit: {why}; give another wearer file, or omit --wearer")]
+    /// The wearer file given on the command line cannot replace that of the session.
+    #[error(
+        "E663 {file} does not fit this experiment: {why}; give another wearer file, or omit --wearer"
+    )]
     NotWorn {
-        /// Name of the wearer file.
+        /// Name of the given wearer file.
         file: String,
-        /// Reason for the refusal.
+        /// Reason why the file cannot be used.
         why: String,
     },
-    /// The folder contains another sweep.
+    /// The output folder contains another sweep.
     #[error(
         "E603 {folder} holds {found}, but the command asks for {wanted}; give another --out, \
          or the same arguments"
     )]
     Other {
-        /// Path of the folder.
         folder: String,
         /// Description of the sweep in the folder.
         found: String,
         /// Description of the requested sweep.
         wanted: String,
     },
-    /// The parts of a sweep do not form a whole.
+    /// The given folders are not the complete set of shards of one sweep.
     #[error("E604 these folders are not all shards of one sweep: {0}")]
     Merge(String),
     /// The argument of `--shard` is invalid.
     #[error("E605 --shard is `{0}`; allowed: I/N with 1 ≤ I ≤ N ≤ 10000, as in 3/8")]
     Shard(String),
-    /// The simulation of a draw failed.
-    #[error("E606 draw {draw}, condition `{condition}`: {error}")]
+    /// The simulation of a random wearer failed.
+    #[error("E606 the simulation of draw {draw}, condition `{condition}`, failed: {error}")]
     Draw {
-        /// Index of the draw, from 0.
+        /// Index of the unit, from 0.
         draw: u64,
-        /// Name of the condition.
         condition: String,
-        /// Message of the failure.
+        /// Message of the error that ended the simulation.
         error: String,
     },
     /// A file of the sweep cannot be read or written.
-    #[error("E607 {0}: {1}")]
+    #[error("E607 cannot read or write {0}: {1}; check path, permissions and free space")]
     File(String, std::io::Error),
-    /// A file of the sweep has contents that no sweep writes.
-    #[error("E608 {file}: {reason}")]
+    /// A file of the sweep contains something that no sweep writes.
+    #[error("E608 {file} is damaged: {reason}")]
     Damaged {
-        /// Path of the file.
+        /// Path of the damaged file.
         file: String,
         /// Description of the damage.
         reason: String,
@@ -89,9 +95,8 @@ pub enum LaboratoryError {
         did_you_mean(.name, .known.split(", "))
     )]
     Unknown {
-        /// The requested name.
         name: String,
-        /// Comma-separated names of all experiments.
+        /// Names of all experiments, separated by commas.
         known: String,
     },
     /// The protocol ended before its last trial.
@@ -102,12 +107,13 @@ pub enum LaboratoryError {
     Stopped {
         /// Reason for the early end.
         why: String,
-        /// Number of trials that were started.
+        /// Number of trials that were started before the end.
         done: usize,
         /// Number of trials in the protocol.
         of: usize,
     },
-    /// The protocol keeps one wearer, but the conditions need different wearers or boards.
+    /// The protocol keeps one wearer for all trials, but the conditions differ in a property of
+    /// wearer or board.
     #[error(
         "E611 protocol: wearer is \"same\", but `{field}` differs between conditions, and one \
          wearer on one board has only one value; give all conditions the same value, or set \
@@ -117,13 +123,14 @@ pub enum LaboratoryError {
         /// The session field that differs.
         field: &'static str,
     },
-    /// A stop limit refers to a measurement that the session does not have.
+    /// A stop limit refers to a measurement that no sample of the session contains.
     #[error(
         "E614 protocol: stop uses {0}; the criterion could never stop the protocol: add what is \
          missing to the session, or remove the criterion"
     )]
     Unmet(String),
-    /// A unit computed with body and schedule alone differs from the same unit on the whole device.
+    /// A unit that was simulated without the device has another result than the same unit with the
+    /// whole device.
     #[error(
         "E612 unit {unit}, {condition}: body and schedule alone give a different result than the \
          whole device ({what}); the sweep stops and its results are not reliable; report this \
@@ -134,16 +141,17 @@ pub enum LaboratoryError {
         unit: u64,
         /// Name of the condition.
         condition: String,
-        /// The first difference.
+        /// Description of the first difference.
         what: String,
     },
-    /// A file in an experiment's record differs from the one that was used.
+    /// A file in an experiment's record is missing or no longer the one with which the record was
+    /// made.
     #[error(
         "E613 {file} differs from what the record was made with: {reason}; use an unchanged copy \
          of the folder"
     )]
     Kept {
-        /// Path of the file.
+        /// Path of the file in the record.
         file: String,
         /// Whether the file is missing or has changed.
         reason: String,
@@ -151,16 +159,16 @@ pub enum LaboratoryError {
     /// The session that the conditions modify is invalid.
     #[error("{}", .0.lines())]
     Session(#[from] SessionError),
-    /// The device could not be opened.
+    /// The device for a trial could not be opened.
     #[error(transparent)]
     Open(#[from] OpenError),
-    /// A trial could not start.
+    /// A trial could not be started.
     #[error(transparent)]
     Begin(#[from] BeginError),
     /// A trial ended early.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// The record could not be written or read.
+    /// The record of a trial could not be written or read.
     #[error(transparent)]
     Record(#[from] RecordError),
 }
@@ -173,8 +181,8 @@ impl LaboratoryError {
         Self::Declaration { file, mistakes }
     }
 
-    /// Creates the error for conditions of the declaration `file` whose sessions no device would
-    /// arm. `refused` contains the name of each condition and the reason.
+    /// Creates the error for conditions of the declaration `file` whose sessions are invalid.
+    /// `refused` contains the name of each such condition and the reason.
     pub(super) fn conditions(file: &str, refused: Vec<(String, String)>) -> Self {
         let mut reasons: Vec<(String, Vec<String>)> = Vec::new();
         for (name, reason) in refused {
@@ -199,15 +207,15 @@ impl LaboratoryError {
         }
     }
 
-    /// Creates the error for a declaration at `path` that cannot be read.
+    /// Creates the error for a declaration file at `path` that cannot be read.
     pub(crate) fn unreadable(path: &Path, error: &Self) -> Self {
         let what = format!("the file cannot be read: {}", error.reason());
         let file = path.file_name().unwrap_or(path.as_os_str());
         Self::declaration(&file.to_string_lossy(), vec![Mistake::at(None, &what)])
     }
 
-    /// Returns the message for use within another message: without an error number if a session
-    /// file caused it.
+    /// Returns the message for use within another message. The error number is left out if a
+    /// session file caused the error.
     pub(super) fn reason(&self) -> String {
         match self {
             Self::Session(error) => match error.problem() {
@@ -219,14 +227,14 @@ impl LaboratoryError {
     }
 }
 
-/// Joins every mistake of a session without line numbers, because the text is generated and nobody
-/// can look the lines up.
+/// Joins all mistakes of a session to one text. Line numbers are left out, because the session was
+/// generated and the user has no file in which to look them up.
 pub(super) fn describe_mistakes(error: &SessionError) -> String {
     let all: Vec<String> = error.errors().map(SessionError::summary).collect();
     all.join("\n  ")
 }
 
-/// One mistake in a declaration.
+/// One mistake in a declaration, with its line if that is known.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Mistake {
     line: Option<usize>,
@@ -234,7 +242,7 @@ pub struct Mistake {
 }
 
 impl Mistake {
-    /// Creates a mistake in `line`, from 1, if the line is known.
+    /// Creates a mistake in `line`, counted from 1; `None` if the line is unknown.
     #[must_use]
     pub fn at(line: Option<usize>, what: &str) -> Self {
         let what = what.to_owned();

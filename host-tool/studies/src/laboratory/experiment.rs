@@ -21,37 +21,38 @@ use toml::Value;
 /// An experiment whose declaration, sessions and wearer files have been checked.
 #[derive(Clone, Debug)]
 pub struct Experiment {
-    /// The parsed declaration.
     pub declaration: Declaration,
-    /// Name by which a command refers to the experiment: its built-in name, or its file.
+    /// Name by which a command refers to the experiment: its built-in name, or its file name.
     pub asked: String,
-    /// Text of the declaration file.
+    /// Text of the declaration file, as it was read.
     pub text: String,
     /// Name and text of each session, in the declaration's order.
     pub sessions: Vec<(String, String)>,
     /// Name and text of each wearer file that the sessions name.
     pub wearers: Vec<(String, String)>,
-    /// Name of the wearer file that replaces those of the sessions.
+    /// Name of the wearer file given on the command line, which replaces the wearer files of all
+    /// sessions; `None` if none was given.
     pub worn: Option<String>,
-    /// Every combination of the factors' levels.
+    /// All conditions: every combination of the factors' levels.
     pub conditions: Vec<Condition>,
     /// Name and SHA-256 of the declaration, of each session and of each wearer file.
     pub hashes: Vec<(String, String)>,
 }
 
-/// Prefix that marks a replacing wearer file in the list of an experiment's files.
+/// Prefix for the name of a wearer file given on the command line, in the list of an experiment's
+/// files.
 pub(super) const WORN: &str = "--wearer/";
 
-/// Results of one wearer in one condition: a value per measure of the declaration, `None` where the
-/// trial does not have that measure.
+/// Values of all measures of the declaration in one trial; `None` where the trial does not have a
+/// measure.
 pub type TrialMeasures = Vec<Option<f64>>;
 
 impl Experiment {
-    /// Creates the experiment from the declaration `text` of `file`; `texts` provides the sessions
-    /// and wearer files.
+    /// Creates the experiment from the declaration `text` of `file`; `texts` returns the texts of
+    /// its sessions and wearer files.
     ///
     /// # Errors
-    /// Returns every mistake in the declaration, or the conditions that no device would arm.
+    /// Returns every mistake in the declaration, or the conditions whose sessions are invalid.
     pub fn new(file: &str, text: &str, texts: Texts<'_>) -> Result<Self, LaboratoryError> {
         let (declaration, mut mistakes) = Declaration::read_and_check(text);
         let named = declaration.as_ref();
@@ -103,8 +104,8 @@ impl Experiment {
         Ok(whole)
     }
 
-    /// Replaces the wearer files of all sessions by `file` with this text. Fields of a simulated
-    /// elbow that the file determines are no longer random.
+    /// Replaces the wearer files of all sessions by `file`, whose content is `text`. Fields of a
+    /// simulated elbow that the file determines are no longer random.
     ///
     /// # Errors
     /// Fails if the file is invalid, if a session names no wearer file (E663), or if a session
@@ -129,7 +130,7 @@ impl Experiment {
         Ok(self)
     }
 
-    /// Sets the name by which a command refers to the experiment, without its folder.
+    /// Sets the name by which a command refers to the experiment; a folder in `name` is omitted.
     #[must_use]
     pub fn with_name(mut self, name: &str) -> Self {
         let file = Path::new(name).file_name();
@@ -140,7 +141,7 @@ impl Experiment {
         self
     }
 
-    /// Returns the measures of the declaration.
+    /// Returns the definitions of the measures that the declaration names.
     pub fn measures(&self) -> impl Iterator<Item = &'static Measure> {
         self.declaration
             .measures
@@ -148,19 +149,21 @@ impl Experiment {
             .filter_map(|id| measure::find_measure(id))
     }
 
-    /// Returns the number of units for `draws` wearers: each wearer at each grid point.
+    /// Returns the number of units for `draws` wearers, each of whom is simulated at each grid
+    /// point.
     #[must_use]
     pub fn units(&self, draws: u64) -> u64 {
         points(&self.declaration).saturating_mul(draws)
     }
 
-    /// Returns one wearer at one point of the grid.
+    /// Returns unit `index`: the values of one wearer at one point of the grid.
     #[must_use]
     pub fn unit(&self, seed: u64, draws: u64, index: u64) -> Unit {
         unit_of(&self.declaration, seed, draws, index)
     }
 
-    /// Checks that every condition has the measurements to which the stop limits refer.
+    /// Checks that the samples of every condition contain the measurements to which the stop limits
+    /// refer.
     fn check_stop(&self, sessions: &[Session]) -> Result<(), LaboratoryError> {
         let stop = self.declaration.protocol.stop;
         let all = self.conditions.iter().zip(sessions);
@@ -175,10 +178,10 @@ impl Experiment {
         }
     }
 
-    /// Checks that a single wearer can go through all conditions, if the protocol asks for that.
+    /// Checks that a single wearer can go through all conditions, if the protocol requires that.
     ///
     /// # Errors
-    /// Returns the first property in which the sessions differ although a wearer has it only once.
+    /// Returns the first property of wearer or board in which the sessions differ.
     pub(super) fn check_worn(&self, sessions: &[Session]) -> Result<(), LaboratoryError> {
         match self.declaration.protocol.wearer {
             Wearer::Rested => Ok(()),
@@ -186,8 +189,8 @@ impl Experiment {
         }
     }
 
-    /// Returns the steps for a random wearer: every condition once if the wearer is rested,
-    /// otherwise the whole protocol in an order that depends on `seed`.
+    /// Returns the steps of a simulated wearer. A wearer who is rested before every trial has each
+    /// condition once; any other wearer has the whole protocol, in an order that depends on `seed`.
     pub(super) fn steps_of(&self, seed: u64) -> Vec<Step> {
         let protocol = &self.declaration.protocol;
         match protocol.wearer {
@@ -204,10 +207,10 @@ impl Experiment {
         }
     }
 
-    /// Returns the session of each condition with these wearer's fields set.
+    /// Returns the session of each condition with these fields set to the values of a wearer.
     ///
     /// # Errors
-    /// Returns every session that no device would arm.
+    /// Returns every session that is then invalid.
     pub fn sessions(
         &self,
         fields: &[(String, Value)],
@@ -226,22 +229,22 @@ impl Experiment {
         }
     }
 
-    /// Simulates a unit in each condition on the whole native device. A wearer who is not rested
-    /// goes through the whole protocol; several rounds are averaged.
+    /// Simulates one unit in all conditions on the native backend. A wearer who is not rested goes
+    /// through the whole protocol, and the rounds are averaged.
     ///
     /// # Errors
-    /// Fails if no device would arm a session or a trial ended early.
+    /// Fails if a session is invalid or a trial ends early.
     pub fn measure_unit(&self, unit: &Unit) -> Result<Vec<TrialMeasures>, LaboratoryError> {
         let files = self.sessions(&unit.fields)?;
         let trials = self.play(unit, &files, &mut |_| ())?;
         Ok(self.means(&files, &trials))
     }
 
-    /// Runs the trials of a unit and returns each with the index of its condition; calls `meet`
-    /// with every device that is opened.
+    /// Simulates the trials of a unit and returns each with the index of its condition. `meet` is
+    /// called with every newly opened device.
     ///
     /// # Errors
-    /// Fails if a device cannot be opened or a trial ended early.
+    /// Fails if a device cannot be opened or a trial ends early.
     pub(super) fn play(
         &self,
         unit: &Unit,
@@ -282,7 +285,8 @@ impl Experiment {
         Ok(trials)
     }
 
-    /// Returns the measures of each condition, averaged over the trials that have a value.
+    /// Returns the measures of each condition, averaged over its trials; trials without a value are
+    /// left out.
     pub(super) fn means(
         &self,
         files: &[SessionFile],
@@ -312,7 +316,7 @@ impl Experiment {
     }
 }
 
-/// Creates the error for levels that set fields which cannot be changed.
+/// Creates the error for levels of factors that change session fields which cannot be changed.
 fn unchangeable_fields(
     d: &Declaration,
     (file, text): (&str, &str),

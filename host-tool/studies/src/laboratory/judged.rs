@@ -5,25 +5,26 @@ use super::decides::{DecidingClaim, LEAST_WEARERS, compare_fields};
 use hal_sim::random;
 use serde::Deserialize;
 
-/// Range of a parameter that is randomly generated.
+/// Range of a parameter that is randomly generated for each participant.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Range {
-    /// Name of the parameter, with its unit.
+    /// Name of the parameter; it includes the unit, if there is one.
     pub field: String,
-    /// Smallest value.
+    /// Lower end of the range, in the unit of the parameter.
     pub low: f64,
-    /// Largest value.
+    /// Upper end of the range, in the unit of the parameter.
     pub high: f64,
-    /// Whether the distribution is uniform in the logarithm instead of the value.
+    /// Whether values are uniform in the logarithm instead of uniform in the value.
     #[serde(default)]
     pub logarithm: bool,
-    /// Source of the range.
+    /// Source of the range: a publication, or "assumed".
     pub source: String,
 }
 
 impl Range {
-    /// Returns the value at the fraction `part` of the range, 0 to 1.
+    /// Returns the value at the fraction `part` of the range, 0 to 1, on a linear or logarithmic
+    /// scale.
     #[must_use]
     pub fn at(&self, part: f64) -> f64 {
         match self.logarithm {
@@ -32,8 +33,9 @@ impl Range {
         }
     }
 
-    /// Generates the values of participant `index`, one per range. Each value depends on seed,
-    /// index and position only, so that appending a range does not change the others.
+    /// Generates the values of participant `index`, one for each of `ranges`. A value depends only
+    /// on seed, index and the position of its range, so that appending a range does not change the
+    /// others.
     #[must_use]
     pub fn draw_values(ranges: &[Self], seed: u64, index: u64) -> Vec<f64> {
         let stream = random::word(seed, index);
@@ -41,7 +43,8 @@ impl Range {
         (0..).zip(ranges).map(value).collect()
     }
 
-    /// Returns the value that belongs to the range of `field`, or `None` if there is no such range.
+    /// Returns the value of the parameter `field` among the values `drawn`, which are in the order
+    /// of `ranges`; `None` if there is no such range.
     #[must_use]
     pub fn value(ranges: &[Self], drawn: &[f64], field: &str) -> Option<f64> {
         let place = ranges.iter().position(|range| range.field == field)?;
@@ -53,16 +56,18 @@ impl Range {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DrawClaim {
-    /// Identifier in the results.
+    /// Identifier of the claim in `result.json`.
     pub id: String,
     /// The claim as a sentence.
     pub says: String,
-    /// Whether the paper says that the claim holds.
+    /// What the paper says: `true` if the claim holds, `false` if it does not; `None` where the
+    /// paper is silent.
     pub paper: Option<bool>,
 }
 
 impl DrawClaim {
-    /// Returns the share of the judged participants in whom the claim holds.
+    /// Returns the share of participants in whom the claim holds. `verdicts` has one entry per
+    /// participant; `None` entries are not counted.
     #[must_use]
     pub fn share(&self, verdicts: &[Option<bool>]) -> Share {
         let known = verdicts.iter().flatten();
@@ -71,7 +76,8 @@ impl DrawClaim {
         Share::from_counts(self.id.clone(), self.says.clone(), self.paper, counts)
     }
 
-    /// Finds the parameters that decide the claim, from the random values of each participant.
+    /// Finds the parameters that decide the claim. `verdicts` and the random values `drawn` have
+    /// one entry per participant.
     #[must_use]
     pub fn deciding_fields(
         &self,

@@ -8,8 +8,9 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// Returns the files, besides the trials, that a rerun is compared with. Of an interrupted record
-/// only the rows count, because its result contains the early end and always differs.
+/// Returns the names of the files, besides the trials, in which a rerun must equal the record. If
+/// the record is of an interrupted run (`is_cut`), its result is left out, because it describes the
+/// interruption.
 #[must_use]
 pub const fn compared_files(is_cut: bool) -> &'static [&'static str] {
     match is_cut {
@@ -18,8 +19,9 @@ pub const fn compared_files(is_cut: bool) -> &'static [&'static str] {
     }
 }
 
-/// Returns the first difference between the record of an experiment and its rerun `again`. Of an
-/// interrupted record, the rows that exist are compared.
+/// Returns the first difference between the record of an experiment and its rerun in `again`, or
+/// `None` if they agree. Of an interrupted run (`is_cut`), only the rows that the record contains
+/// are compared.
 ///
 /// # Errors
 /// Fails if a file cannot be read.
@@ -58,7 +60,7 @@ fn lines(path: &Path) -> Result<Vec<String>, LaboratoryError> {
 }
 
 impl Experiment {
-    /// Returns names and SHA-256 of the experiment's files, as the record's plan lists them.
+    /// Returns names and SHA-256 of the experiment's files, as the plan of a record lists them.
     #[must_use]
     pub fn declared_files(&self) -> Vec<DeclaredFile> {
         let each = self.hashes.iter().cloned();
@@ -85,7 +87,8 @@ impl Experiment {
         Ok(())
     }
 
-    /// Recreates the experiment from the files that the record `dir` contains.
+    /// Recreates the experiment from the files in the record `dir`, which must have the SHA-256 in
+    /// `declared`.
     ///
     /// # Errors
     /// Fails if a file is missing or its SHA-256 has changed.

@@ -5,19 +5,19 @@ use host_core::analysis::{WallContact, force_metrics, metrics_without_lag, wall_
 use host_core::record::Trial;
 use host_core::session::Session;
 
-/// A number that is computed from a trial.
+/// Definition of a measure: a number that is computed from a trial.
 pub struct Measure {
     /// Identifier in declarations, `draws.csv` and `result.json`.
     pub id: &'static str,
-    /// Readable name.
+    /// Readable name of the measure.
     pub quantity: &'static str,
     /// Unit of the value; empty for a count.
     pub unit: &'static str,
-    /// Computes the value; `None` if the trial does not have the measure.
+    /// Function that computes the value; it returns `None` if the trial does not have the measure.
     pub of: fn(&Session, &Trial) -> Option<f64>,
 }
 
-/// All available measures.
+/// All measures that a declaration can name.
 #[rustfmt::skip]
 pub const MEASURES: &[Measure] = &[
     Measure { id: "rmse_deg", quantity: "RMSE of the measured angle", unit: "°", of: |_, trial| Some(metrics_without_lag(trial)?.rmse_deg) },
@@ -34,15 +34,15 @@ pub const MEASURES: &[Measure] = &[
     Measure { id: "energy_mj", quantity: "energy into 1 kΩ (assumed) or a voltage stage's load", unit: "mJ", of: |session, trial| Some(delivered_dose(session, trial).1) },
 ];
 
-/// Returns the measure with this identifier.
+/// Returns the measure with this identifier; `None` if there is none.
 #[must_use]
 pub fn find_measure(id: &str) -> Option<&'static Measure> {
     MEASURES.iter().find(|measure| measure.id == id)
 }
 
-/// Time before the arm leaves the wall in which swings are judged, s.
+/// Length of the last part of a contact with the wall in which the swing is judged, s.
 const JUDGED_S: f64 = 2.0;
-/// Largest distance from the final angle of a settled arm, degrees.
+/// Largest distance of a settled arm from its final angle, °.
 const SETTLED_DEG: f64 = 1.0;
 
 fn last_hit(trial: &Trial) -> Option<WallContact> {
@@ -54,11 +54,11 @@ fn deepest(trial: &Trial, begin: fn(f64) -> f64) -> Option<f64> {
     Some(last_hit(trial)?.deepest_deg + front_deg)
 }
 
-/// Time, s, and angle, °, from the first contact with the rendered wall to the end of the push.
+/// Course of a contact with the wall: time, s, and angle, ° of each sample, from the first contact
+/// until the trial ends or the arm finally turns back.
 struct Visit(Vec<(f64, f64)>);
 
-/// Returns the last contact with the wall while the wearer pushes: until the trial ends, or the arm
-/// finally turns back.
+/// Returns the last contact of the trial with the wall; `None` if there was none.
 fn visit(trial: &Trial) -> Option<Visit> {
     let hit = last_hit(trial)?;
     let inside = |t_s: f64| (hit.at_s..=hit.at_s + hit.for_s).contains(&t_s);
@@ -69,7 +69,7 @@ fn visit(trial: &Trial) -> Option<Visit> {
 }
 
 impl Visit {
-    /// Returns the angles of the last [`JUDGED_S`].
+    /// Returns the angles in the last [`JUDGED_S`] seconds of the contact.
     fn late(&self) -> impl Iterator<Item = f64> {
         let end_s = self.0.last().map_or(0.0, |(t_s, _)| *t_s);
         let late = self
@@ -86,8 +86,10 @@ impl Visit {
         high - low
     }
 
-    /// Returns the settling time, s, counted from the first turn: before that the arm still
-    /// approaches, and a pre-wall begins earlier. 0 for an arm that never turns.
+    /// Returns the settling time, s: from the first turn of the arm until it stays within
+    /// [`SETTLED_DEG`] of its final angle. Time before the first turn does not count, because the
+    /// arm still approaches then, and a pre-wall begins earlier than a wall. 0 for an arm that
+    /// never turns.
     fn settling_s(&self) -> f64 {
         let (count, sum) = self
             .late()
@@ -105,11 +107,12 @@ impl Visit {
     }
 }
 
-/// Assumed load of a current stage, Ω; the real load is unknown.
+/// Load between the electrodes of a current stage, Ω. It is assumed, because the real load is
+/// unknown.
 const ASSUMED_OHM: f64 = 1_000.0;
 
-/// Returns the charge of all first phases, mC, and the energy of all phases, mJ. The amplitude of
-/// each telemetry sample counts until the next sample.
+/// Returns the charge of all first phases of the trial, mC, and the energy of all phases, mJ. The
+/// amplitude of a telemetry sample counts until the next sample.
 fn delivered_dose(session: &Session, trial: &Trial) -> (f64, f64) {
     let (mut charge_mc, mut energy_mj) = (0.0, 0.0);
     for (sample, next) in trial.samples.iter().zip(trial.samples.iter().skip(1)) {

@@ -3,29 +3,29 @@
 use hal_sim::body::{Body, CHANNELS, Load, Pulse};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Resistance between the electrodes of each channel, Ω.
+/// Resistance between the electrodes of every channel, Ω.
 pub(crate) const LOAD_OHM: f64 = 1_000.0;
 
-/// The pulses that reached the electrodes, in order.
+/// Shared list of the pulses that reached the electrodes, in their order.
 #[derive(Clone, Default)]
 pub(crate) struct ElectrodeLog(Arc<Mutex<Vec<Pulse>>>);
 
 impl ElectrodeLog {
-    /// Returns all pulses so far.
+    /// Returns a copy of all pulses recorded so far.
     pub(crate) fn pulses(&self) -> Vec<Pulse> {
         let heard = self.0.lock();
         heard.unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 
-/// A body with a dummy load at each channel, which records its pulses.
+/// Simulated body without mechanics that records the pulses of every channel.
 pub(crate) struct Notes {
     loads: [Load; CHANNELS],
     heard: ElectrodeLog,
 }
 
 impl Notes {
-    /// Creates a body that adds its pulses to `heard`.
+    /// Creates a body that appends its pulses to `heard`.
     pub(crate) fn new(heard: &ElectrodeLog) -> Self {
         Self {
             loads: [Load::Ohms(LOAD_OHM); CHANNELS],

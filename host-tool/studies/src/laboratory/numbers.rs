@@ -1,11 +1,11 @@
 //! Formats the numbers of results alike on pages and terminals.
 
-/// Largest magnitude of a t statistic that is printed. t is a mean difference over its standard
-/// error: beyond a hundred it only shows that the differences hardly vary, as with simulated
-/// indices near 1, and no longer how large they are. Our convention.
+/// Largest magnitude of a t statistic that is printed. A t is a mean difference divided by its
+/// standard error. Beyond a hundred it only shows that the differences hardly vary, as with
+/// simulated indices near 1, and no longer how large they are. The limit is our convention.
 const LARGEST_T: f64 = 100.0;
 
-/// Note for a page or table that omits a t.
+/// Note for a page or table from which a t statistic was omitted.
 pub const LARGE_T: &str = "A t statistic beyond ±100 is not printed. t is a mean difference \
                            divided by its standard error, and in such a test the differences \
                            hardly vary, because the simulated values are close to an end of \
@@ -23,8 +23,8 @@ pub fn digits(value: f64) -> String {
     format!("{value:.places$}")
 }
 
-/// Returns the text that replaces a t statistic too large to be meaningful, or `None` for other
-/// quantities and smaller t.
+/// Returns the text that replaces a t statistic beyond ±100. Returns `None` for other quantities
+/// and for a smaller t, which are printed.
 #[must_use]
 pub fn large_t(quantity: &str, value: f64) -> Option<&'static str> {
     let is_t = quantity.ends_with(", t") || quantity == "t";
@@ -36,7 +36,8 @@ pub fn large_t(quantity: &str, value: f64) -> Option<&'static str> {
     }
 }
 
-/// Returns the position on an axis: a t that is not printed is moved to the largest one that is.
+/// Returns the value at which a quantity is plotted. A t statistic that is too large to be printed
+/// is plotted at ±100, all other values where they are.
 #[must_use]
 pub fn along(quantity: &str, value: f64) -> f64 {
     match large_t(quantity, value) {

@@ -10,36 +10,37 @@ use super::result::Outcome;
 /// One claim of a paper and the shares that belong to it.
 #[derive(Clone, Debug)]
 pub struct PaperClaim<'a> {
-    /// The claim as a sentence.
+    /// The claim as a sentence, as the page prints it.
     pub says: &'a str,
-    /// The shares that form the claim, at every point of a grid.
+    /// Shares of which the claim consists, at all points of a grid.
     pub parts: Vec<&'a Share>,
 }
 
-/// Combined result of all parts of a paper's claim.
+/// Verdict on a paper's claim, combined from all of its parts.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ClaimStanding {
-    /// The worst verdict of the parts that count.
+    /// At least one part counts; contains the worst verdict of all parts that count.
     Judged(Verdict),
-    /// No part has more than one independent case.
+    /// Parts could be judged, but none has more than one independent case.
     Single,
     /// No part could be judged.
     Unjudged,
 }
 
-/// Rules that assign the shares of certain studies to claims of the paper.
+/// Rules by which the shares of certain studies are assigned to the paper's claims.
 struct Grouping {
     /// Names of the studies to which the rules apply.
     studies: &'static [&'static str],
-    /// Text of each claim and the identifier patterns of its parts; `*` matches anything.
+    /// Wording of each claim, with patterns for the identifiers of its parts; `*` in a pattern
+    /// matches any text.
     claims: &'static [(&'static str, &'static [&'static str])],
-    /// Identifier patterns of shares that are no claim of the paper, although they contain its
-    /// statement.
+    /// Patterns for identifiers of shares that belong to no claim of the paper, although the paper
+    /// makes their statement.
     beside: &'static [&'static str],
 }
 
-/// The grouping rules. In any other study each share is a claim of its own, except that shares
-/// whose identifiers agree up to a `/` are parts of one claim.
+/// Grouping rules of the studies that need them. In any other study each share is a claim of its
+/// own; shares whose identifiers agree up to a `/` are parts of one claim.
 const GROUPINGS: &[Grouping] = &[
     Grouping {
         studies: &["hamana-3"],
@@ -173,7 +174,7 @@ const GROUPINGS: &[Grouping] = &[
     },
 ];
 
-/// Returns whether `id` matches `pattern`, in which one `*` matches anything.
+/// Returns whether `id` matches `pattern`, in which one `*` matches any text.
 fn is_meant(pattern: &str, id: &str) -> bool {
     match pattern.split_once('*') {
         None => pattern == id,
@@ -183,7 +184,7 @@ fn is_meant(pattern: &str, id: &str) -> bool {
     }
 }
 
-/// Returns the claims of the paper in their order, and the shares that belong to none.
+/// Returns the claims of the paper in their order, and the shares that belong to none of them.
 #[must_use]
 pub fn paper_claims(outcome: &Outcome) -> (Vec<PaperClaim<'_>>, Vec<&Share>) {
     let grouping = GROUPINGS
@@ -220,7 +221,7 @@ pub fn paper_claims(outcome: &Outcome) -> (Vec<PaperClaim<'_>>, Vec<&Share>) {
 }
 
 impl PaperClaim<'_> {
-    /// Names the claim by the text that its parts share after a colon: "persons: it falls" and
+    /// Names the claim by the text after the colon, if all parts share it: "persons: it falls" and
     /// "studies: it falls" become "it falls".
     fn with_common_name(mut self) -> Self {
         let tail = |share: &'_ Share| share.claim.find(": ").map(|at| at + 2);
@@ -234,8 +235,8 @@ impl PaperClaim<'_> {
         self
     }
 
-    /// Returns the worst verdict of the parts: a claim holds only if all of its parts do. Parts
-    /// with one independent case or none do not count.
+    /// Returns the verdict on the claim, which is the worst one of its parts: a claim holds only if
+    /// all parts do. Parts with at most one independent case do not count.
     #[must_use]
     pub fn standing(&self) -> ClaimStanding {
         let of = |wanted| {
@@ -250,7 +251,7 @@ impl PaperClaim<'_> {
         }
     }
 
-    /// Returns the number of parts that agree with the paper, and of parts that count.
+    /// Returns the number of parts that agree with the paper, and the number of parts that count.
     #[must_use]
     pub fn counts(&self) -> (usize, usize) {
         let counted = self.parts.iter().filter_map(|share| share.verdict());
@@ -258,7 +259,7 @@ impl PaperClaim<'_> {
         (like.count(), counted.count())
     }
 
-    /// Returns a phrase as "agrees in 2 of 3 counted parts".
+    /// Returns a phrase, for example "agrees in 2 of 3 counted parts".
     #[must_use]
     pub fn counts_in_words(&self) -> String {
         match self.counts() {
@@ -270,7 +271,7 @@ impl PaperClaim<'_> {
 }
 
 impl ClaimStanding {
-    /// Returns the standing in a few words.
+    /// Returns the verdict in a few words, for a table.
     #[must_use]
     pub const fn in_words(self) -> &'static str {
         match self {

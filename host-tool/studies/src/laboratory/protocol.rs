@@ -4,14 +4,14 @@ use hal_sim::random::word;
 use host_core::session::Session;
 use serde::Deserialize;
 
-/// Random stream of the order of conditions.
+/// Random stream from which the order of the trials is generated.
 const ORDER: u64 = 0x1AB2;
 
-/// Blocks of trials, with rests and prompts between them.
+/// Protocol of an experiment: the order of its trials, with rests and prompts between them.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Protocol {
-    /// Number of blocks, which the longer rest separates.
+    /// Number of blocks of trials; `block_rest_s` separates them.
     pub blocks: usize,
     /// Number of times that each condition occurs in a block.
     pub repetitions: usize,
@@ -19,24 +19,25 @@ pub struct Protocol {
     pub order: Order,
     /// Rest between two trials, s.
     pub rest_s: f64,
-    /// Rest between two blocks, s.
+    /// Rest between the last trial of a block and the first of the next, s.
     pub block_rest_s: f64,
     /// State of a simulated wearer at the start of a trial.
     pub wearer: Wearer,
-    /// Text that is shown before each trial; on a board the operator confirms it.
+    /// Text that is shown before each trial; on a board the operator must confirm it.
     pub prompt: Option<String>,
-    /// Limits that end the protocol.
+    /// Limits at which the protocol ends early.
     pub stop: Stop,
 }
 
-/// State of a simulated wearer at the start of a trial. A board always has the same person.
+/// State of a simulated wearer at the start of a trial. On a board it is always the same person.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Wearer {
-    /// Rested and at the start of the movement, so that trials are independent of each other.
+    /// A new, rested wearer at the start of the movement, so that trials do not influence each
+    /// other.
     #[default]
     Rested,
-    /// In the state that the previous trials and rests left.
+    /// The same wearer, as tired as the previous trials and rests have left them.
     Same,
 }
 
@@ -44,27 +45,29 @@ pub enum Wearer {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Order {
-    /// The order of the declaration.
+    /// The order in which the declaration lists the conditions.
     #[default]
     Listed,
     /// A random order for each block, which depends on the seed.
     Random,
 }
 
-/// Limits that end a protocol before its last trial. A fault, a refusal or a signal always ends it.
+/// Limits whose crossing ends a protocol before its last trial. A fault, a refusal or a signal
+/// always ends it.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Stop {
-    /// Largest measured angle, degrees.
+    /// Largest allowed measured angle, °.
     pub angle_above_deg: Option<f64>,
-    /// Smallest measured angle, degrees.
+    /// Smallest allowed measured angle, °.
     pub angle_below_deg: Option<f64>,
-    /// Largest predicted force, N.
+    /// Largest allowed predicted force, N.
     pub force_above_n: Option<f64>,
 }
 
 impl Stop {
-    /// Returns the criteria that this session cannot meet, and the measurement that it lacks.
+    /// Returns the names of the stop limits that can never be crossed in this session, each with
+    /// the measurement that is missing.
     pub(super) fn unusable_criteria(&self, session: &Session) -> Vec<(&'static str, &'static str)> {
         let has_angle = session.joint.is_some() || session.wall.is_some();
         let has_force = session
@@ -100,36 +103,37 @@ impl Default for Protocol {
     }
 }
 
-/// One step of a protocol.
+/// What happens next in a protocol.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Step {
     /// A rest without stimulation, s.
     Rest(f64),
     /// A text that the operator confirms.
     Prompt(String),
-    /// A trial in one condition.
+    /// A trial, at this position in the protocol.
     Trial(Place),
 }
 
-/// Position of a trial in its protocol.
+/// Position of a trial in a protocol.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Place {
-    /// Counts the blocks from 0.
+    /// Index of the block, from 0.
     pub block: usize,
-    /// Counts the trials of the same condition within the block, from 0.
+    /// Number of earlier trials of the same condition in this block.
     pub repetition: usize,
-    /// Index of the condition.
+    /// Index of the condition, from 0.
     pub condition: usize,
 }
 
 impl Protocol {
-    /// Returns the number of trials of each condition.
+    /// Returns the number of trials that each condition has in the whole protocol.
     #[must_use]
     pub const fn rounds(&self) -> usize {
         self.blocks.saturating_mul(self.repetitions)
     }
 
-    /// Returns the steps for this number of conditions and this seed.
+    /// Returns all steps of the protocol for this number of conditions; `seed` determines a random
+    /// order.
     #[must_use]
     pub fn steps(&self, conditions: usize, seed: u64) -> Vec<Step> {
         let mut steps = Vec::new();
@@ -152,7 +156,7 @@ impl Protocol {
         steps
     }
 
-    /// Returns the trials of a block in their order.
+    /// Returns the trials of a block in the order in which they run.
     fn block(&self, block: usize, conditions: usize, seed: u64) -> Vec<Place> {
         let rounds = 0..self.repetitions;
         let place = |repetition, condition| Place {

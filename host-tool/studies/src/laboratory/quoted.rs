@@ -1,6 +1,6 @@
 //! Quotes a word for a shell.
 
-/// Returns `word` so that a shell reads it as one word.
+/// Quotes `word` if necessary, so that a shell reads it as a single word.
 #[must_use]
 pub fn quote_for_shell(word: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "._-/:+,@%".contains(c);

@@ -13,78 +13,79 @@ use host_core::statistics::Spread;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Result of an experiment.
+/// Result of an experiment or study: the content of `result.json`.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Outcome {
-    /// Name of the experiment.
+    /// Name of the experiment or study.
     pub name: String,
-    /// Heading of the page.
+    /// Heading of the report page.
     pub title: String,
     /// Seed of wearers, noise and trial order.
     pub seed: u64,
-    /// Whether everything is simulated; `None` if no device reported it.
+    /// Whether everything was simulated; `None` if no device reported it.
     pub simulated: Option<bool>,
-    /// Description of the missing part; `None` for a complete result.
+    /// Description of what is missing; `None` for a complete result.
     #[serde(default)]
     pub cut_short: Option<String>,
-    /// The preregistered settings.
+    /// Settings that were fixed before the result was seen, and how to repeat the result.
     pub declared: Preregistration,
     /// The conditions, in the declaration's order.
     pub conditions: Vec<ShownCondition>,
-    /// One row for each measure of each condition.
+    /// In how many cases each claim holds.
     pub rows: Vec<Row>,
     /// Share of cases in which each claim holds.
     pub shares: Vec<Share>,
-    /// Parameters that decide each claim; empty without random wearers, and in results of older
-    /// versions.
+    /// For each claim, the random parameters that decide it. Empty without random wearers, and in
+    /// results of older versions.
     #[serde(default)]
     pub decides: Vec<DecidingClaim>,
-    /// Results beside the paper's own tables and figures, by their numbers; empty where a study has
-    /// none.
+    /// Our results in the form of the paper's own tables and figures, by their numbers; empty for
+    /// studies that have none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sheets: Vec<Sheet>,
     /// Notes that the reader needs to interpret the numbers.
     pub notes: Vec<String>,
 }
 
-/// A condition and the trial that represents it on the page.
+/// A condition, with the trial that is shown for it on the page.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct ShownCondition {
-    /// One level per factor.
+    /// Names of the condition's levels, one per factor.
     pub levels: Vec<String>,
-    /// Index of its first trial in the record, from 0; `None` if none was recorded.
+    /// Index of the condition's first trial in the record, from 0; `None` if none was recorded.
     pub trial: Option<usize>,
 }
 
-/// Preregistered settings of an experiment.
+/// Settings that were fixed before the result was seen, and how to repeat it.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Preregistration {
-    /// Name by which a command refers to the experiment: its built-in name, or its file. Empty in
-    /// results of older versions.
+    /// Name by which a command refers to the experiment: its built-in name, or its file name. Empty
+    /// in results of older versions.
     #[serde(default)]
     pub asked: String,
-    /// Arguments after `flexor` that repeat the result, without the seed; `None` if `experiment` or
-    /// `sweep` repeats it by name.
+    /// Arguments after `flexor` that repeat the result, without the seed. `None` if the command
+    /// `experiment` or `sweep` repeats it by the name of the experiment.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub command: Option<String>,
-    /// Device that ran the trials, if the result consists of trials only.
+    /// Name of the device that ran the trials, if the result consists of trials only.
     #[serde(default)]
     pub device: Option<String>,
     /// SHA-256 of the declaration and its sessions, by file name.
     pub sha256: BTreeMap<String, String>,
-    /// Paper, section and figure.
+    /// Paper, section and figure that the experiment replicates.
     pub source: String,
     /// Number of random wearers at each grid point; 0 if the result consists of recorded trials
     /// only.
     pub draws: u64,
-    /// Plural noun for the draws if they are not wearers.
+    /// Plural noun for the draws if they are not wearers, such as "sessions".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drawn: Option<String>,
     /// Whether seed, number of draws and wearer are those of the declaration.
     pub as_declared: bool,
 }
 
-/// Returns the arguments that repeat an experiment with another wearer, without the seed.
+/// Returns the arguments of the command that repeats an experiment with a wearer file from the
+/// command line, without the seed. Returns `None` if no such file was given.
 fn command(experiment: &Experiment, draws: u64, device: &str) -> Option<String> {
     let (asked, file) = (
         quote_for_shell(&experiment.asked),
@@ -100,30 +101,30 @@ fn command(experiment: &Experiment, draws: u64, device: &str) -> Option<String> 
     ))
 }
 
-/// A measure in one condition.
+/// Values of one measure in one condition, ours beside the paper's.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Row {
-    /// Condition and measure.
+    /// Identifier: condition, `/`, and identifier of the measure; preceded by the grid point if
+    /// there is one.
     pub id: String,
     /// Readable name of the measure and its condition.
     pub quantity: String,
-    /// Unit of the values.
     pub unit: String,
-    /// Value that the paper prints.
+    /// Value that the paper prints; `None` if it prints none.
     pub paper: Option<f64>,
-    /// Median over the wearers.
+    /// Median over the wearers; `None` if no wearer has a value.
     pub ours: Option<f64>,
-    /// 5th percentile over the wearers.
+    /// 5th percentile over the wearers; `None` if no wearer has a value.
     pub low: Option<f64>,
-    /// 95th percentile over the wearers.
+    /// 95th percentile over the wearers; `None` if no wearer has a value.
     pub high: Option<f64>,
     /// Number of wearers with a value.
     pub n: usize,
 }
 
 impl Row {
-    /// Computes median, 5th and 95th percentile and count of the finite numbers, beside the paper's
-    /// value.
+    /// Creates a row with median, 5th and 95th percentile and number of the finite `numbers`,
+    /// beside the paper's value.
     #[must_use]
     pub fn from_numbers(
         id: String,
@@ -146,10 +147,10 @@ impl Row {
     }
 }
 
-/// Note in every simulated result.
+/// Note that accompanies every simulated result.
 const SIMULATED: &str =
     "Simulated: the numbers come from assumed bodies and are no evidence about people.";
-/// Note in a result for which no device reported whether it is simulated.
+/// Note for a result of which no device reported whether it was simulated.
 const UNKNOWN: &str = "No device answered: it is unknown whether any of this is simulated.";
 const MEANING: &str = "“Ours” is the median of the randomly generated wearers, low and high are \
                        their 5th and 95th percentiles: a range of bodies, not a confidence \
@@ -161,7 +162,7 @@ const CASES: &str = "The interval of a share (95 %, Wilson) counts wearers, beca
                      of one wearer are not independent.";
 
 impl Outcome {
-    /// Creates the result of a sweep: `draws` wearers at each point of the grid.
+    /// Creates the result of a sweep with `draws` wearers at each point of the grid.
     #[must_use]
     pub fn from_units(
         experiment: &Experiment,
@@ -180,8 +181,8 @@ impl Outcome {
         }
     }
 
-    /// Creates the result of trials on `device`. Each round counts as a unit with the session's own
-    /// values, without a grid.
+    /// Creates the result of trials that were conducted on `device`. Each round of all conditions
+    /// counts as a unit; no field is random, and there is no grid.
     #[must_use]
     pub fn from_trials(
         experiment: &Experiment,
@@ -219,7 +220,7 @@ impl Outcome {
         outcome.with_trials(trials)
     }
 
-    /// Adds the recorded trials that the page shows.
+    /// Adds to each condition the recorded trial that the page shows for it.
     #[must_use]
     pub fn with_trials(mut self, trials: &[ConductedTrial]) -> Self {
         for (position, measurement) in trials.iter().enumerate() {
@@ -290,13 +291,13 @@ impl Outcome {
         }
     }
 
-    /// Returns whether the shares belong to grid points.
+    /// Returns whether the experiment has a grid, so that each share belongs to a grid point.
     #[must_use]
     pub fn is_grid(&self) -> bool {
         self.shares.iter().any(|share| !share.at.is_empty())
     }
 
-    /// Returns the contents of `result.json`.
+    /// Returns the result as the text of `result.json`.
     #[must_use]
     pub fn json(&self) -> String {
         // Cannot fail: the result has only strings, numbers and lists.
@@ -305,14 +306,14 @@ impl Outcome {
 }
 
 impl ShownCondition {
-    /// Returns the name as [`Condition::name`](super::condition::Condition::name) does.
+    /// Returns the readable name of the condition: the names of its levels, separated by commas.
     #[must_use]
     pub fn name(&self) -> String {
         condition_name(&self.levels)
     }
 }
 
-/// Returns the rows of each measure in each condition at each point of the grid.
+/// Returns a row for each measure in each condition at each point of the grid.
 fn rows(experiment: &Experiment, draws: u64, units: &Units) -> Vec<Row> {
     let declaration = &experiment.declaration;
     let mut rows = Vec::new();
@@ -337,8 +338,8 @@ fn rows(experiment: &Experiment, draws: u64, units: &Units) -> Vec<Row> {
     rows
 }
 
-/// Returns a note for each measure that no wearer has in a condition although wearers were
-/// simulated there.
+/// Returns a note for each measure that no wearer has in a condition, although wearers were
+/// simulated in it.
 fn missing_measures(experiment: &Experiment, units: &Units) -> Vec<String> {
     let mut told = Vec::new();
     for (m, measure) in experiment.measures().enumerate() {

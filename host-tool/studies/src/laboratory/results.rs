@@ -12,41 +12,43 @@ use std::collections::HashMap;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// Largest number of rows on a terminal; the page shows all.
+/// Largest number of rows that a terminal shows; the page shows all.
 const MOST_ROWS: usize = 12;
 
-/// The result of an experiment or a sweep, and its name.
+/// The result of an experiment or a sweep, with the name under which it is compared.
 #[derive(Debug)]
 pub struct NamedResult {
-    /// Path of its folder, as given.
+    /// Path of the folder that contains the result, as the user typed it.
     pub name: String,
     /// The result that was read.
     pub outcome: Outcome,
-    /// Text of the declaration; empty if the folder does not contain it.
+    /// Text of the declaration; empty if the folder has no copy of it.
     declaration: String,
 }
 
-/// The same number in several results.
+/// One number as it is in each of the compared results.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct ResultRow {
-    /// Condition and measure, or the claim.
+    /// Identifier of condition and measure, or of the claim.
     pub id: String,
-    /// Readable name.
+    /// Readable name of the measure and condition, or wording of the claim.
     pub quantity: String,
     /// Unit of the values; "cases" for a claim, whose values are shares from 0 to 1.
     pub unit: String,
-    /// Values in the order of the results; `None` if a result has no such row.
+    /// Value in each result, in their order; `None` where a result does not have this row.
     pub values: Vec<Option<ResultValue>>,
 }
 
-/// One number of a result.
+/// Value of a measure or claim in one result, with its range.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct ResultValue {
     /// Median over the wearers or rounds; for a claim, the share of cases in which it holds.
     pub value: Option<f64>,
-    /// 5th percentile; for a claim, the lower end of its interval.
+    /// 5th percentile over wearers or rounds; for a claim, the lower end of its confidence
+    /// interval.
     pub low: Option<f64>,
-    /// 95th percentile; for a claim, the upper end of its interval.
+    /// 95th percentile over wearers or rounds; for a claim, the upper end of its confidence
+    /// interval.
     pub high: Option<f64>,
     /// Number of wearers, rounds or cases.
     pub n: u64,
@@ -75,7 +77,8 @@ impl NamedResult {
     }
 }
 
-/// Returns every number and claim that any result has, in order of first occurrence.
+/// Returns a row for every measure and claim that occurs in any of the results, in order of first
+/// occurrence.
 #[must_use]
 pub fn result_rows(all: &[NamedResult]) -> Vec<ResultRow> {
     let mut rows: Vec<ResultRow> = Vec::new();
@@ -127,7 +130,8 @@ fn number(row: &Row) -> ResultValue {
     }
 }
 
-/// Returns the differences of each declaration from that of the first result.
+/// Returns the differences between the declaration of the first result and that of each other
+/// result.
 #[must_use]
 pub fn declaration_differences(all: &[NamedResult]) -> Vec<FileDifference> {
     let mut numbered = all.iter().enumerate();
@@ -150,7 +154,7 @@ impl ResultRow {
         self.values.iter().any(|value| *value != self.values[0])
     }
 
-    /// Formats each value as text.
+    /// Formats the value of each result as text.
     fn cells(&self) -> Vec<String> {
         let in_words = |value: &Option<ResultValue>| {
             let Some(ResultValue {
@@ -194,7 +198,7 @@ fn short(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-/// Returns the numbers that differ, for a terminal of 80 columns.
+/// Returns a table of the numbers that differ, for a terminal of 80 columns.
 #[must_use]
 pub fn results_text(all: &[NamedResult]) -> String {
     let mut text = "\nResults (median; 5th to 95th percentile)\n".to_owned();
@@ -228,8 +232,8 @@ pub fn results_text(all: &[NamedResult]) -> String {
     text.trim_end().to_owned()
 }
 
-/// Returns the page's contents: every number, in bold where it differs from the first result, and
-/// the differences between the declarations.
+/// Returns the contents of the comparison page: every number, in bold where it differs from the
+/// first result, and the differences between the declarations.
 #[must_use]
 pub fn results_body(all: &[NamedResult]) -> Html {
     let names = all.iter().map(|result| {

@@ -8,28 +8,28 @@ use host_core::record::Place;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Result of a run and how much of the study it covers.
+/// Result of a run, and how much of the study it covers.
 pub struct RunProgress {
-    /// Result of the units that exist, all or only the first; `None` for a shard.
+    /// Result of the units that exist, which are all or only the first; `None` for a shard.
     pub outcome: Option<Outcome>,
-    /// Text table for a terminal, if the study has more than the tables of `outcome`.
+    /// Text table for a terminal, if the study has tables beyond those in `outcome`.
     pub table: Option<String>,
-    /// Reason why the outcome could not be written.
+    /// Error because of which the result could not be written; the units are stored nevertheless.
     pub failed: Option<anyhow::Error>,
-    /// Whether every unit was computed.
+    /// Whether every unit of the study or shard was computed.
     pub is_whole: bool,
-    /// Number of computed units, in words.
+    /// Number of existing units in words, such as "12 of 40 sessions".
     pub done: String,
-    /// Number of units computed in this run, without those computed before.
+    /// Number of units that this run computed, without those of earlier runs.
     pub fresh: u64,
 }
 
 /// A study that a command can run, without its type parameters.
 pub trait Runnable: Sync {
-    /// Returns the parameters that determine every byte of the result.
+    /// Returns the description of the sweep: the inputs that determine every byte of the result.
     fn sweep(&self, shard: Shard) -> Sweep;
-    /// Takes the folder `dir` for this process alone. It must be absent, empty, or contain an
-    /// earlier part of the same shard.
+    /// Locks the folder `dir` for this process. It must be absent, empty, or contain an earlier
+    /// part of the same shard.
     ///
     /// # Errors
     /// Fails with E603 if the folder contains something else, which stays unchanged, or if another
@@ -37,9 +37,9 @@ pub trait Runnable: Sync {
     fn place(&self, dir: &Path, shard: Shard) -> Result<Place, LaboratoryError> {
         self.sweep(shard).place(dir)
     }
-    /// Computes the units of this shard that `dir` lacks, or without `dir` all of them, which are
-    /// then not stored. `go_on` receives the completed share, 0 to 1, and ends the run by returning
-    /// `false`. Writes the result, unless this is only a shard.
+    /// Computes the units of this shard that `dir` lacks; without `dir`, computes all units and
+    /// stores none. `go_on` receives the finished part, 0 to 1, and ends the run by returning
+    /// `false`. Writes the result unless this is only a shard.
     ///
     /// # Errors
     /// Fails if the folder contains something else, if a unit cannot be stored, or if a unit fails;
@@ -50,8 +50,8 @@ pub trait Runnable: Sync {
         shard: Shard,
         go_on: &mut dyn FnMut(f64) -> bool,
     ) -> anyhow::Result<RunProgress>;
-    /// Merges all shards of a study in `parts` into `out`, with the same bytes as a run without
-    /// shards.
+    /// Merges the shards in the folders `parts`, which must be all of them, into `out`. The files
+    /// are the same as those of a run without shards.
     ///
     /// # Errors
     /// Fails if the parts are not all shards of this study, if units are missing, or if a file
@@ -59,10 +59,10 @@ pub trait Runnable: Sync {
     fn merge(&self, parts: &[PathBuf], out: &Path) -> anyhow::Result<RunProgress>;
 }
 
-/// A run's result, and its units by index.
+/// Result of a run, and the units that exist, by index.
 pub type WithUnits<U> = (RunProgress, BTreeMap<u64, U>);
 
-/// Runs a sweep of a drawing, as [`Runnable::run`] does.
+/// Runs a sweep as [`Runnable::run`] does, for a study that is a [`Drawing`].
 ///
 /// # Errors
 /// Fails as [`Runnable::run`] does.
@@ -95,7 +95,7 @@ where
     Ok((ran, units))
 }
 
-/// Merges the shards of a drawing, as [`Runnable::merge`] does.
+/// Merges shards as [`Runnable::merge`] does, for a study that is a [`Drawing`].
 ///
 /// # Errors
 /// Fails as [`Runnable::merge`] does.
@@ -141,7 +141,8 @@ impl<S: Study> Runnable for S {
     }
 }
 
-/// Returns the seed and the number of draws of the shard in a folder, which determine the merge.
+/// Returns the seed and the number of draws of the shard in the folder `part`; all shards of a
+/// sweep have the same.
 ///
 /// # Errors
 /// Fails with E604 if the folder contains no shard.

@@ -2,141 +2,136 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A table or figure under the paper's own number.
+/// Our results in the form of a table or figure of the paper, under the paper's own number.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Sheet {
-    /// The paper's number, as "Table 8" or "Figure 12".
+    /// The paper's number of the table or figure, such as "Table 8" or "Figure 12".
     pub number: String,
-    /// Subject in a few words.
+    /// What the sheet shows, in a few words.
     pub title: String,
-    /// Explanation of the contents: whose data they are, whether they are simulated, and what the
-    /// paper shows.
+    /// Explanation below the heading: whose data are shown, whether they are simulated, and what
+    /// the paper shows.
     pub caption: String,
-    /// Numbers to show.
+    /// The contents: a table, plots or a matrix.
     pub shows: SheetContent,
 }
 
-/// Contents of a sheet, by kind of presentation.
+/// Contents of a sheet, by the way in which they are shown.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SheetContent {
-    /// Text in rows and columns.
+    /// A table of text cells.
     Table(Grid),
-    /// Small multiples with axes.
+    /// Small plots in rows, with a common legend.
     Plots(Plots),
-    /// Numbers in shaded cells.
+    /// Numbers in cells that are shaded by size.
     Matrix(Matrix),
 }
 
-/// Numbers with shades, from white for 0 to darkest for the largest.
+/// Numbers in cells with shades, from white for 0 to the darkest for the largest number.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Matrix {
-    /// Quantity that the numbers measure.
+    /// Quantity that the numbers measure, with its unit.
     pub unit: String,
-    /// Column heads.
     pub heads: Vec<String>,
     /// Name of each row, and one number per column.
     pub rows: Vec<(String, Vec<f64>)>,
 }
 
-/// A table of formatted cells; the first cell of a row is its name.
+/// A table of formatted cells; the first cell of each row is its name.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Grid {
-    /// Column heads.
     pub heads: Vec<String>,
     /// Rows with one cell per column.
     pub rows: Vec<Vec<String>>,
 }
 
-/// Plots side by side.
+/// Small plots in rows, with a common legend.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Plots {
-    /// Number of plots in a row.
+    /// Number of plots side by side in a row.
     pub beside: usize,
-    /// Legend of each colour, in the order of the palette.
+    /// Legend text of each series; the index of a series selects its colour.
     pub series: Vec<String>,
     /// Plots from left to right, row by row.
     pub plots: Vec<Plot>,
 }
 
-/// Marks between two axes.
+/// One plot: marks between two axes.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Plot {
-    /// Heading above the plot.
     pub title: String,
-    /// Horizontal axis.
     pub x: SheetAxis,
-    /// Vertical axis.
     pub y: SheetAxis,
-    /// Range of x that the evaluation ignores, shown in grey.
+    /// Range of x that the evaluation leaves out, shown in grey; `None` if everything is evaluated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub aside: Option<[f64; 2]>,
     /// Horizontal bands behind all other marks.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bands: Vec<Band>,
-    /// Vertical bars from 0.
+    /// Vertical bars that start at y = 0.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bars: Vec<Bar>,
-    /// Lines above all marks except the paper's values.
+    /// Lines with their points, above all other marks except the paper's values.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub curves: Vec<Curve>,
-    /// The paper's values, as x and y.
+    /// The paper's values as pairs of x and y, drawn on top.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub paper: Vec<[f64; 2]>,
 }
 
-/// Name, range and ticks of an axis.
+/// An axis of a plot: its name, range and ticks.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct SheetAxis {
-    /// Quantity with its unit.
+    /// Name of the quantity, with its unit.
     pub name: String,
-    /// Smallest and largest value; on an axis of names, half a position beyond the first and the
-    /// last.
+    /// Smallest and largest value on the axis. On an axis of names, the ends are half a position
+    /// beyond the first and the last name.
     pub ends: [f64; 2],
-    /// Whether the scale is logarithmic.
+    /// Whether the axis is logarithmic; its ends must then be positive.
     #[serde(default, skip_serializing_if = "is_false")]
     pub logarithmic: bool,
-    /// Position and text of each tick; empty for round steps.
+    /// Position and text of each tick; if empty, ticks are at round values.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ticks: Vec<(f64, String)>,
 }
 
-/// Horizontal band between two values of y.
+/// Horizontal band between two values of y, with a line inside it.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Band {
-    /// Index of the series, from 0.
+    /// Index of the series to which the band belongs, from 0; it selects the colour.
     pub series: usize,
-    /// Lower edge.
+    /// Value of y at the lower edge.
     pub low: f64,
-    /// Value of the line inside the band.
+    /// Value of y at the line inside the band.
     pub middle: f64,
-    /// Upper edge.
+    /// Value of y at the upper edge.
     pub high: f64,
 }
 
-/// A vertical bar from 0.
+/// A vertical bar from y = 0 to a value, with an optional interval.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Bar {
-    /// Index of the series, from 0.
+    /// Index of the series to which the bar belongs, from 0; it selects the colour.
     pub series: usize,
-    /// Left and right edge.
+    /// Values of x at the left and the right edge.
     pub x: [f64; 2],
-    /// Height of the bar.
+    /// Value of y at the end of the bar.
     pub value: f64,
-    /// Lower and upper end of the interval.
+    /// Lower and upper end of the interval around the value; `None` if there is none.
     pub range: Option<[f64; 2]>,
 }
 
-/// A line through points.
+/// A line through points, optionally with a mark and an interval at each.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Curve {
-    /// Index of the series, from 0.
+    /// Index of the series to which the line belongs, from 0; it selects the colour.
     pub series: usize,
-    /// Whether each point has a mark; only then may `ranges` contain intervals.
+    /// Whether a mark is drawn at each point; only then may `ranges` contain intervals.
     pub marked: bool,
-    /// Points as x and y.
+    /// Points of the line as pairs of x and y.
     pub points: Vec<[f64; 2]>,
-    /// Interval of each point; empty without intervals.
+    /// Lower and upper end of each point's interval; empty if the points have none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ranges: Vec<[f64; 2]>,
 }
@@ -147,7 +142,7 @@ const fn is_false(flag: &bool) -> bool {
 }
 
 impl SheetAxis {
-    /// Creates a linear axis between these ends, with round steps.
+    /// Creates a linear axis between these ends, with ticks at round values.
     #[must_use]
     pub fn linear(name: &str, ends: [f64; 2]) -> Self {
         Self {
@@ -157,7 +152,7 @@ impl SheetAxis {
         }
     }
 
-    /// Creates an axis with one position per name, the first at 0.
+    /// Creates an axis with one position per name; the first name is at 0, the next at 1.
     #[must_use]
     pub fn categorical(name: &str, names: impl IntoIterator<Item = String>) -> Self {
         let ticks: Vec<(f64, String)> = (0..).map(f64::from).zip(names).collect();
@@ -170,8 +165,7 @@ impl SheetAxis {
 }
 
 impl Curve {
-    /// Creates a line through these points, rounded to a thousandth, which is finer than any
-    /// picture shows.
+    /// Creates a line through these points, which are rounded to a thousandth.
     #[must_use]
     pub fn line(series: usize, points: impl IntoIterator<Item = [f64; 2]>) -> Self {
         let round = |value: f64| (1e3 * value).round() / 1e3;

@@ -10,8 +10,8 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use toml::Table;
 
-/// Returns the sessions that a declaration names, in its order, with their texts, and a mistake for
-/// each that is missing.
+/// Returns path and text of each session that the declaration names, in its order, and a mistake
+/// for each session that cannot be read.
 pub(super) fn sessions(
     d: &Declaration,
     text: &str,
@@ -34,15 +34,15 @@ pub(super) fn sessions(
     (all, mistakes)
 }
 
-/// Returns whether a text looks like a session: it has a channel or setpoints.
+/// Returns whether a text looks like a session file, because it has a channel or setpoints.
 fn is_session(text: &str) -> bool {
     let (root, _) = toml::de::DeTable::parse_recoverable(text);
     let has = |field: &&str| root.get_ref().contains_key(*field);
     ["channel", "setpoints"].iter().any(has)
 }
 
-/// Creates the mistake for a session that cannot be read, with the reason and the level that names
-/// it.
+/// Creates the mistake for a session that cannot be read, with the reason `why` and the level that
+/// names the session.
 fn missing_session(
     d: &Declaration,
     text: &str,
@@ -70,7 +70,8 @@ fn missing_session(
     Mistake::at(line, &what)
 }
 
-/// Returns the text of `name`, from the cache or freshly read.
+/// Returns the text of the file `name` from the cache `before`, or reads it and adds it to the
+/// cache.
 pub(super) fn read_cached(
     before: &RefCell<BTreeMap<String, String>>,
     name: &str,
@@ -84,7 +85,8 @@ pub(super) fn read_cached(
     Ok(text)
 }
 
-/// Parses each session into a table that conditions modify, by name.
+/// Parses each session into a table that the conditions can change; returns the tables by the path
+/// of their session.
 pub(super) fn tables<'s>(
     sessions: &'s [(String, String)],
     texts: Texts<'_>,

@@ -8,49 +8,50 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
 
-/// The inputs that determine every unit of a study.
+/// The inputs of a study that determine all of its units.
 pub struct StudyIdentity<'a> {
-    /// Name of the study in commands.
+    /// Name of the study on the command line.
     pub name: &'a str,
-    /// Arguments that affect the result, besides seed and draws, as typed; empty without any.
+    /// Arguments besides seed and draws that affect the result, as typed on the command line; empty
+    /// without any.
     pub arguments: String,
-    /// File name and text of the declaration.
+    /// File name and text of the study's declaration.
     pub declaration: (&'a str, &'a str),
-    /// Seed of all draws.
+    /// Seed from which all draws are generated.
     pub seed: u64,
-    /// Number of random wearers, or of replications of the whole study.
+    /// Number of random wearers, or of repetitions of the whole study.
     pub draws: u64,
 }
 
-/// A replication of a paper's study with its arguments: its units of work, how each is computed,
-/// and how all are analysed.
+/// A study with its arguments: its units of work, how each is computed, and how all are analysed.
 pub trait Study: Sync {
-    /// Result of a unit of work. It is stored as JSON, with all significant digits.
+    /// Result of a unit of work. It is stored as one line of JSON, with all significant digits.
     type Unit: Serialize + DeserializeOwned + Clone + Send + Sync;
 
-    /// Returns the inputs that determine the result.
+    /// Returns the inputs that determine all units.
     fn metadata(&self) -> StudyIdentity<'_>;
-    /// Returns the SHA-256 of every preregistered file by name; by default only that of the
+    /// Returns the SHA-256 of every preregistered file, by name. By default this is only the
     /// declaration.
     fn hashes(&self) -> BTreeMap<String, String> {
         let (file, text) = self.metadata().declaration;
         [(file.to_owned(), sha256(text.as_bytes()))].into()
     }
-    /// Returns the version of the program that computes the units. Another version neither
-    /// continues nor merges them.
+    /// Returns the version of the program that computes the units. A folder with units of another
+    /// version is neither continued nor merged.
     fn version(&self) -> String {
         env!("CARGO_PKG_VERSION").to_owned()
     }
-    /// Returns whether a unit is independent of the number of draws, so that a folder can be
-    /// extended to more draws.
+    /// Returns whether a unit does not depend on the number of draws, so that a finished folder can
+    /// be extended to more draws.
     fn is_extensible(&self) -> bool {
         false
     }
-    /// Returns the number of units of work; by default one per draw.
+    /// Returns the number of units of work. By default each draw is a unit.
     fn units(&self) -> u64 {
         self.metadata().draws
     }
-    /// Computes unit `index`, from 0; returns `None` after `goes_on` has returned `false`.
+    /// Computes unit `index`, from 0. A long computation calls `goes_on` now and then, and returns
+    /// `None` after it has returned `false`.
     ///
     /// # Errors
     /// Fails if the unit cannot be computed. The study then ends, and all earlier units stay
@@ -60,39 +61,40 @@ pub trait Study: Sync {
         index: u64,
         goes_on: &(dyn Fn() -> bool + Sync),
     ) -> anyhow::Result<Option<Self::Unit>>;
-    /// Analyses the units, which are all or the first of them; `cut_short` describes the missing
-    /// ones.
+    /// Analyses the units, which are all or only the first ones. `cut_short` describes what is
+    /// missing.
     ///
     /// # Errors
     /// Fails if the units cannot be analysed.
     fn outcome(&self, units: &[Self::Unit], cut_short: Option<String>) -> anyhow::Result<Outcome>;
-    /// Returns name and content of further files beside `result.json`. Studies with random
-    /// participants include `draws.csv`.
+    /// Returns name and content of the files that are written beside `result.json`. Studies with
+    /// random participants include `draws.csv`.
     ///
     /// # Errors
     /// Fails as [`Self::outcome`] does.
     fn files(&self, units: &[Self::Unit]) -> anyhow::Result<Vec<(String, String)>>;
-    /// Returns the progress in words, as in `12 of 40 sessions`.
+    /// Returns the progress in words, for example `12 of 40 sessions`.
     fn progress_text(&self, done: u64) -> String;
 }
 
-/// Adapter that stores a study as a sweep, with one line of JSON per unit.
+/// Adapter that runs a study as a sweep, with one line of JSON for each unit.
 pub struct Lines<'a, S>(pub &'a S);
 
 impl<S: Study> Lines<'_, S> {
-    /// Returns the units as a list; they are the first of the study.
+    /// Returns the units as a list, without their indices; they are always the first units of the
+    /// study.
     fn listed(units: &BTreeMap<u64, S::Unit>) -> Vec<S::Unit> {
         units.values().cloned().collect()
     }
 }
 
-/// Returns the checksum that reveals a line that was edited by hand: the first 16 digits of its
+/// Returns the checksum of a line, which reveals changes by hand: the first 16 digits of its
 /// SHA-256.
 fn checksum(text: &str) -> String {
     sha256(text.as_bytes()).chars().take(16).collect()
 }
 
-/// Returns a line of JSON with all significant digits.
+/// Returns a value as a line of JSON, with all significant digits.
 pub(crate) fn line(value: &impl Serialize) -> String {
     // Cannot fail: the types have only numbers, strings and lists.
     serde_json::to_string(value).unwrap_or_default() + "\n"

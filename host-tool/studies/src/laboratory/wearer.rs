@@ -8,25 +8,27 @@ use host_core::link::Port;
 use host_core::run::{DeviceName, RunError, attach_electrodes, merge_sessions, rest_wearer};
 use host_core::session::Session;
 
-/// Random stream of a trial's noise after the first round.
+/// Random stream of the noise in trials after the first round of all conditions.
 const ROUNDS: u64 = 0x1AB3;
 
-/// Opens the device for one trial after the other.
+/// Opens the device for each trial of a protocol, or keeps the same device with its simulated
+/// wearer.
 pub(super) struct TrialDevice<'a> {
     device: &'a DeviceName,
     seed: u64,
-    /// Merged session of all trials, if the wearer stays the same.
+    /// Session that combines those of all trials, if the simulated wearer stays the same; otherwise
+    /// `None`.
     all: Option<Session>,
-    /// The device between two trials, if it stays the same.
+    /// The open device between two trials, if the simulated wearer stays the same.
     kept: Option<Box<dyn Port>>,
 }
 
 impl<'a> TrialDevice<'a> {
-    /// Prepares for trials of these sessions, one per condition. A board is opened again for each
-    /// trial, because its wearer stays the same anyway.
+    /// Prepares for trials of these sessions, one for each condition. A board is opened again for
+    /// each trial, because its wearer stays the same anyway.
     ///
     /// # Errors
-    /// Fails if a single wearer cannot go through all of them.
+    /// Fails if the wearer stays the same but cannot go through all sessions.
     pub(super) fn new(
         wearer: Wearer,
         sessions: &[Session],
@@ -44,8 +46,8 @@ impl<'a> TrialDevice<'a> {
         })
     }
 
-    /// Returns the device for a trial of `session` at `place`; calls `meet` with a newly opened
-    /// device.
+    /// Returns the device for a trial of `session` at `place`; calls `meet` if the device was newly
+    /// opened.
     ///
     /// # Errors
     /// Fails if the device cannot be opened.
@@ -78,13 +80,13 @@ impl<'a> TrialDevice<'a> {
         Ok(port)
     }
 
-    /// Takes the device back after a trial.
+    /// Takes the device back after a trial, and keeps it if the simulated wearer stays the same.
     pub(super) fn give_back(&mut self, port: Option<Box<dyn Port>>) {
         self.kept = port.filter(|_| self.all.is_some());
     }
 
-    /// Rests for `rest_s` without stimulation, in which a wearer who stays the same recovers. Calls
-    /// `go_on` now and then.
+    /// Simulates a rest of `rest_s` without stimulation, in which a wearer who stays the same
+    /// recovers. Calls `go_on` regularly; the rest ends when it returns `false`.
     ///
     /// # Errors
     /// Fails if the device is lost.
@@ -101,17 +103,16 @@ impl<'a> TrialDevice<'a> {
     }
 }
 
-/// Merges the sessions to one that a single wearer can go through.
+/// Combines the sessions to one that a single wearer on one board can go through.
 ///
 /// # Errors
-/// Returns the first property in which the sessions differ although a wearer has it only once.
+/// Returns the first property of wearer or board in which the sessions differ.
 pub(super) fn shared_session(sessions: &[Session]) -> Result<Option<Session>, LaboratoryError> {
     merge_sessions(sessions).map_err(|field| LaboratoryError::Unlike { field })
 }
 
 /// Returns the seed of a trial's noise, which is the same for all conditions of a round. In the
-/// first round it is the protocol's seed, so that a protocol of one trial gives the same result as
-/// that trial alone.
+/// first round it is the protocol's seed, so that a protocol of one trial equals that trial alone.
 fn noise(seed: u64, place: Place) -> u64 {
     match (place.block, place.repetition) {
         (0, 0) => seed,

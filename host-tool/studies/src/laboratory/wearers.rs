@@ -9,17 +9,16 @@ use super::written::DeclarationText;
 use std::collections::BTreeMap;
 use toml::Value;
 
-/// Number of grid points that are checked beforehand; beyond these, the sweep reports the unit that
-/// fails.
+/// Largest number of grid points that are checked before a sweep. At further points, an invalid
+/// session ends the sweep when it is reached.
 const POINTS_TRIED: u64 = 64;
 
 impl Experiment {
-    /// Checks that every condition is a valid session with the first wearer at each point, and with
-    /// each end of each random range alone.
+    /// Checks that every condition has a valid session for the first wearer at each grid point, and
+    /// for both ends of each random range, one at a time.
     ///
-    /// # Errors
-    /// Returns every draw and grid that leads to an invalid session; `file` names the declaration
-    /// in the message.
+    /// Returns every draw and grid of the declaration that leads to an invalid session; `file`
+    /// names the declaration in the message.
     pub(super) fn check_wearable(&self, file: &str) -> Result<(), LaboratoryError> {
         let mut refused = BTreeMap::new();
         for index in 0..self.units(1).min(POINTS_TRIED) {
@@ -69,7 +68,7 @@ impl Experiment {
         Err(LaboratoryError::Fields { file, mistakes })
     }
 
-    /// Returns line and name of the draw or grid that sets field `nth` of a wearer.
+    /// Returns line and name of the `[[draw]]` or `[[grid]]` that sets field `nth` of a unit.
     fn asked_by(&self, written: &DeclarationText<'_>, nth: usize) -> (Option<usize>, String) {
         let (list, at) = match nth.checked_sub(self.declaration.drawn.len()) {
             None => ("draw", nth),
@@ -79,7 +78,8 @@ impl Experiment {
     }
 }
 
-/// Returns the fields that the condition refuses individually, by index, with the reason.
+/// Returns the fields to which the condition refuses the given value even without the other fields:
+/// index of the field, and reason.
 fn refused_fields(condition: &Condition, fields: &[(String, Value)]) -> Vec<(usize, String)> {
     let each = fields.chunks(1).enumerate();
     let refused = each.filter_map(|(nth, one)| {
@@ -89,7 +89,7 @@ fn refused_fields(condition: &Condition, fields: &[(String, Value)]) -> Vec<(usi
     refused.collect()
 }
 
-/// Returns the fields as text, as in "`body.push_nm` = 0.6, `body.delay_ms` = 25".
+/// Returns fields and values as text, for example "`body.push_nm` = 0.6, `body.delay_ms` = 25".
 fn describe_fields(fields: &[(String, Value)]) -> String {
     let each = fields.iter();
     let each: Vec<String> = each

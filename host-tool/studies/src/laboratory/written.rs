@@ -7,13 +7,13 @@ use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Error, ValueDeserializer};
 
-/// The text of a declaration and the tables that it contains.
+/// The text of a declaration, with the TOML tables parsed from it.
 pub(super) struct DeclarationText<'t> {
     text: &'t str,
     root: Spanned<DeTable<'t>>,
-    /// Errors in the TOML syntax.
+    /// Errors in the TOML syntax of the text.
     broken: Vec<Error>,
-    /// List elements that could not be parsed: name of the list, and index in it.
+    /// List elements that could not be parsed: name of the list, and index of the element.
     unread: Vec<(&'static str, usize)>,
 }
 
@@ -28,8 +28,8 @@ impl<'t> DeclarationText<'t> {
         }
     }
 
-    /// Returns the line, from 1, of `field` in element `nth` of `list`, where only parsed elements
-    /// count; the line of the element if it has no such field.
+    /// Returns the line, from 1, of `field` in element `nth` of `list`, or the line of the element
+    /// if it has no such field. Elements that could not be parsed are not counted.
     pub(super) fn line(&self, list: &str, nth: usize, field: &str) -> Option<usize> {
         let is_read = |place: &usize| {
             let mut unread = self.unread.iter();
@@ -41,20 +41,20 @@ impl<'t> DeclarationText<'t> {
         Some(self.line_at(part.span().start))
     }
 
-    /// Returns the line of a top-level field.
+    /// Returns the line, from 1, of a top-level field.
     pub(super) fn line_of(&self, field: &str) -> Option<usize> {
         let part = self.root.get_ref().get(field)?;
         Some(self.line_at(part.span().start))
     }
 
-    /// Returns the line of a factor's level, by their indices.
+    /// Returns the line, from 1, of a level of a factor, given both indices.
     pub(super) fn line_of_level(&self, factor: usize, level: usize) -> Option<usize> {
         let factor = self.root.get_ref().get("factor")?.get_ref().get(factor)?;
         let level = factor.get_ref().get("level")?.get_ref().get(level)?;
         Some(self.line_at(level.span().start))
     }
 
-    /// Returns whether the file contains the table `field` of `table` without any entry.
+    /// Returns whether the file contains the subtable `field` of `table`, and it is empty.
     pub(super) fn is_empty(&self, table: &str, field: &str) -> bool {
         let table = self.root.get_ref().get(table).map(Spanned::get_ref);
         let own = table.and_then(|table| table.get(field));
@@ -78,8 +78,8 @@ impl<'t> DeclarationText<'t> {
         before.matches('\n').count() + 1
     }
 
-    /// Parses piece by piece, so that one mistake does not hide the next. Returns every mistake,
-    /// and the declaration unless too much depends on the parts that are wrong.
+    /// Parses the declaration piece by piece, so that one mistake does not hide the next. Returns
+    /// every mistake. The declaration is `None` if too much depends on the wrong parts.
     pub(super) fn read(&mut self) -> (Option<Declaration>, Vec<Mistake>) {
         let broken = std::mem::take(&mut self.broken);
         if !broken.is_empty() {
@@ -111,7 +111,8 @@ impl<'t> DeclarationText<'t> {
         (whole, errors)
     }
 
-    /// Removes a list from `table` and parses each of its elements.
+    /// Removes the list `list` from `table` and parses each of its elements; adds a mistake for
+    /// each that fails.
     fn read_list<T: DeserializeOwned>(
         &mut self,
         table: &mut DeTable<'_>,
@@ -137,9 +138,9 @@ impl<'t> DeclarationText<'t> {
         all
     }
 
-    /// Parses a table that starts at byte `at`. Each part that fails is reported and removed, and
-    /// the rest is parsed again. If a removed field is then reported as missing, that error is
-    /// dropped and the table is given up.
+    /// Parses a table that starts at byte `at` of the text. Each part that fails is reported and
+    /// removed, and the rest is parsed again. If a removed field is then reported as missing, that
+    /// error is dropped and `None` is returned.
     fn read_table<T: DeserializeOwned>(
         &self,
         mut table: DeTable<'_>,
@@ -163,7 +164,7 @@ impl<'t> DeclarationText<'t> {
         }
     }
 
-    /// Parses an element that is not a table.
+    /// Parses a list element that is not a table, at byte `at` of the text.
     fn read_value<T: DeserializeOwned>(
         &self,
         value: Spanned<DeValue<'_>>,
@@ -175,15 +176,16 @@ impl<'t> DeclarationText<'t> {
             .ok()
     }
 
-    /// Creates the mistake at the error's position, or at byte `piece` if the error has none.
+    /// Creates the mistake for a parser error at its position, or at byte `piece` if the error has
+    /// none.
     fn mistake_at(&self, error: &Error, piece: usize) -> Mistake {
         let offset = error.span().map_or(piece, |span| span.start);
         Mistake::at(Some(self.line_at(offset)), error.message())
     }
 }
 
-/// Removes the entry at byte `offset` of the text from a table, and with `deep` a field of a nested
-/// table. Returns its name, or `None` if there is no entry.
+/// Removes the entry of a table that is at byte `offset` of the text; with `deep`, a field of a
+/// nested table. Returns the name of the entry, or `None` if there is none.
 fn remove_at(table: &mut DeTable<'_>, offset: usize, deep: bool) -> Option<String> {
     let fields = table.iter().map(|(key, _)| key);
     let before = fields.filter(|key| key.span().start <= offset);

@@ -15,54 +15,55 @@ use host_core::session::Session;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// One of this many units in a part of a sweep also runs on the whole device; the first unit always
-/// does.
+/// Interval of the check against the whole device: in each shard, the first unit and then every
+/// unit of this many is simulated in both ways.
 const CHECKED_OF: u64 = 100;
 
-/// Recorded output of a device, which is the same for every wearer.
+/// Output of a device that was recorded once and is the same for every wearer.
 pub(super) struct Score {
-    /// The steps of each wearer.
+    /// Steps of the protocol that were recorded.
     steps: Vec<Step>,
-    /// The session of each condition, without its body.
+    /// Session of each condition, without its body. A unit whose sessions differ cannot use the
+    /// recording.
     sessions: Vec<Session>,
-    /// One entry for each device that was opened.
+    /// Recorded output of each device that was opened, in order.
     parts: Vec<Part>,
     checked: Mutex<DeviceCheck>,
 }
 
-/// The recorded output of one device, from opening to closing.
+/// Recorded output of one device, from its opening to its closing.
 struct Part {
     loads: [Load; CHANNELS],
-    /// The events that reached the body, each with the body's time when it arrived, µs.
+    /// What the device did to the body, each with the body's time, µs.
     touches: Vec<(u64, BodyEvent)>,
-    /// The trials with their conditions. In place of a sample's true angle they hold the time at
-    /// which the host read it, µs.
+    /// Trials on this device, each with the index of its condition. Where a sample normally
+    /// contains the true angle, it contains the time at which the host read that angle, µs.
     trials: Vec<(usize, Trial)>,
 }
 
-/// Result of the units that also ran on the whole device; all of them agreed.
+/// Result of simulating units in both ways, with and without the device; all results agreed.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DeviceCheck {
-    /// Number of units that ran on both.
+    /// Number of units that were simulated in both ways.
     pub units: u64,
-    /// Computing time on the whole device.
+    /// Computing time of these units with the whole device.
     pub whole: Duration,
-    /// Computing time with body and schedule alone.
+    /// Computing time of these units without the device.
     pub alone: Duration,
 }
 
-/// Something that the device does to a body.
+/// An event by which the device affects a body.
 #[derive(Clone, Copy, Debug)]
 enum BodyEvent {
     Pulse(Pulse),
-    /// Time, µs, channel, and the new state of that channel's output.
+    /// The output of a channel changed its state: time, µs, index of the channel, and new state.
     Lead(u64, usize, Lead),
     Begin,
 }
 
 type BodyEvents = Arc<Mutex<Vec<(u64, BodyEvent)>>>;
 
-/// A body that records what reaches it. It returns the time as its angle.
+/// A body that records what the device does to it. In place of an angle it reports its time, µs.
 struct Listener {
     loads: [Load; CHANNELS],
     now_us: u64,
@@ -111,7 +112,8 @@ impl Body for Listener {
     }
 }
 
-/// Returns whether the device's output is independent of the body's movement.
+/// Returns whether the device's output is independent of the body's movement: the session has no
+/// joint, no wall and no force control.
 fn is_open(session: &Session) -> bool {
     let is_controlled = session
         .channels
@@ -129,11 +131,11 @@ fn without_bodies(files: &[SessionFile]) -> Vec<Session> {
 }
 
 impl Score {
-    /// Records the output of an experiment for the first wearer of `seed`. Returns `None` if any
-    /// condition has feedback.
+    /// Records the device's output for the first wearer of `seed`. Returns `None` if any condition
+    /// has feedback, because the output then depends on the wearer.
     ///
     /// # Errors
-    /// Fails if no device would arm a session or a trial ended early.
+    /// Fails if a session is invalid or a trial ends early.
     pub(super) fn record(
         experiment: &Experiment,
         (seed, draws): (u64, u64),
@@ -175,8 +177,8 @@ impl Score {
         }))
     }
 
-    /// Simulates `unit` in each condition: with body and schedule alone if it has the recorded
-    /// schedule, otherwise on the whole device; on both if `is_checked`.
+    /// Simulates `unit` in all conditions: without the device if the recording fits, otherwise with
+    /// the whole device. With `is_checked`, does both and compares the results.
     ///
     /// # Errors
     /// Fails as [`Experiment::measure_unit`] does, or if both results differ.
@@ -219,12 +221,13 @@ impl Score {
         Ok(measured)
     }
 
-    /// Returns the result of the checked units.
+    /// Returns how many units were simulated in both ways, and how long that took.
     pub(super) fn check_result(&self) -> DeviceCheck {
         *self.checked.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns the trials of a unit, or `None` if its schedule differs from the recorded one.
+    /// Simulates the trials of a unit without the device. Returns `None` if the unit's steps,
+    /// sessions or electrode loads differ from the recorded ones.
     fn play(
         &self,
         experiment: &Experiment,
@@ -249,10 +252,10 @@ impl Score {
 }
 
 impl Part {
-    /// Replays the recorded output to this body; returns the trials with its angles.
+    /// Replays the recorded output to `body`; returns the trials with the angles of this body.
     ///
     /// # Errors
-    /// Fails if the body could not be computed throughout.
+    /// Fails if the body could not be simulated throughout.
     fn play(&self, body: &mut dyn Body) -> Result<Vec<(usize, Trial)>, RunError> {
         let mut touches = self.touches.iter();
         let mut trials = self.trials.clone();
@@ -287,8 +290,8 @@ impl Part {
     }
 }
 
-/// Returns the first condition in which the whole device and body and schedule alone differ, and
-/// the difference in words.
+/// Returns the index of the first condition whose trials differ between the simulations with and
+/// without the device, and the difference in words; `None` if all are equal.
 fn difference(whole: &[(usize, Trial)], alone: &[(usize, Trial)]) -> Option<(usize, String)> {
     if whole.len() != alone.len() {
         return Some((0, "the number of trials".to_owned()));
@@ -319,7 +322,8 @@ fn in_words(whole: &Sample, alone: &Sample) -> String {
     }
 }
 
-/// Returns whether the unit at this position of a part, from 0, also runs on the whole device.
+/// Returns whether the unit at this position of a shard, from 0, is also simulated with the whole
+/// device.
 pub(super) const fn is_checked(position: u64) -> bool {
     position.is_multiple_of(CHECKED_OF)
 }

@@ -7,7 +7,7 @@ use crate::laboratory::result::Outcome;
 use host_core::html;
 use host_core::report::Html;
 
-/// Returns an explanation and a table; empty if no wearers were generated at random.
+/// Returns the section: an explanation and a table. Empty if no wearers were generated at random.
 pub(super) fn section(outcome: &Outcome) -> Html {
     let rows: Html = outcome.decides.iter().map(rows_of).collect();
     let heads = [

@@ -13,16 +13,19 @@ use host_core::record::{Sample, Trial};
 use host_core::report::{Html, figure};
 use std::collections::BTreeSet;
 
-/// Height of a row with its spacing, width of its name, and height of a small multiple, all in
-/// pixels.
+/// Height of a row with its spacing, pixels.
 const PITCH: f64 = 24.0;
+/// Width of the name of a row, pixels.
 const NAME: f64 = 330.0;
+/// Height of a small plot, pixels.
 const MULTIPLE: f64 = 110.0;
-/// Small multiples side by side, and points plotted in each.
+/// Largest number of small plots side by side.
 const BESIDE: usize = 4;
+/// Largest number of points that are plotted in a small plot.
 const POINTS: usize = 300;
 
-/// Plots a bar for each claim, with its interval and the paper's statement.
+/// Draws a row for each claim: a bar for its share, the confidence interval, and the paper's
+/// statement.
 pub(super) fn shares(outcome: &Outcome) -> Svg {
     let shares = &outcome.shares;
     if shares.is_empty() {
@@ -68,7 +71,8 @@ pub(super) fn shares(outcome: &Outcome) -> Svg {
     .svg()
 }
 
-/// Returns the marks of row `at`: a bar for the share, its interval, and the paper's statement.
+/// Returns the marks of a claim in row `at`: a bar for the share, its interval, and the paper's
+/// statement.
 fn share_marks(share: &Share, at: f64) -> Vec<Mark> {
     let part = 100.0 * share.holds as f64 / (share.of as f64).max(1.0);
     let paint = Paint::Tint(PALETTE[0]);
@@ -85,7 +89,7 @@ fn share_marks(share: &Share, at: f64) -> Vec<Mark> {
     marks
 }
 
-/// Plots the angle of each recorded trial over time.
+/// Draws one small plot per condition: the angle of its recorded trial over time.
 pub(super) fn multiples(rows: &Rows<'_>) -> Html {
     let trials: Vec<&Trial> = shown(rows).map(|(_, trial)| trial).collect();
     let angles = trials
@@ -138,14 +142,15 @@ pub(super) fn multiples(rows: &Rows<'_>) -> Html {
     figure(&drawn.svg(), "")
 }
 
-/// Returns an empty panel for a condition without a trial.
+/// Returns an empty plot for a condition that has no recorded trial.
 fn empty() -> Panel {
     let nothing = || Axis::new("", Scale::Linear(0.0, 1.0));
     Panel::new("", nothing(), nothing(), MULTIPLE)
 }
 
-/// Returns the label of a row of conditions and that of one condition: the level of the first
-/// factor and those of the others, or of a single factor alone.
+/// Returns the label of the row that contains a condition, and the label of the condition in it.
+/// The row has the level of the first factor, the condition the levels of the others. With a single
+/// factor, the row has no label.
 pub(super) fn heading(condition: &ShownCondition) -> (String, String) {
     match condition.levels.split_first() {
         Some((row, own)) if !own.is_empty() => (row.clone(), own.join(", ")),
@@ -153,7 +158,7 @@ pub(super) fn heading(condition: &ShownCondition) -> (String, String) {
     }
 }
 
-/// Plots the wall or the reference angle, and the measured angle.
+/// Adds the wall or the reference angle, and the angle of the trial, to a plot.
 fn draw_course(panel: &mut Panel, trial: &Trial) {
     if let Some(wall) = trial.wall {
         let inside = match wall.stops_flexion {
@@ -180,8 +185,8 @@ fn angle(sample: &Sample) -> Option<f64> {
     sample.true_deg.or(sample.measured_deg)
 }
 
-/// Returns the number of small multiples side by side: the number of combinations of the later
-/// factors.
+/// Returns the number of small plots side by side: the number of conditions that share the level of
+/// the first factor, at most [`BESIDE`].
 pub(super) fn beside(conditions: &[ShownCondition]) -> usize {
     let row = |condition: &ShownCondition| heading(condition).0;
     let first = conditions.first().map(row);
@@ -195,7 +200,7 @@ pub(super) fn beside(conditions: &[ShownCondition]) -> usize {
     }
 }
 
-/// Plots median and range of the wearers for each measure in each condition.
+/// Draws for each measure a plot with the median and the range of the wearers in each condition.
 pub(super) fn measures(outcome: &Outcome) -> Html {
     let id = |row: &Row| Some(row.id.rsplit_once('/')?.1.to_owned());
     let mut ids: Vec<String> = outcome.rows.iter().filter_map(id).collect();
@@ -228,7 +233,7 @@ pub(super) fn measures(outcome: &Outcome) -> Html {
     panels.enumerate().map(one).collect()
 }
 
-/// Plots the rows of one measure, given its identifier or name.
+/// Draws the rows of the measure with this identifier; `None` if they have no values.
 fn panel(id: &str, rows: &[Row]) -> Option<Panel> {
     let end = format!("/{id}");
     let own: Vec<&Row> = rows.iter().filter(|row| row.id.ends_with(&end)).collect();

@@ -7,10 +7,10 @@ use crate::laboratory::result::Outcome;
 use host_core::html;
 use host_core::report::Html;
 
-/// Largest number of grid points whose shares are shown as bars.
+/// Largest number of grid points whose shares are shown as bars instead of a table.
 const LARGE: usize = 20;
 
-/// Groups the shares by grid point, in their order.
+/// Groups the shares by grid point, in the order of the points.
 fn points(outcome: &Outcome) -> Vec<&[Share]> {
     let alike = |a: &Share, b: &Share| a.at == b.at;
     outcome.shares.chunk_by(alike).collect()
@@ -21,7 +21,7 @@ pub(super) fn is_large(outcome: &Outcome) -> bool {
     points(outcome).len() > LARGE
 }
 
-/// Tabulates the percentage of cases in which each claim holds at each point, and the number of
+/// Tabulates the share of cases in which each claim holds at each grid point, %, and the number of
 /// points that agree with the paper.
 pub(super) fn section(outcome: &Outcome) -> Html {
     let points = points(outcome);
@@ -49,7 +49,7 @@ pub(super) fn section(outcome: &Outcome) -> Html {
     )
 }
 
-/// Returns the line of one point, whose cells are darker for larger shares.
+/// Returns the table row of one grid point; a cell is darker the larger its share.
 fn row(point: &[Share]) -> Html {
     let at = point.first().map_or("", |share| &share.at);
     let cell = |share: &Share| match share.of {
@@ -69,7 +69,8 @@ fn row(point: &[Share]) -> Html {
     html!("<tr><th scope=\"row\">{}</th>{}</tr>\n", at, cells)
 }
 
-/// Returns the last line: the number of points at which most cases agree with the paper.
+/// Returns the last row of the table: for each claim, the number of grid points at which most cases
+/// agree with the paper.
 fn like(points: &[&[Share]], claims: &[Share]) -> Html {
     let count = |(nth, claim): (usize, &Share)| {
         let at = points.iter().filter_map(|point| point.get(nth));

@@ -6,15 +6,16 @@ use crate::laboratory::comparison::comparison;
 use crate::laboratory::paper_claims::{ClaimStanding, PaperClaim, paper_claims};
 use crate::laboratory::result::Outcome;
 
-/// Returns the experiment's main comparison, if it has one; then how many of the paper's claims
-/// hold in most cases and which do not. With a grid, a claim must hold at every point.
+/// Returns the summary: the experiment's main comparison, if it has one; then how many of the
+/// paper's claims hold in most cases, and which do not. With a grid, a claim must hold at every
+/// point.
 #[must_use]
 pub fn headline(outcome: &Outcome) -> String {
     let compared = comparison(outcome).map(|comparison| comparison.sentence() + " ");
     compared.unwrap_or_default() + &counted(outcome)
 }
 
-/// Counts the paper's claims that hold.
+/// Returns a sentence about how many of the paper's claims hold.
 fn counted(outcome: &Outcome) -> String {
     let (claims, _) = paper_claims(outcome);
     let total = claims.len();
@@ -55,7 +56,7 @@ fn counted(outcome: &Outcome) -> String {
     )
 }
 
-/// Returns a phrase as "The result agrees with 1 of the paper's 3 claims".
+/// Returns a phrase, for example "The result agrees with 1 of the paper's 3 claims".
 fn agreement(like: usize, total: usize) -> String {
     let claims = if total == 1 { "claim" } else { "claims" };
     format!("The result agrees with {like} of the paper's {total} {claims}")
@@ -77,7 +78,7 @@ fn claim_summary(claim: &PaperClaim<'_>, is_grid: bool) -> String {
     }
 }
 
-/// Summarises a result that has only trials, which are too few for the word *most*.
+/// Summarises a result that consists of a few trials only, which do not justify the word *most*.
 fn trials_summary(claims: &[PaperClaim<'_>]) -> String {
     // Cases that agree with the paper, and all cases, of the parts that are judged.
     let as_printed = |claim: &PaperClaim<'_>| {

@@ -14,44 +14,48 @@ use host_core::report::{Html, draw_bones, figure};
 use host_core::run::SessionFile;
 use host_core::session::BodySpec;
 
-/// Layout of a cell: width of its text, largest scale of its drawing, height of a text line.
+/// Width of the text in a cell, pixels.
 const WORDS: f64 = 122.0;
+/// Largest scale of the drawing in a cell.
 const LARGEST: f64 = 1.5;
+/// Height of a line of text, pixels.
 const LINE: f64 = 17.0;
-/// Height of a heading, pixels.
+/// Height of a heading above a row, pixels.
 const HEADING: f64 = 24.0;
 const TEXT: Words = Words::new(12.0, INK);
 
-/// Kind of limb in a drawing; the moving bone is straight at 0°.
+/// Kind of limb that is drawn.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Kind {
-    /// Upper arm pointing down; the forearm points straight down at 0° and forwards at 90°.
+    /// Upper arm pointing down, with a forearm that points straight down at 0° and forwards at 90°.
     Arm,
-    /// Forearm and hand from the left, palm down; the finger bends downwards.
+    /// Forearm and hand seen from the left, palm down. The finger is straight at 0° and bends
+    /// downwards.
     Finger,
 }
 
-/// The values of a record that its drawing needs.
+/// Values of a recorded trial from which its limb is drawn.
 struct Limb<'a> {
     trial: &'a Trial,
     kind: Kind,
-    /// Channels, from 1, in the order of [`Kind::pads`].
+    /// Numbers of the channels, from 1, in the order of the electrodes in [`Kind::pads`].
     pads: Vec<u8>,
-    /// Label and angle in degrees of the two positions that are shown; the last one is the result
-    /// of the trial.
+    /// Label and angle, °, of the two positions that are drawn; the second is the result of the
+    /// trial.
     poses: [(&'static str, f64); 2],
     bound: Bound,
 }
 
-/// Angle with which the limb is compared, degrees.
+/// Angle that is drawn for comparison with the limb, °.
 enum Bound {
-    /// Angle of the wall and its inner side: 1 if larger angles are inside, otherwise −1.
+    /// Angle of the wall, and the direction in which its inside lies: 1 towards larger angles, −1
+    /// towards smaller ones.
     Wall(f64, f64),
-    /// Smallest and largest reference angle.
+    /// Smallest and largest angle of the reference.
     Wanted(f64, f64),
 }
 
-/// Draws the limb of each condition's trial; empty where no joint was measured.
+/// Draws the limb of each condition's trial; empty if no trial measured a joint.
 pub(super) fn section<'a>(rows: &'a Rows<'a>) -> Html {
     let row = |row: &'a Vec<(&'a ShownCondition, Option<&'a Trial>)>| -> Vec<_> {
         let limbs = row.iter();
@@ -113,7 +117,7 @@ pub(super) fn section<'a>(rows: &'a Rows<'a>) -> Html {
     )
 }
 
-/// Returns the text for screen readers: every angle.
+/// Returns a description with every angle, for screen readers.
 fn description<'a>(limbs: impl Iterator<Item = &'a Limb<'a>>) -> String {
     let each = limbs.map(|limb| {
         let words: Vec<String> = limb.angle_labels().map(|(_, words)| words).into();
@@ -156,7 +160,7 @@ fn keys(limb: &Limb<'_>) -> Vec<(Key, String)> {
     keys.map(|(key, name)| (key, name.to_owned())).into()
 }
 
-/// Position and scale of a drawing on its canvas.
+/// Position and scale at which a drawing is placed on its canvas.
 #[derive(Clone, Copy)]
 struct DrawingPlace {
     origin: At,
@@ -173,7 +177,7 @@ impl DrawingPlace {
 }
 
 impl Kind {
-    /// Returns the width and the smallest height of the drawing.
+    /// Returns the width of the drawing and its smallest height, pixels.
     fn size(self) -> At {
         match self {
             Self::Arm => (140.0, 92.0),
@@ -181,7 +185,8 @@ impl Kind {
         }
     }
 
-    /// Returns the position of the joint, and the length and half the thickness of the moving bone.
+    /// Returns the position of the joint, and the length and half the thickness of the moving bone,
+    /// pixels.
     fn joint(self) -> (At, f64, f64) {
         match self {
             Self::Arm => ((54.0, 80.0), 72.0, 9.0),
@@ -189,7 +194,8 @@ impl Kind {
         }
     }
 
-    /// Returns the end of a bone of this length at an angle.
+    /// Returns the position of the end of a bone with this length that starts at the joint, at an
+    /// angle of `deg`.
     fn end(self, deg: f64, length: f64) -> At {
         let ((x, y), ..) = self.joint();
         let (sin, cos) = deg.to_radians().sin_cos();
@@ -199,7 +205,7 @@ impl Kind {
         }
     }
 
-    /// Returns the bones that do not move: their joints and half their thickness.
+    /// Returns the bones that do not move, each as its end points and half its thickness, pixels.
     fn fixed_bones(self) -> Vec<(Vec<At>, f64)> {
         let (joint, _, half) = self.joint();
         match self {
@@ -212,8 +218,8 @@ impl Kind {
         }
     }
 
-    /// Returns the positions of the electrodes and of their channel labels: triceps and biceps, or
-    /// flexor A, flexor B and extensor.
+    /// Returns the positions of each electrode and of its channel label. The order is triceps and
+    /// biceps, or flexor A, flexor B and extensor.
     fn pads(self) -> &'static [(At, At)] {
         match self {
             Self::Arm => &[((40.0, 40.0), (24.0, 40.0)), ((68.0, 40.0), (84.0, 40.0))],
@@ -283,7 +289,7 @@ impl<'a> Limb<'a> {
         samples.any(|s| s.amplitudes.get(place).copied().flatten() > Some(0.0))
     }
 
-    /// Returns the lowest point of the drawing.
+    /// Returns the y coordinate of the lowest point of the drawing, pixels.
     fn lowest(&self) -> f64 {
         let (_, length, half) = self.kind.joint();
         let ends = self
@@ -323,13 +329,14 @@ impl<'a> Limb<'a> {
         }
     }
 
-    /// Returns points on an arc about the joint.
+    /// Returns points on an arc around the joint, between two angles.
     fn arc(&self, from_deg: f64, to_deg: f64, radius: f64) -> Vec<At> {
         let step = |n: u32| from_deg + (to_deg - from_deg) * f64::from(n) / 24.0;
         (0..=24).map(|n| self.kind.end(step(n), radius)).collect()
     }
 
-    /// Returns the angle labels, each in the colour of the element that it describes.
+    /// Returns the labels of both positions and of the wall or reference, each in the colour of the
+    /// line that it describes.
     fn angle_labels(&self) -> [(Color, String); 3] {
         let [(ghost, from), (main, to)] = self.poses;
         let bound = match self.bound {

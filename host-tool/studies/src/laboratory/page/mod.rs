@@ -26,7 +26,8 @@ use tables::{rows_table, shares_table};
 const JSON: &str = "result.json";
 const HTML: &str = "result.html";
 
-/// Writes `result.json` and its page in `dir`, the record of `trials`.
+/// Writes `result.json` and the page of the experiment into `dir`, which contains the record of
+/// `trials`.
 ///
 /// # Errors
 /// Fails if a file cannot be written.
@@ -44,8 +45,8 @@ pub fn publish(
     Ok(())
 }
 
-/// Rebuilds the page in `dir`, the record of `trials`. Returns its path, or `None` if there is no
-/// `result.json`.
+/// Rebuilds the page of the experiment in `dir`, which contains the record of `trials`. Returns the
+/// path of the page, or `None` if `dir` has no `result.json`.
 ///
 /// # Errors
 /// Fails with E608 if `result.json` has contents that this program does not write, or if the page
@@ -80,10 +81,12 @@ pub(super) fn read_outcome(dir: &Path) -> Result<Option<Outcome>, LaboratoryErro
     Ok(Some(outcome))
 }
 
-/// The conditions in rows, each with the trial that represents it.
+/// The conditions as the page arranges them in rows, each with the trial that is shown for it, if
+/// there is one.
 type Rows<'a> = Vec<Vec<(&'a ShownCondition, Option<&'a Trial>)>>;
 
-/// Returns a self-contained HTML document. `trials` are those of the record; a sweep has none.
+/// Returns the page as a self-contained HTML document. `trials` are the recorded ones; a sweep has
+/// none.
 #[must_use]
 fn page(outcome: &Outcome, trials: &[&Trial]) -> String {
     let rows = rows(outcome, trials);
@@ -133,7 +136,7 @@ fn page(outcome: &Outcome, trials: &[&Trial]) -> String {
     document(&outcome.title, &body)
 }
 
-/// Returns a section that a click on its heading opens; empty if `text` is empty.
+/// Returns a section that opens when its heading is clicked; empty if `text` is empty.
 fn collapsible(heading: &str, text: Html) -> Html {
     match text.is_empty() {
         true => text,
@@ -145,7 +148,8 @@ fn collapsible(heading: &str, text: Html) -> Html {
     }
 }
 
-/// Returns the conditions in rows, without rows that have no trial; a sweep has none.
+/// Arranges the conditions in rows by the level of the first factor. Rows without any trial are
+/// left out; a sweep has none.
 fn rows<'a>(outcome: &'a Outcome, trials: &[&'a Trial]) -> Rows<'a> {
     let trial =
         |shown: &'a ShownCondition| (shown, shown.trial.and_then(|at| trials.get(at)).copied());
@@ -155,13 +159,14 @@ fn rows<'a>(outcome: &'a Outcome, trials: &[&'a Trial]) -> Rows<'a> {
         .collect()
 }
 
-/// Returns every condition that has a trial.
+/// Returns every condition that has a recorded trial, with that trial.
 fn shown<'a, 'r>(rows: &'r Rows<'a>) -> impl Iterator<Item = (&'a ShownCondition, &'a Trial)> + 'r {
     let all = rows.iter().flatten();
     all.filter_map(|(shown, trial)| Some((*shown, (*trial)?)))
 }
 
-/// Returns one line about the origin of the numbers.
+/// Returns a line about the origin of the numbers: paper, seed, number of wearers, and whether they
+/// are simulated.
 fn facts(outcome: &Outcome) -> Html {
     let drawn = match (outcome.declared.draws, &outcome.declared.drawn) {
         (draws, Some(what)) => format!("{draws} random {what}"),

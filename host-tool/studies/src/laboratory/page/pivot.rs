@@ -5,8 +5,8 @@ use crate::laboratory::result::{Outcome, Row};
 use host_core::html;
 use host_core::report::Html;
 
-/// Returns a table with a row for each kind of case and a column for each measure; empty if the
-/// rows have no kinds.
+/// Returns a table with a row for each kind of case and a column for each measure. Empty if the
+/// result's rows are not divided into kinds.
 pub(super) fn kinds_table(outcome: &Outcome) -> Html {
     let parts = |row: &'_ Row| {
         let (kind, measure) = row.quantity.split_once(": ")?;
@@ -60,7 +60,7 @@ pub(super) fn kinds_table(outcome: &Outcome) -> Html {
     html!("<div class=\"wide\">{}</div>\n", table)
 }
 
-/// Returns each text once, in the order of first occurrence.
+/// Returns each of these texts once, in the order of first occurrence.
 fn distinct<'a>(all: impl Iterator<Item = &'a String>) -> Vec<&'a String> {
     let mut found: Vec<&String> = Vec::new();
     for text in all {

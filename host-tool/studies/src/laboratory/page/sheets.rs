@@ -9,11 +9,12 @@ use host_core::plot::ink::{Color, GRID, INK, MUTED, PALETTE, stroke};
 use host_core::plot::{Axis, Canvas, Figure, Key, Mark, Paint, Panel, Scale, Shape, Svg, Words};
 use host_core::report::{Html, figure};
 
-/// Height of a plot that is alone in its row, and of others, in pixels.
+/// Height of a plot that is alone in its row, pixels.
 const ALONE: f64 = 260.0;
+/// Height of a plot beside others, pixels.
 const MULTIPLE: f64 = 170.0;
 
-/// Renders every sheet in order, each with its heading and caption.
+/// Renders every sheet in its order, each with heading and caption.
 pub(super) fn sheets(all: &[Sheet]) -> Html {
     all.iter().map(sheet).collect()
 }
@@ -44,12 +45,15 @@ fn sheet(item: &Sheet) -> Html {
     heading + body + html!("<p class=\"note\">{}</p>\n", item.caption)
 }
 
-/// Width of the row names of a matrix, size of a cell, and height of the column heads, in pixels.
+/// Width of the row names of a matrix, pixels.
 const NAMES: f64 = 200.0;
+/// Width and height of a cell of a matrix, pixels.
 const CELL: (f64, f64) = (30.0, 24.0);
+/// Height of the column heads of a matrix, pixels.
 const HEADS: f64 = 24.0;
 
-/// Draws a number in each cell, darker for larger numbers, and rounds so that none appears as `-0`.
+/// Draws a matrix: each number in a cell that is darker the larger the number. Rounding never
+/// yields `-0`.
 fn shaded(matrix: &Matrix, description: &str) -> Svg {
     let mut canvas = Canvas::default();
     let all = matrix.rows.iter().flat_map(|(_, cells)| cells);
@@ -85,7 +89,8 @@ fn shaded(matrix: &Matrix, description: &str) -> Svg {
     canvas.svg((right, bottom + HEADS), description)
 }
 
-/// Keeps a per cent sign on the line of its number on narrow screens.
+/// Replaces the space before a per cent sign by a no-break space, so that number and sign stay on
+/// one line.
 fn no_break_percent(cell: &str) -> String {
     cell.replace(" %", "\u{a0}%")
 }
@@ -131,7 +136,7 @@ fn draw_plots(plots: &Plots, description: &str) -> Svg {
     .svg()
 }
 
-/// Returns an empty panel for a position without a plot.
+/// Returns an empty plot for a position of the last row without a plot.
 fn empty(height: f64) -> Panel {
     let nothing = || Axis::new("", Scale::Linear(0.0, 1.0));
     Panel::new("", nothing(), nothing(), height)
@@ -197,7 +202,7 @@ fn band(item: &Band) -> Mark {
     )
 }
 
-/// Returns the box of a bar, its top line and its interval.
+/// Returns the marks of a bar: its box, the line at its value, and its interval.
 fn bar(item: &Bar) -> Vec<Mark> {
     let ([left, right], color) = (item.x, color(item.series));
     let middle = 0.5 * (left + right);
@@ -215,8 +220,8 @@ fn interval(at: f64, [low, high]: [f64; 2], color: Color) -> Mark {
     Mark::Line(vec![(at, low), (at, high)], stroke(color, 1.6))
 }
 
-/// Returns the widths of `count` lines in pixels, wider for those behind, so that a covered line
-/// stays visible.
+/// Returns the widths of `count` lines, pixels. Lines that are drawn earlier are wider, so that a
+/// line behind another stays visible.
 fn widths(count: usize) -> impl Iterator<Item = f64> {
     let step = (2.0 / (count as f64 - 1.0).max(1.0)).min(1.0);
     (0..count).rev().map(move |above| 1.4 + step * above as f64)

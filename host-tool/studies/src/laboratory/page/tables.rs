@@ -7,8 +7,8 @@ use crate::laboratory::result::Outcome;
 use host_core::html;
 use host_core::report::Html;
 
-/// Returns a row for each claim of the paper and its parts, then our additional shares. With a
-/// grid, each point has a part.
+/// Tabulates the claims: a row for each claim of the paper, below it its parts, then our additional
+/// claims. With a grid, each grid point is a part.
 pub(super) fn shares_table(outcome: &Outcome) -> Html {
     let is_grid = outcome.is_grid();
     let (claims, beside) = paper_claims(outcome);
@@ -54,7 +54,7 @@ pub(super) fn shares_table(outcome: &Outcome) -> Html {
     }
 }
 
-/// Explanation of the verdicts.
+/// Text that explains the verdicts below the table of claims.
 const RULE: &str = "Each row is a claim of the paper, with its parts below it (·); a claim agrees \
                     only if all of its parts agree. Agrees: the whole 95 % interval of the share \
                     lies on the paper's side of one half. Disagrees: it lies on the other side. \
@@ -62,7 +62,7 @@ const RULE: &str = "Each row is a claim of the paper, with its parts below it (�
                     not counted, and trials without randomly generated wearers get no verdict. \
                     Not in the paper: the paper does not claim this.";
 
-/// Returns the verdict of one part in words.
+/// Returns the verdict on one part of a claim, for its table cell.
 fn part_in_words(share: &Share) -> &'static str {
     let standing = match share.verdict() {
         Some(verdict) => ClaimStanding::Judged(verdict),
@@ -72,7 +72,7 @@ fn part_in_words(share: &Share) -> &'static str {
     standing.in_words()
 }
 
-/// Returns the table row of a share, which begins with its name.
+/// Returns the table row of a claim's share: `name`, the numbers, and `verdict`.
 fn share_row(share: &Share, (name, is_grid): (&Html, bool), verdict: &str) -> Html {
     let paper = match share.paper {
         Some(true) => "yes",
@@ -101,7 +101,8 @@ fn share_row(share: &Share, (name, is_grid): (&Html, bool), verdict: &str) -> Ht
     )
 }
 
-/// Returns the rows *paper | ours | interval*; omits paper or interval if no row has one.
+/// Tabulates paper's value, our value and interval of each result. The column of the paper or of
+/// the interval is left out if no row has one.
 pub(super) fn rows_table(outcome: &Outcome) -> Html {
     let all = &outcome.rows;
     let has_paper = all.iter().any(|row| row.paper.is_some());
@@ -165,7 +166,7 @@ pub(super) fn rows_table(outcome: &Outcome) -> Html {
     }
 }
 
-/// Formats a value in its unit; cases are whole numbers.
+/// Formats a value with its unit; values with the unit "cases" are whole numbers.
 pub(super) fn format_value(value: Option<f64>, unit: &str) -> String {
     match value {
         None => "—".to_owned(),
@@ -174,7 +175,7 @@ pub(super) fn format_value(value: Option<f64>, unit: &str) -> String {
     }
 }
 
-/// Returns a table of these rows under text heads; empty without rows.
+/// Returns a table with these rows under a row of heads; empty without rows.
 pub(super) fn table(heads: &[&str], rows: Html) -> Html {
     let heads: Html = heads
         .iter()

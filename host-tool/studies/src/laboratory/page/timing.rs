@@ -5,14 +5,15 @@ use host_core::html;
 use host_core::record::{State, Trial};
 use host_core::report::{Html, edges_figure, figure};
 
-/// Returns time, channel and state of each edge of a period, without its amplitude.
+/// Returns the pulse pattern of a trial: time, µs, channel and new state of each edge in the
+/// recorded period. Amplitudes are left out.
 fn pattern(trial: &Trial) -> impl Iterator<Item = (u64, u8, State)> {
     let edges = trial.edges.iter();
     edges.map(|edge| (edge.t_us, edge.channel, edge.state))
 }
 
-/// Returns one drawing per distinct pulse pattern, with the conditions that have it. Where no edges
-/// were recorded, returns the reason.
+/// Returns one drawing for each distinct pulse pattern, with the conditions that have it; if no
+/// edges were recorded, the reason.
 pub(super) fn section(rows: &Rows<'_>) -> Html {
     let mut patterns: Vec<Vec<&Trial>> = Vec::new();
     let (mut silent, mut unseen) = (Vec::new(), Vec::new());

@@ -14,25 +14,25 @@ use host_core::session::Session;
 use std::fmt;
 use std::time::Duration;
 
-/// Interval between sensor readings, µs.
+/// Interval between two readings of the angle sensor, µs.
 const READ_US: u64 = 10_000;
 
-/// Longest wait after a stop until the device reports isolated outputs, µs.
+/// Longest wait after a stop for the device's report that the outputs are isolated, µs.
 const STOP_US: u64 = 300_000;
 
-/// A question to the operator or the wearer.
+/// A question to the operator or the wearer. Answers are numbers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Question {
-    /// Whether the level may be raised: 1 yes, 0 no.
+    /// May the level be raised from the first to the second? The answer is 1 for yes, 0 for no.
     Raise(Milli, Milli),
-    /// How the last level felt, 0 to 10.
+    /// How did this level feel? The answer is 0 (nothing) to 10 (unbearable).
     Rating(Milli),
-    /// Whether the joint moved: 1 yes, 0 no.
+    /// Did the joint move at this level? The answer is 1 for yes, 0 for no.
     Moved(Milli),
 }
 
 impl Question {
-    /// Returns the largest valid answer; the smallest is 0.
+    /// Returns the largest valid answer; the smallest is always 0.
     #[must_use]
     pub const fn most(&self) -> u8 {
         match self {
@@ -52,13 +52,14 @@ impl fmt::Display for Question {
     }
 }
 
-/// The operator who answers if no simulator does. The methods must never wait: the device needs
-/// keep-alives meanwhile.
+/// The operator, who answers questions if the wearer is not simulated. The methods must never
+/// block, because the device needs keep-alives in the meantime.
 pub trait Operator {
-    /// Shows a question.
+    /// Shows a question without waiting for its answer.
     fn ask(&mut self, question: Question);
 
-    /// Returns the answer to the last question as soon as it is there: 0 to [`Question::most`].
+    /// Returns the answer to the last question, 0 to [`Question::most`], or `None` if there is none
+    /// yet.
     fn reply(&mut self) -> Option<u8>;
 }
 
@@ -68,16 +69,16 @@ pub enum DeviceError {
     /// The link to the device failed.
     #[error(transparent)]
     Link(#[from] Error),
-    /// The device has no sensor at the joint.
+    /// The search needs the joint's angle, which this device measures only in closed loop.
     #[error(
         "E528 this device measures the joint only in closed loop; let the operator watch the \
          joint with observer = \"eye\""
     )]
     NoSensor,
-    /// The device ended the search.
-    #[error("E537 the device ended the search ({0}); find out why, then search again")]
+    /// The device ended the search by itself; contains its event in words.
+    #[error("E537 the device ended the search ({0}); remove this cause, then search again")]
     Ended(String),
-    /// This computer stalled for this time, ms, and the device ended the search.
+    /// The device ended the search because this computer sent nothing for so long, ms.
     #[error(
         "E698 this computer stalled for {0} ms; the device received nothing meanwhile and ended \
          stimulation; close other programs, or use another computer, then search again"
@@ -85,17 +86,17 @@ pub enum DeviceError {
     Stalled(u128),
 }
 
-/// A device that is armed for one search; its channels are silent between presentations. Joint,
-/// wall, force control and muscle models of the session are not used.
+/// A device that is armed for one search. Its channels are silent between presentations. Joint,
+/// wall, force control and muscle models of the session are not sent to the device.
 pub struct OnDevice<'a, P> {
     client: Connection<P>,
     search: &'a Search,
-    /// The operator, unless the device is simulated in this process.
+    /// The operator who answers; `None` if the device is simulated in this process.
     operator: Option<&'a mut dyn Operator>,
     host_timeout_us: u64,
-    /// Time at which the next keep-alive is due.
+    /// Time at which the next keep-alive is due, µs.
     due_us: u64,
-    /// Whether a separate thread sends the keep-alives.
+    /// Whether a separate thread sends the keep-alives, so that this one need not.
     is_kept: bool,
     pulses: u64,
     counted: u32,
@@ -104,12 +105,11 @@ pub struct OnDevice<'a, P> {
 }
 
 impl<'a, P: Port> OnDevice<'a, P> {
-    /// Opens a session through `port`, configures and arms the device as `session` specifies, and
-    /// starts its trains at amplitude 0. `operator` answers unless the device is simulated in this
-    /// process; `seed` determines the noise of a simulated wearer.
+    /// Opens a session through `port`, configures and arms the device as `session` says, and starts
+    /// its trains at amplitude 0. `operator` answers questions unless the device is simulated in
+    /// this process. `seed` determines the noise of a simulated wearer.
     ///
-    /// # Errors
-    /// Fails if the device fails, or if nothing can observe the searched quantity.
+    /// Fails if the device fails, or if the search needs an angle that the device does not measure.
     pub fn start(
         port: P,
         session: &Session,
@@ -160,7 +160,7 @@ impl<'a, P: Port> OnDevice<'a, P> {
         Ok(probe)
     }
 
-    /// Stops the device in every case and returns the port.
+    /// Stops the device, waits until its outputs are isolated, and returns the port.
     ///
     /// # Errors
     /// Fails if the stop was not acknowledged; the device then stops by itself after its timeout.
@@ -176,7 +176,7 @@ impl<'a, P: Port> OnDevice<'a, P> {
         Ok(self.client.into_port())
     }
 
-    /// Sets the amplitudes of all channels of the search to those of `level`.
+    /// Sets the amplitudes of all channels of the search to those that belong to `level`.
     fn set_level(&mut self, level: Milli) -> Result<(), DeviceError> {
         let sites = self.search.sites().iter();
         let list: Vec<(u8, Amplitude)> = sites
@@ -212,7 +212,8 @@ impl<'a, P: Port> OnDevice<'a, P> {
         Ok(())
     }
 
-    /// Returns why the device ended the search: a stall of this computer, if there was one.
+    /// Returns the error for an event with which the device ended the search. If this computer
+    /// stalled, the error says so.
     fn end_error(&self, happened: &Event) -> DeviceError {
         let silence = StopCause::HostSilent;
         let is_silence =
@@ -231,7 +232,7 @@ impl<'a, P: Port> OnDevice<'a, P> {
         self.wait_until(until_us)
     }
 
-    /// Returns the sensor's mean over each of the next windows; empty without a sensor.
+    /// Measures `count` windows and returns the mean angle in each, °; empty without a sensor.
     fn windows(&mut self, count: u32) -> Result<Vec<f64>, DeviceError> {
         let length_us = u64::from(self.search.declaration().window_ms) * 1000;
         let begin_us = self.client.port().now_us();
@@ -251,7 +252,8 @@ impl<'a, P: Port> OnDevice<'a, P> {
         Ok(means)
     }
 
-    /// Asks the operator and sends keep-alives meanwhile; `None` if the device is simulated.
+    /// Asks the operator and sends keep-alives until the answer comes; returns `None` if the device
+    /// is simulated.
     fn ask(&mut self, question: Question) -> Result<Option<u8>, DeviceError> {
         let Some(operator) = &mut self.operator else {
             return Ok(None);
@@ -265,7 +267,7 @@ impl<'a, P: Port> OnDevice<'a, P> {
         }
     }
 
-    /// Adds the pulses that the device has emitted since the last count.
+    /// Adds the pulses that the device has emitted since the last call to the search's count.
     fn count(&mut self) -> Result<(), DeviceError> {
         let now = self.client.status()?.counters.pulses;
         self.pulses += u64::from(now.wrapping_sub(self.counted));

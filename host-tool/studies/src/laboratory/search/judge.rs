@@ -9,67 +9,73 @@ use hal_sim::random::{standard_normal, unit};
 use serde::Deserialize;
 use std::convert::Infallible;
 
-/// Preregistered declaration of the judged run: parameters, sources and seeds.
+/// Text of the preregistered declaration of the judged searches: parameters, sources and seeds.
 pub const JUDGED: &str = include_str!("judged.toml");
 
-/// Response of a simulated joint to a level.
+/// How a simulated wearer responds to a level of stimulation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Curve {
     /// No movement at any level.
     Still,
-    /// No movement up to the threshold, and an exponential rise above it (Lee 2020, table 2).
+    /// The joint does not move up to the threshold; above it the movement rises exponentially (Lee
+    /// 2020, table 2).
     Hard,
-    /// Logistic; the threshold is the level at which the movement reaches `visible_deg`.
+    /// The movement is a logistic function of the level. The threshold is the level at which the
+    /// movement reaches `visible_deg`.
     Logistic,
-    /// No movement; the wearer rates levels linearly, 0 at `threshold` and 10 at `span` above it.
+    /// The joint does not move. The wearer rates levels linearly, from 0 at `threshold` to 10 at
+    /// `span` above it.
     Rated,
 }
 
-/// Random wearers whose parameters are uniform between the ends of each range.
+/// Random wearers on whom a search is judged. Their parameters are uniform between both ends of
+/// each range.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
-    /// Readable name.
+    /// Readable name of the case, for tables.
     pub name: String,
-    /// Response of the joint to a level.
+    /// How the wearers respond to a level.
     pub curve: Curve,
-    /// Range of the true threshold, in the search's unit.
+    /// Range of the true threshold, in the unit of the search's levels.
     pub threshold: [f64; 2],
-    /// Range of the distance from threshold to full movement; for a logistic curve, of its width w.
+    /// Range of the distance from the threshold to the level of full movement, in the unit of the
+    /// levels. For a logistic curve, the range of its width.
     pub span: [f64; 2],
-    /// Full movement, degrees.
+    /// Largest movement of the joint, °.
     pub full_deg: f64,
-    /// Range of the standard deviation of a window's mean at rest, degrees; uniform in the
-    /// logarithm. For ratings, in points.
+    /// Range of the noise at rest: standard deviation of a window's mean angle, °, or of a rating,
+    /// points. Uniform in the logarithm.
     pub noise: [f64; 2],
-    /// Correlation of the noise of successive windows, 0 to below 1.
+    /// Correlation between the noise of successive windows, 0 to below 1.
     pub correlation: f64,
-    /// Range of the coefficient of variation of the movement between contractions.
+    /// Range of the coefficient of variation with which the movement varies between presentations
+    /// of one level.
     pub contraction: [f64; 2],
-    /// Pulse rate of all channels together, Hz.
+    /// Pulse rate of all channels together, Hz; it determines how many pulses a search needs.
     pub pulses_hz: f64,
-    /// Source of the values.
+    /// Source of these values: a publication, or "assumed".
     pub source: String,
-    /// The search to judge.
+    /// The search that is judged on these wearers.
     pub search: SearchDeclaration,
 }
 
-/// The cases of a judged run; every case uses the same seeds.
+/// All cases of a judged run; the searches of every case use the same seeds.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SearchCases {
-    /// The first seed; the others follow.
+    /// Seed of the first search; each further search uses the next number.
     pub first_seed: u64,
     /// Number of searches per case.
     pub searches: u64,
-    /// At least one case.
+    /// Kinds of random wearer, at least one, each with its search.
     #[serde(rename = "case")]
     pub cases: Vec<Case>,
 }
 
 impl SearchCases {
-    /// Parses a declaration.
+    /// Parses a declaration of judged searches.
     ///
     /// # Errors
     /// Returns the first mistake in the text.
@@ -78,23 +84,25 @@ impl SearchCases {
     }
 }
 
-/// Counts over the searches of one case.
+/// Results over all searches of one case.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct SearchCounts {
-    /// Number of searches.
+    /// Number of searches, one per random wearer.
     pub searches: u64,
-    /// Searches that ended more than one step below the true threshold.
+    /// Number of searches with a positive answer more than one step below the true threshold.
     pub early: u64,
-    /// Searches that found nothing although the true threshold is at least one step below the
-    /// highest level; for ratings, those that accepted more than one step above it.
+    /// Number of searches with a negative answer more than one step above the true threshold,
+    /// although the threshold is at least one step below the highest level. For ratings, a negative
+    /// answer means that the wearer accepted the level.
     pub missed: u64,
-    /// Searches whose threshold lies within the levels.
+    /// Number of searches whose true threshold is at least one step below the highest level.
     pub findable: u64,
-    /// Findable searches whose value is within one step of the true threshold.
+    /// Number of findable searches that found a value within one step of the true threshold.
     pub within: u64,
-    /// Findable searches whose interval contains the true threshold.
+    /// Number of findable searches whose interval contains the true threshold.
     pub covered: u64,
-    /// Largest distance of a value from the true threshold, steps.
+    /// Largest distance of a findable search's value from the true threshold, in steps between
+    /// levels.
     pub worst_steps: f64,
     /// Total number of pulses in all searches.
     pub pulses: u64,
@@ -103,20 +111,21 @@ pub struct SearchCounts {
 }
 
 impl SearchCounts {
-    /// Returns the share of wrong searches: early or missed.
+    /// Returns the share of wrong searches, early or missed, 0 to 1.
     #[must_use]
     pub fn false_share(&self) -> f64 {
         (self.early + self.missed) as f64 / self.searches.max(1) as f64
     }
 
-    /// Returns the share of values within one step of the true threshold, among findable searches.
+    /// Returns the share of findable searches whose value is within one step of the true threshold,
+    /// 0 to 1.
     #[must_use]
     pub fn within_share(&self) -> f64 {
         self.within as f64 / self.findable.max(1) as f64
     }
 }
 
-/// Runs one search on each wearer of `case`.
+/// Runs the search of `case` on `searches` random wearers, with seeds from `first_seed` on.
 ///
 /// # Errors
 /// Returns every mistake in the case's search.
@@ -163,9 +172,10 @@ struct Wearer<'a> {
     noise: f64,
     contraction: f64,
     seed: u64,
-    /// Number of normal deviates used so far.
+    /// Number of normal random numbers generated so far, from which the next one follows.
     drawn: u64,
-    /// Noise of the latest window, in standard deviations.
+    /// Noise in the latest window, in standard deviations; the next window's noise is correlated
+    /// with it.
     latest: f64,
     pulses: u64,
 }
@@ -186,7 +196,7 @@ impl<'a> Wearer<'a> {
         }
     }
 
-    /// Returns the true threshold in the search's unit; infinite if there is none.
+    /// Returns the true threshold in the unit of the levels; infinite if the wearer has none.
     fn truth(&self) -> f64 {
         match self.case.curve {
             Curve::Still => f64::INFINITY,
@@ -199,7 +209,7 @@ impl<'a> Wearer<'a> {
         }
     }
 
-    /// Returns the movement without noise, degrees.
+    /// Returns the movement at a level without noise, °.
     fn movement(&self, level: f64) -> f64 {
         let full = self.case.full_deg;
         match self.case.curve {
@@ -221,7 +231,7 @@ impl<'a> Wearer<'a> {
         standard_normal(self.seed, self.drawn)
     }
 
-    /// Returns noisy sensor means around `deg`.
+    /// Returns the mean angles of `count` windows: `deg` plus correlated noise, °.
     fn windows(&mut self, count: u32, deg: f64) -> Vec<f64> {
         let rho = self.case.correlation;
         (0..count)
@@ -233,7 +243,8 @@ impl<'a> Wearer<'a> {
     }
 }
 
-/// Exponent b of F = a·exp(b·I) from threshold to tolerable maximum, mean of Lee 2020, table 2.
+/// Exponent b of the recruitment curve F = a·exp(b·I), where I goes from 0 at the threshold to 1 at
+/// the tolerable maximum. Mean of Lee 2020, table 2.
 const CURVATURE: f64 = 1.2;
 
 impl Probe for Wearer<'_> {

@@ -3,13 +3,13 @@
 use serde::{Serialize, Serializer};
 use std::fmt;
 
-/// Thousandths of a channel's unit (mA or V), or of 1 for a ratio.
+/// A level in thousandths of a channel's unit (mA or V), or of 1 for a ratio.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub struct Milli(pub u32);
 
 impl Milli {
-    /// Converts `value`; returns `None` if it is negative, above 4 · 10⁶, or no whole number of
-    /// thousandths.
+    /// Converts a number in the channel's unit; returns `None` if it is negative, above 4 · 10⁶, or
+    /// not a whole number of thousandths.
     #[must_use]
     pub fn exactly(value: f64) -> Option<Self> {
         let thousandths = (value * 1e3).round();
@@ -17,13 +17,13 @@ impl Milli {
         is_whole.then_some(Self(thousandths as u32))
     }
 
-    /// Converts to the channel's unit.
+    /// Returns the level in the channel's unit, or a ratio as a fraction.
     #[must_use]
     pub fn units(self) -> f64 {
         f64::from(self.0) / 1e3
     }
 
-    /// Returns this fraction of `whole`, rounded down.
+    /// Returns `whole` multiplied by this ratio, rounded down.
     #[must_use]
     pub fn fraction_of(self, whole: Self) -> Self {
         let part = u64::from(self.0) * u64::from(whole.0) / 1000;

@@ -7,7 +7,7 @@ use serde::Deserialize;
 /// Largest number of levels of one staircase, without repeats.
 const MOST_LEVELS: u32 = 1000;
 
-/// Largest accepted share of searches that find a movement where none is.
+/// Largest accepted probability that a search finds a movement although no level causes one.
 const FALSE_ALARMS: f64 = 0.01;
 
 /// A channel that a search stimulates.
@@ -15,12 +15,12 @@ const FALSE_ALARMS: f64 = 0.01;
 pub struct Site {
     /// Number of the channel, from 1.
     pub channel: u8,
-    /// Level at ratio 1; `None` if levels are amplitudes.
+    /// Amplitude at ratio 1; `None` if the levels of the search are amplitudes.
     pub max: Option<Milli>,
 }
 
 impl Site {
-    /// Returns the channel's amplitude at a level.
+    /// Returns the amplitude of this channel at a level of the search.
     #[must_use]
     pub fn amplitude(&self, level: Milli) -> Milli {
         self.max.map_or(level, |max| level.fraction_of(max))
@@ -32,15 +32,15 @@ impl Site {
 pub struct Search {
     declared: SearchDeclaration,
     sites: Vec<Site>,
-    /// Start, step and limit of the levels.
+    /// First level, difference between levels, and largest allowed level.
     stair: [Milli; 3],
 }
 
 impl Search {
-    /// Checks a declaration without its session.
+    /// Checks a declaration without regard to its session.
     ///
     /// # Errors
-    /// Returns every mistake, by field.
+    /// Returns every mistake, with the name of its field.
     pub fn new(declared: SearchDeclaration) -> Result<Self, Vec<String>> {
         let mut told = Vec::new();
         ranges(&declared, &mut told);
@@ -84,9 +84,9 @@ impl Search {
         }
     }
 
-    /// Returns a message for each channel that this search would drive beyond its limit. `limit_of`
-    /// takes a channel, from 1, and returns the wearer's limit and its unit, or `None` if the
-    /// session has no such channel or it waits for a trigger.
+    /// Returns a message for each channel that this search would drive beyond the wearer's limit.
+    /// `limit_of` receives the number of a channel, from 1, and returns the limit and its unit; it
+    /// returns `None` if the session has no such channel or if the channel waits for a trigger.
     #[must_use]
     pub fn limit_violations<'a>(
         &self,
@@ -116,7 +116,7 @@ impl Search {
         &self.declared
     }
 
-    /// Returns the channels that the search stimulates, at least one.
+    /// Returns the channels that the search stimulates; there is at least one.
     #[must_use]
     pub fn sites(&self) -> &[Site] {
         &self.sites
@@ -134,9 +134,9 @@ impl Search {
         (start.0..=limit.0).step_by(step.0 as usize).map(Milli)
     }
 
-    /// Returns the probability that the search finds a movement although no level causes one, from
-    /// [`host_core::statistics::Detector::false_alarm_probability`]. Each presentation has its own
-    /// baseline.
+    /// Returns the probability of a false alarm: that the search finds a movement although no level
+    /// causes one. It follows from [`host_core::statistics::Detector::false_alarm_probability`],
+    /// because each presentation has its own baseline.
     #[must_use]
     pub fn false_alarm(&self) -> f64 {
         let repeats = self.declared.confirm as i32;
@@ -149,17 +149,18 @@ impl Search {
     }
 }
 
-/// A file of searches on one session.
+/// Content of a file of searches, all on the same session.
 #[derive(Clone, PartialEq, Debug)]
 pub struct SearchFile {
-    /// Path of the session relative to this file: wearer, channels and body.
+    /// Path of the session, relative to this file. It determines wearer, channels and simulated
+    /// body.
     pub session: String,
-    /// At least one, in the order in which they run.
+    /// Searches in the order in which they run, at least one.
     pub searches: Vec<Search>,
 }
 
 impl SearchFile {
-    /// Parses the text of a file.
+    /// Parses and checks the text of a file of searches.
     ///
     /// # Errors
     /// Returns every mistake in the text.
@@ -197,7 +198,7 @@ impl SearchFile {
     }
 }
 
-/// Reports the fields that are outside their ranges.
+/// Adds a message for each field that is outside its range.
 fn ranges(d: &SearchDeclaration, told: &mut Vec<String>) {
     let mut within = |name: &str, value: f64, least: f64, most: f64| {
         if !(least..=most).contains(&value) {
@@ -235,7 +236,7 @@ fn ranges(d: &SearchDeclaration, told: &mut Vec<String>) {
     }
 }
 
-/// Reports the fields that a kind of search lacks or must not have.
+/// Adds a message for each field that this kind of search lacks or must not have.
 fn fitting(d: &SearchDeclaration, told: &mut Vec<String>) {
     let kind = d.kind.name();
     let mut has = |name: &str, is_there: bool, is_wanted: bool| match (is_there, is_wanted) {
@@ -256,7 +257,7 @@ fn fitting(d: &SearchDeclaration, told: &mut Vec<String>) {
     has("simulated_rating", is_rated, is_rated && d.kind.is_rated());
 }
 
-/// Checks that levels and detector fit together.
+/// Adds a message for each mistake in how levels and detector fit together.
 fn check_levels(search: &Search, told: &mut Vec<String>) {
     let [start, step, limit] = search.stair;
     let d = search.declaration();

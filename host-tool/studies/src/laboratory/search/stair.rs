@@ -6,61 +6,64 @@ use super::milli::Milli;
 use super::plan::Search;
 use host_core::statistics::Verdict;
 
-/// The subject of a search: a simulated wearer with a known threshold, a simulator or a board.
+/// A wearer on whom a search runs: simulated with a known threshold, on a simulator, or on a board.
 pub trait Probe {
     /// Error that ends a search early.
     type Error;
 
-    /// Asks before each presentation, repeats included, whether the level may be raised; `false`
-    /// ends the search. A simulator agrees, a board's operator is asked.
+    /// Asks before each presentation, repeats included, whether the level may be raised from `from`
+    /// to `to`; `false` ends the search. A simulated wearer always agrees; on a board the operator
+    /// is asked.
     ///
     /// # Errors
-    /// Fails if the device fails or a signal arrives.
+    /// Fails if the device fails or a signal interrupts the search.
     fn may_raise(&mut self, from: Milli, to: Milli) -> Result<bool, Self::Error>;
 
-    /// Rests without stimulation for the configured time. Returns the sensor's mean over each of
-    /// the last windows, as many as the baseline has, if `has_baseline`.
+    /// Rests without stimulation for the declared time. With `has_baseline`, returns the mean angle
+    /// in each of the last windows, °, as many as the baseline has; otherwise an empty list.
     ///
     /// # Errors
-    /// Fails if the device fails or a signal arrives.
+    /// Fails if the device fails or a signal interrupts the search.
     fn rest(&mut self, has_baseline: bool) -> Result<Vec<f64>, Self::Error>;
 
-    /// Stimulates at `level` until the end of the last window. Returns the sensor's mean over each
-    /// window, if `has_windows`.
+    /// Stimulates at `level` until the end of the last window. With `has_windows`, returns the mean
+    /// angle in each window, °; otherwise an empty list.
     ///
     /// # Errors
-    /// Fails if the device fails or a signal arrives.
+    /// Fails if the device fails or a signal interrupts the search.
     fn present(&mut self, level: Milli, has_windows: bool) -> Result<Vec<f64>, Self::Error>;
 
-    /// Returns the wearer's rating of the last level, 0 to 10.
+    /// Returns the wearer's rating of `level`, which was presented last, 0 to 10.
     ///
     /// # Errors
-    /// Fails if the device fails or a signal arrives.
+    /// Fails if the device fails or a signal interrupts the search.
     fn rating(&mut self, level: Milli) -> Result<u8, Self::Error>;
 
-    /// Returns whether the operator saw the joint move; `None` if the sensor decides.
+    /// Returns whether the operator saw the joint move at `level`, which was presented last; `None`
+    /// if the sensor decides.
     ///
     /// # Errors
-    /// Fails if the device fails or a signal arrives.
+    /// Fails if the device fails or a signal interrupts the search.
     fn observed_movement(&mut self, level: Milli) -> Result<Option<bool>, Self::Error>;
 
-    /// Returns the number of pulses emitted so far.
+    /// Returns the number of pulses that were emitted so far.
     fn pulses(&self) -> u64;
 }
 
-/// Result of one presentation.
+/// Answer to one presentation: whether the joint moved, or how the wearer rated it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Answer {
-    /// Decision of the detector.
+    /// Decision of the movement detector.
     Measured(Verdict),
-    /// The operator's answer: whether the joint moved.
+    /// Answer of the operator: whether the joint moved.
     Seen(bool),
-    /// The wearer's rating, and the highest rating that is still accepted.
+    /// The wearer's rating, then the highest rating that still counts as accepted.
     Rated(u8, u8),
 }
 
 impl Answer {
-    /// Returns whether the search found what it looks for.
+    /// Returns whether the answer is positive: the joint moved, or the wearer rated the level as
+    /// too high.
     #[must_use]
     pub fn is_positive(&self) -> bool {
         match self {
@@ -71,42 +74,43 @@ impl Answer {
     }
 }
 
-/// One presentation of a level.
+/// One presentation of a level, with its answer.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Step {
-    /// Stimulated level.
+    /// Level at which the wearer was stimulated.
     pub level: Milli,
-    /// Number of earlier presentations of this level.
+    /// Number of earlier presentations of the same level.
     pub repeat: u32,
-    /// Result of the presentation.
+    /// Whether the joint moved, or how the wearer rated the level.
     pub answer: Answer,
-    /// Pulses of the presentation.
+    /// Number of pulses that the presentation needed.
     pub pulses: u64,
 }
 
 /// Reason why a search ended.
 #[derive(Clone, PartialEq, Debug)]
 pub enum SearchEnd<E> {
-    /// The search found a level.
+    /// A level with a confirmed positive answer was found.
     Found,
-    /// The search reached its limit and found nothing.
+    /// The highest level was reached without a confirmed positive answer.
     Limit,
-    /// The operator refused to raise to this level.
+    /// The operator did not allow this level.
     Refused(Milli),
-    /// The device failed, or a signal arrived.
+    /// The device failed, or a signal interrupted the search.
     Failed(E),
 }
 
 /// Result of a search, complete or not.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Finding<E> {
-    /// Estimate: the midpoint of the interval, which is the transition point of the method of
-    /// limits (Gescheider 1997, ch. 3). `None` if nothing was found.
+    /// Estimate: the middle between `low` and `high`, which is the transition point of the method
+    /// of limits (Gescheider 1997, ch. 3). `None` if nothing was found.
     pub value: Option<Milli>,
     /// Highest level with a negative answer; 0 if there is none. For comfort and maximum it is the
-    /// highest accepted level, which is the one to set.
+    /// highest level that the wearer accepted, and thus the level to set.
     pub low: Milli,
-    /// Lowest level with a confirmed positive answer. For the other kinds it is the one to set.
+    /// Lowest level with a confirmed positive answer; `None` if there is none. For the other kinds
+    /// of search it is the level to set.
     pub high: Option<Milli>,
     /// Number of pulses that the search needed.
     pub pulses: u64,
@@ -117,8 +121,9 @@ pub struct Finding<E> {
 }
 
 impl<E> Finding<E> {
-    /// Returns the level to set: the highest accepted one for comfort and maximum, otherwise the
-    /// lowest one that moves the joint. `None` if nothing was found or accepted.
+    /// Returns the level that should be set for the wearer: the highest accepted one for comfort
+    /// and maximum, otherwise the lowest one that moves the joint. `None` if nothing was found or
+    /// accepted.
     #[must_use]
     pub fn level_to_set(&self, search: &Search) -> Option<Milli> {
         match search.declaration().kind.is_rated() {
@@ -128,8 +133,8 @@ impl<E> Finding<E> {
     }
 }
 
-/// Raises the level on `probe` until the quantity that `search` determines is found and confirmed;
-/// calls `tell` after every presentation.
+/// Raises the level on `probe` until a positive answer is confirmed, or the search ends otherwise.
+/// `tell` is called after every presentation.
 pub fn search<P: Probe>(
     search: &Search,
     probe: &mut P,

@@ -10,20 +10,22 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-/// The open file of units.
+/// The folder of a sweep, whose file of units is open for appending.
 pub(super) struct Folder {
     name: String,
     rows: File,
 }
 
-/// Result of each unit by index.
+/// Results of units, by index of the unit.
 type Units<D> = BTreeMap<u64, <D as Drawing>::Unit>;
 
 impl Folder {
-    /// Starts `sweep` in `dir`, or continues it; a partially written unit is removed.
+    /// Starts `sweep` in `dir`, or continues it, and returns the units that exist. A unit that was
+    /// written only in part is removed.
     ///
     /// # Errors
-    /// Fails if the folder contains something else, or if a file cannot be read or written.
+    /// Fails if the folder contains anything but an earlier part of this sweep, or if a file cannot
+    /// be read or written.
     pub(super) fn open<D: Drawing>(
         dir: &Path,
         sweep: &Sweep,
@@ -48,7 +50,7 @@ impl Folder {
         Ok((folder, known))
     }
 
-    /// Appends a unit in one write, so that a killed program leaves at most the last unit
+    /// Appends a unit in a single write, so that a program that is killed leaves at most this unit
     /// incomplete.
     pub(super) fn append<D: Drawing>(
         &mut self,
@@ -66,8 +68,8 @@ impl Folder {
     }
 }
 
-/// Refuses a folder that contains another sweep or anything else. A sweep with fewer draws is
-/// accepted only if `grows`.
+/// Fails if the folder contains anything but this sweep. With `grows`, the same sweep with fewer
+/// draws is accepted, too.
 pub(super) fn refuse_other(dir: &Path, sweep: &Sweep, grows: bool) -> Result<(), LaboratoryError> {
     let other = |found: String, wanted: String| {
         let folder = dir.display().to_string();
@@ -109,7 +111,8 @@ pub(super) fn refuse_other(dir: &Path, sweep: &Sweep, grows: bool) -> Result<(),
     }
 }
 
-/// Returns the complete units in a sweep's folder, finished or not; empty for a new sweep.
+/// Returns the complete units in the folder of a sweep, whether the sweep has finished or not;
+/// empty for a new sweep.
 ///
 /// # Errors
 /// Fails if the folder contains no valid sweep.
@@ -126,12 +129,12 @@ pub(super) fn units<D: Drawing>(
     Ok(units)
 }
 
-/// Returns the path of the file in `dir` that describes the sweep.
+/// Returns the path of `sweep.json` in `dir`, which describes the sweep.
 pub(super) fn sweep_file(dir: &Path) -> PathBuf {
     dir.join("sweep.json")
 }
 
-/// Reads the description of the sweep in `dir`.
+/// Reads `sweep.json` in `dir`.
 pub(super) fn read_sweep(dir: &Path) -> Result<Sweep, LaboratoryError> {
     let path = sweep_file(dir);
     let text = input::read_text(&path, input::LONGEST_DOCUMENT).map_err(failed(&path))?;
@@ -141,7 +144,7 @@ pub(super) fn read_sweep(dir: &Path) -> Result<Sweep, LaboratoryError> {
     })
 }
 
-/// Writes the description of the sweep in `dir`.
+/// Writes `sweep.json` in `dir`.
 pub(super) fn write_sweep(dir: &Path, sweep: &Sweep) -> Result<(), LaboratoryError> {
     write(&sweep_file(dir), &json(sweep))
 }
@@ -151,7 +154,8 @@ fn json(sweep: &Sweep) -> String {
     serde_json::to_string_pretty(sweep).unwrap_or_default() + "\n"
 }
 
-/// Replaces a file atomically.
+/// Replaces the content of a file atomically: after a crash the file has the old or the new
+/// content.
 pub(super) fn write(path: &Path, text: &str) -> Result<(), LaboratoryError> {
     let written = host_core::record::replace_file(path, text.as_bytes());
     written.map_err(LaboratoryError::from)
@@ -169,10 +173,10 @@ fn header(drawing: &impl Drawing) -> String {
     }
 }
 
-/// Advice for a file with rows that no sweep wrote.
+/// Advice in the error about a file with rows that no sweep wrote.
 const CUT: &str = "delete this line and all lines after it; the same command then continues there";
 
-/// Returns the complete units of the file, and the text of these units only.
+/// Returns the complete units in a file, and the text of the file up to the end of the last one.
 fn whole_rows<D: Drawing>(
     path: &Path,
     sweep: &Sweep,
@@ -215,8 +219,8 @@ fn whole_rows<D: Drawing>(
     Ok((units, whole))
 }
 
-/// Parses the unit of these lines. The start of every line must be the expected one. Otherwise
-/// returns the index of the wrong line, from 0, and the reason.
+/// Parses the unit in these lines. Every line must begin as [`Drawing::row_prefixes`] says. On
+/// failure, returns the index of the wrong line, from 0, and the reason.
 fn unit_of<D: Drawing>(
     lines: &[&str],
     (sweep, drawing): (&Sweep, &D),

@@ -8,14 +8,14 @@ use std::time::Duration;
 /// Longest time between two calls of `go_on`.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Returns whether to continue.
+/// Function that long computations call to ask whether to continue.
 pub(super) type NextStep<'a> = &'a (dyn Fn() -> bool + Sync);
 
-/// Computes all `items` on all cores and stores the results in the order of `items`, each as soon
-/// as those before it are stored, so that an interruption leaves the first ones. `keep` stores a
-/// result and returns the completed share, 0 to 1, which starts at `begun`; `go_on` receives it and
-/// may return `false`. Then long computations may return `None`, and the remaining items are
-/// omitted.
+/// Computes all `items` on all cores and stores the results in the order of `items`. A result is
+/// stored as soon as all before it are, so that an interruption leaves the first ones. `keep`
+/// stores a result and returns the finished part, 0 to 1, which is `begun` at the start. `go_on`
+/// receives that part and may return `false` to end: long computations may then return `None`, and
+/// the remaining items are left out.
 ///
 /// # Errors
 /// Returns the first error of `compute` in the order of `items`, or the error of `keep`.

@@ -8,11 +8,11 @@ use crate::laboratory::result::Outcome;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Each unit of the merged sweep, and the analysis of all.
+/// All units of the merged sweep, by index, and their analysis.
 pub type MergedUnits<U> = (BTreeMap<u64, U>, Outcome);
 
-/// Merges all shards of a sweep in `parts` into `out`, with the same bytes as a sweep without
-/// shards.
+/// Merges the shards in the folders `parts`, which must be all shards of a sweep, into `out`. The
+/// files are the same as those of a sweep without shards.
 ///
 /// # Errors
 /// Fails if the parts are not all shards of one sweep, if units are missing, or if a file cannot be
@@ -52,7 +52,7 @@ fn name(part: &Path) -> String {
     part.display().to_string()
 }
 
-/// Reads the description of the shard in this folder.
+/// Reads the description of the shard in the folder `part`.
 ///
 /// # Errors
 /// Fails with E604 if the folder contains no shard, or if its `sweep.json` cannot be read.
@@ -67,7 +67,8 @@ pub fn read_shard(part: &Path) -> Result<Sweep, LaboratoryError> {
     Sweep::read(part)
 }
 
-/// Returns the sweep of which these are all the shards.
+/// Returns the description of the whole sweep, after checking that these folders are all of its
+/// shards.
 fn combined_sweep<D: Drawing>(
     parts: &[(String, Sweep)],
     drawing: &D,

@@ -25,12 +25,13 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// A part of a sweep: the units whose index is `number - 1` modulo `of`.
+/// One of several parts into which a sweep is divided. It contains the units whose index modulo
+/// `of` is `number` − 1.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Shard {
     /// Number of this shard, from 1.
     pub number: u64,
-    /// Total number of shards.
+    /// Number of shards into which the sweep is divided.
     pub of: u64,
 }
 
@@ -53,14 +54,14 @@ impl FromStr for Shard {
 }
 
 impl Shard {
-    /// The whole sweep as a single shard.
+    /// The only shard of a sweep that is not divided.
     pub const WHOLE: Self = Self { number: 1, of: 1 };
 
     fn has(self, unit: u64) -> bool {
         unit % self.of == self.number - 1
     }
 
-    /// Returns the position of this unit within the shard, from 0.
+    /// Returns the position of a unit among those of this shard, from 0.
     const fn position(self, unit: u64) -> u64 {
         unit / self.of
     }
@@ -68,18 +69,19 @@ impl Shard {
 
 /// Result of a sweep, complete or not.
 pub struct SweepResult {
-    /// Result of a complete sweep that is not a shard.
+    /// Result of a complete sweep; `None` if units are missing or if this is only a shard.
     pub outcome: Option<Outcome>,
-    /// Comparison with the whole device, for an experiment without feedback.
+    /// Comparison with simulations of the whole device; `None` for an experiment with feedback,
+    /// which always simulates the device.
     pub checked: Option<DeviceCheck>,
 }
 
-/// The inputs that determine every byte of a sweep, stored as `sweep.json`.
+/// The inputs that determine every byte of a sweep; stored as `sweep.json`.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Sweep {
-    /// Name of the experiment.
+    /// Name of the experiment or study.
     pub name: String,
-    /// Part of the declaration that the sweep covers; `None` for everything.
+    /// Part of the declaration that the sweep covers; `None` if it covers everything.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub only: Option<String>,
     /// SHA-256 of the declaration and its sessions, by file name.
@@ -88,15 +90,15 @@ pub struct Sweep {
     pub seed: u64,
     /// Number of random wearers at each point of the grid.
     pub draws: u64,
-    /// Part of the units that is computed here.
+    /// Shard that is computed in this folder.
     pub shard: Shard,
-    /// Version of the program.
+    /// Version of the program that computes the units.
     pub version: String,
 }
 
-/// The units of a sweep that exist, from this or earlier runs.
+/// Units of a shard that exist, computed in this run or earlier.
 pub struct ComputedUnits<U> {
-    /// The first units of this shard, by index.
+    /// Units by index; they are the first ones of the shard.
     pub units: BTreeMap<u64, U>,
     /// Whether these are all units of the shard.
     pub is_whole: bool,
@@ -111,7 +113,7 @@ impl Sweep {
         Self::from_drawing(&Playing::new(experiment), (seed, draws), shard)
     }
 
-    /// Creates the sweep of a drawing with this seed and number of draws.
+    /// Creates the sweep of any drawing with this seed and number of draws.
     #[must_use]
     pub fn from_drawing(drawing: &impl Drawing, (seed, draws): (u64, u64), shard: Shard) -> Self {
         Self {
@@ -125,7 +127,7 @@ impl Sweep {
         }
     }
 
-    /// Writes the description of the sweep into the record `dir`.
+    /// Writes `sweep.json` into the folder `dir`.
     ///
     /// # Errors
     /// Fails if the file cannot be written.
@@ -133,7 +135,7 @@ impl Sweep {
         folder::write_sweep(dir, self)
     }
 
-    /// Reads the description of the sweep in `dir`, complete or not.
+    /// Reads the description of the sweep in the folder `dir`, which may be incomplete.
     ///
     /// # Errors
     /// Fails if `dir` contains no sweep.
@@ -141,8 +143,8 @@ impl Sweep {
         folder::read_sweep(dir)
     }
 
-    /// Takes the folder `dir` for this process alone. It must be absent, empty, or contain an
-    /// earlier part of this sweep.
+    /// Locks the folder `dir` for this process. It must be absent, empty, or contain an earlier
+    /// part of this sweep.
     ///
     /// # Errors
     /// Fails with E603 if the folder contains something else, which stays unchanged, or if another
@@ -151,7 +153,8 @@ impl Sweep {
         self.take(dir, false)
     }
 
-    /// Takes the folder as [`Self::place`] does; an extensible drawing may have fewer draws there.
+    /// Locks the folder as [`Self::place`] does. It may also contain the same sweep with fewer
+    /// draws, if the drawing is extensible.
     ///
     /// # Errors
     /// Fails as [`Self::place`] does.
@@ -166,7 +169,7 @@ impl Sweep {
         Ok(Place::open_existing(dir)?)
     }
 
-    /// Describes the sweep in words.
+    /// Returns a description of the sweep for messages.
     fn in_words(&self) -> String {
         let Self {
             name, seed, draws, ..
@@ -177,14 +180,15 @@ impl Sweep {
         format!("{name}{only}, seed {seed}, {draws} draws, shard {number}/{of}")
     }
 
-    /// Computes the units that `dir` lacks. `go_on` receives the completed share, 0 to 1, and ends
-    /// the run by returning `false`. The page of a complete sweep also shows `trials`, which were
-    /// recorded before. Without feedback, bodies are simulated without the device, and one unit in
-    /// a hundred with it as well.
+    /// Computes the units that `dir` lacks. `go_on` receives the finished part, 0 to 1, and ends
+    /// the run by returning `false`. The page of a complete sweep also shows the earlier recorded
+    /// `trials`. An experiment without feedback is simulated without the device; one unit in a
+    /// hundred is also simulated with it, and compared.
     ///
     /// # Errors
-    /// Fails if the folder contains something else or cannot be written, or if a unit fails or
-    /// differs from the whole device. The sweep then ends, and all earlier units stay stored.
+    /// Fails if the folder contains something else or cannot be written, if a unit fails, or if its
+    /// simulations with and without the device differ. The sweep then ends, and all earlier units
+    /// stay stored.
     pub fn run(
         &self,
         experiment: &Experiment,
@@ -198,8 +202,8 @@ impl Sweep {
         Ok(SweepResult { outcome, checked })
     }
 
-    /// Runs the sweep as [`Self::run`] does, with the recorded output of the device if there is
-    /// one.
+    /// Runs the sweep as [`Self::run`] does. `score` is the recorded output of the device, if the
+    /// experiment has no feedback.
     pub(super) fn run_with_score(
         &self,
         experiment: &Experiment,
@@ -219,9 +223,9 @@ impl Sweep {
         }
     }
 
-    /// Computes the units that `dir` lacks, or without `dir` all of them, which are then not
-    /// stored. `go_on` receives the completed share, 0 to 1, at least every 50 ms, and ends the run
-    /// by returning `false`.
+    /// Computes the units that `dir` lacks; without `dir`, computes all units and stores none.
+    /// `go_on` receives the finished part, 0 to 1, at least every 50 ms, and ends the run by
+    /// returning `false`.
     ///
     /// # Errors
     /// Fails if the folder contains something else or cannot be written, or if a unit fails. The
@@ -266,8 +270,8 @@ impl Sweep {
         })
     }
 
-    /// Opens the folder of this shard, whose units are `all`, and returns the units that it
-    /// contains.
+    /// Opens the folder of this shard, whose units have the indices `all`, and returns the units
+    /// that the folder contains.
     fn open<D: Drawing>(
         &self,
         dir: &Path,
@@ -286,14 +290,14 @@ impl Sweep {
         Err(LaboratoryError::Damaged { file, reason })
     }
 
-    /// Returns the units of this shard in ascending order.
+    /// Returns the indices of this shard's units, ascending.
     fn units(&self, drawing: &impl Drawing) -> impl Iterator<Item = u64> {
         let shard = self.shard;
         (0..drawing.units(self.draws)).filter(move |unit| shard.has(*unit))
     }
 
-    /// Analyses the units, which are all or the first of them, and writes result, page and further
-    /// files.
+    /// Analyses the units, which are all or only the first ones, and writes result, page and
+    /// further files.
     ///
     /// # Errors
     /// Fails if the units cannot be analysed or a file cannot be written.
@@ -308,7 +312,7 @@ impl Sweep {
         Ok(outcome)
     }
 
-    /// Writes result, page and further files.
+    /// Writes result, page and further files of an analysed sweep.
     ///
     /// # Errors
     /// Fails if a file cannot be written.
@@ -352,8 +356,8 @@ impl Sweep {
     }
 }
 
-/// Merges all shards of a sweep in `parts` into `out`, with the same bytes as a sweep without
-/// shards.
+/// Merges the shards in the folders `parts`, which must be all shards of an experiment's sweep,
+/// into `out`. The files are the same as those of a sweep without shards.
 ///
 /// # Errors
 /// Fails if the parts are not all shards of one sweep, if units are missing, or if a file cannot be

@@ -9,7 +9,8 @@ use crate::laboratory::open_loop::{Score, is_checked};
 use crate::laboratory::result::Outcome;
 use std::collections::BTreeMap;
 
-/// An experiment, the recorded output of its device if there is no feedback, and earlier trials.
+/// An experiment as the drawing of a sweep, with the recorded output of its device if it has no
+/// feedback, and with earlier trials for its page.
 pub(super) struct Playing<'a> {
     pub(super) experiment: &'a Experiment,
     pub(super) score: Option<&'a Score>,
@@ -17,7 +18,7 @@ pub(super) struct Playing<'a> {
 }
 
 impl<'a> Playing<'a> {
-    /// Creates the adapter without recorded output and trials, which do not affect the identity of
+    /// Creates the drawing without recorded output and trials, which do not affect the identity of
     /// the sweep.
     pub(super) const fn new(experiment: &'a Experiment) -> Self {
         Self {
@@ -134,12 +135,12 @@ impl Drawing for Playing<'_> {
     }
 }
 
-/// Quotes a name for a CSV field.
+/// Quotes a name so that it can be a field of a CSV file.
 fn quote_csv(name: &str) -> String {
     format!("\"{}\"", name.replace('"', "\"\""))
 }
 
-/// Parses a number of `draws.csv`; an empty field is `None`.
+/// Parses a field of `draws.csv` as a number; an empty field is `None`.
 ///
 /// # Errors
 /// Returns a message if the field is no finite number.
