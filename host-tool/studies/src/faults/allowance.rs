@@ -22,27 +22,30 @@ use hal_sim::native::identity;
 use hal_sim::random::Random;
 use host_core::session::Session;
 
-/// Number of the random stream of this fault class, different from those of the others.
+/// Random stream of this fault class; every class has its own, so that their random numbers are
+/// independent.
 const STREAM: u64 = 0xA110;
-/// Resistance of every electrode, Ω.
+/// Resistance between the electrodes of every channel, Ω.
 const LOAD_OHM: u32 = 1_000;
-/// Longest time until `Arm` is answered, µs: the pause between two electrode checks, and one check.
+/// Longest time until the device answers `Arm`, µs: the pause that it keeps between two electrode
+/// checks, and one check.
 const ARM_US: u64 = 430_000;
-/// Longest time until a piece has ended, µs: the longest fall, and the last grounding of the train.
+/// Longest time from the end of a piece of stimulation until the device is idle, µs: the longest
+/// fall of the amplitude, and the last grounding of the train.
 const ENDS_US: u64 = 115_000;
-/// Grounding after an acknowledged fault, µs.
+/// Time for which the device grounds its outputs after an acknowledged fault, µs.
 const GROUNDS_US: u64 = 110_000;
-/// Upper bound of the number of pieces: a case has at most 3 s in pieces of 0.1 s.
+/// Largest number of pieces of stimulation in a case; the device must refuse long before.
 const MOST_PIECES: usize = 400;
-/// Refusal codes if no time or no charge is left.
+/// Refusal codes of a device whose wearer has no time or no charge left.
 const OVER: [Code; 2] = [Code::TimeOver, Code::DoseReached];
-/// Ways in which a piece ends, by itself or by its host.
+/// How a piece of stimulation can end, by itself or by its host.
 const EXITS: [&str; 5] = ["stop", "silence", "hand stop", "fault", "finish"];
-/// Causes of a reset that keeps the power on.
+/// Causes of a reset during which the power stays on.
 const RESETS: [ResetCause; 3] = [ResetCause::Software, ResetCause::Watchdog, ResetCause::Pin];
 
-/// Campaign of attempts to exceed the wearer's allowance: the session, a booted board, and the
-/// kinds of attempt.
+/// Campaign in which a host tries to exceed the wearer's allowance: the source of boards, the
+/// session, and the kinds of attempt.
 pub(super) struct AllowanceAttack<B: Boards> {
     boards: B,
     session: Session,
@@ -52,10 +55,11 @@ pub(super) struct AllowanceAttack<B: Boards> {
 
 /// A board that can be reset.
 pub(super) trait Resets: FaultableDevice + Sized {
-    /// Resets the board with this cause and boots it; returns its time afterwards, µs.
+    /// Resets the board with this cause and boots it again; returns the board's time afterwards,
+    /// µs.
     fn reset(&mut self, cause: ResetCause, sensors: &Sensors) -> Result<u64, FaultsError>;
 
-    /// Flips `bit` of copy 0 or 1 of the memory that survives resets.
+    /// Flips `bit` in copy 0 or 1 of the allowance, in the memory that survives resets.
     fn damage(&mut self, copy: usize, bit: usize);
 }
 
@@ -93,14 +97,15 @@ impl Resets for Board<()> {
     }
 }
 
-/// One case while it runs.
+/// One case while it is played.
 struct Trial<'c, B: Boards> {
     class: &'c AllowanceAttack<B>,
     kind: &'c str,
     session: Session,
     random: Random,
     account: OutputTotals,
-    /// Whether the device has lost its account of what was spent and must refuse for that reason.
+    /// Whether both stored copies of the allowance were damaged, so that the device must refuse
+    /// because it no longer knows how much is left.
     is_lost: bool,
     refused: Option<u16>,
     pieces: usize,
@@ -139,7 +144,8 @@ where
         }
     }
 
-    /// Returns the session with random limits for this case.
+    /// Returns the session with limits of time, charge, timeout, rise and fall that are randomly
+    /// generated for this case.
     fn random_session(&self, random: &mut Random) -> Session {
         let mut session = self.session.clone();
         let wearer = &mut session.wearer;
@@ -166,7 +172,8 @@ impl<B: Boards> Trial<'_, B>
 where
     B::Board: Resets,
 {
-    /// Plays pieces until the device refuses; adds the output of all boards to the account.
+    /// Plays pieces of stimulation until the device refuses, with resets between them; adds their
+    /// output to the account.
     fn play(&mut self) -> Result<(), FaultsError> {
         let class = self.class;
         let sensors = AllowanceAttack::<B>::sensors();
@@ -198,7 +205,8 @@ where
         Ok(())
     }
 
-    /// Plays one piece, and returns the cause of a reset in it or after it.
+    /// Plays one piece of stimulation. Returns the cause of the reset that must follow, or `None`
+    /// without a reset; the reset may also cut the piece short.
     fn play_piece(
         &mut self,
         bench: &mut Bench<B::Board>,
@@ -253,7 +261,7 @@ where
         Ok(reset)
     }
 
-    /// Returns a request for 5 to 15 mA on both channels.
+    /// Returns a request for a random amplitude of 5 to 15 mA, the same on both channels.
     fn wanted(&mut self) -> Request {
         let channels = &self.session.channels;
         let mask = channels
@@ -268,7 +276,8 @@ where
         }
     }
 
-    /// Ends the piece in this way and waits until the device is idle.
+    /// Ends a piece of stimulation as `exit` says, waits until the device is idle, and acknowledges
+    /// a fault.
     fn end_piece(&mut self, bench: &mut Bench<B::Board>, exit: &str) -> Result<(), FaultsError> {
         bench.speaks = false;
         match exit {
@@ -287,7 +296,8 @@ where
         Ok(())
     }
 
-    /// Returns the cause of a reset in or after this piece, if there is one.
+    /// Chooses by the kind of case whether a reset interrupts or follows this piece; returns its
+    /// cause, or `None`.
     fn reset(&mut self) -> Option<ResetCause> {
         let one_in = |random: &mut Random, n| random.below(n) == 0;
         match self.kind {

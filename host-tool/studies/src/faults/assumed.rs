@@ -11,10 +11,11 @@ use super::supply::unlock_pll;
 use hal_sim::chip::board::Loss;
 use hal_sim::random::Random;
 
-/// Prefix of cases with an assumed effect.
+/// Kind that the cases with an assumed effect have in tables.
 pub(super) const KIND: &str = "assumed";
 
-/// Flips `bits` of `register`; returns the effect that was chosen at random.
+/// Flips `bits` of `register` with one of two assumed effects, chosen at random; returns a
+/// description of the effect.
 pub(super) fn flip_register_bits(
     fork: &mut Chip,
     (register, bits): (&Register, u32),
@@ -32,7 +33,8 @@ pub(super) fn flip_register_bits(
     })
 }
 
-/// Stops the block of `register`; returns `false` if the simulator has no way to stop it.
+/// Stops the peripheral block of `register`; returns `false` if the simulator has no means to stop
+/// it.
 fn freeze_block(fork: &mut Chip, register: &str) -> Result<bool, FaultsError> {
     let from_us = fork.device_us();
     let board = &mut fork.device;

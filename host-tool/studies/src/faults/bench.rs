@@ -12,24 +12,24 @@ use hal_sim::world::Recorder;
 use host_core::session::Session;
 use std::io;
 
-/// Interval at which the host repeats its request, µs.
+/// Interval at which the host repeats its setpoint request, µs.
 pub(super) const HOST_US: u64 = 5_000;
-/// Longest time until the device answers a request that only changes the draft, µs.
+/// Longest time until the device answers any request other than `Arm`, µs.
 const ANSWER_US: u64 = 4_000;
-/// Longest time until `Arm` is answered, µs: the electrode check takes 22 ms.
+/// Longest time until the device answers `Arm`, µs; the electrode check takes 22 ms of it.
 const ARM_US: u64 = 60_000;
 
-/// A device, its host and its recorded output.
+/// A simulated device, the host that talks to it, and the recorded output.
 #[derive(Clone)]
 pub(super) struct Bench<D> {
     pub device: D,
     pub recorder: Recorder,
     pub sensors: Sensors,
-    /// Relation of the device's clock to world time.
+    /// How the device's clock deviates from world time.
     pub clock: DeviceClock,
-    /// Whether the host still sends.
+    /// Whether the host still repeats its request.
     pub speaks: bool,
-    /// Request that the host repeats.
+    /// Setpoint request that the host repeats; `None` before stimulation starts.
     wanted: Option<Request>,
     said_us: u64,
     now_us: u64,
@@ -40,7 +40,7 @@ pub(super) struct Bench<D> {
     heard: DeviceReports,
 }
 
-/// A device clock that fails at `from_us`: it stops for `stood_us` and then runs at `rate` times
+/// A device clock that fails at `from_us`: it stops for `stood_us`, and then runs at `rate` times
 /// the true speed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DeviceClock {
@@ -50,7 +50,7 @@ pub(super) struct DeviceClock {
 }
 
 impl DeviceClock {
-    /// A clock that agrees with world time.
+    /// A clock that never deviates from world time.
     const TRUE: Self = Self {
         from_us: 0,
         stood_us: 0,
@@ -67,25 +67,25 @@ impl DeviceClock {
     }
 }
 
-/// The device's responses and events.
+/// What the device has reported to its host: responses and events.
 #[derive(Clone, Debug, Default)]
 pub(super) struct DeviceReports {
-    /// Bytes of an incomplete frame.
+    /// Received bytes that do not yet form a complete frame.
     half: Vec<u8>,
-    /// First fault since the device answered `Hello`.
+    /// First fault that the device reported since it answered `Hello`.
     pub fault: Option<FaultRecord>,
-    /// Time and cause of the first stop.
+    /// Device time and cause of the first reported end of stimulation.
     pub stopping: Option<(Micros, StopCause)>,
-    /// Number and field of each refusal.
+    /// Code and field of each refused request, in the order of the refusals.
     pub refused: Vec<(u16, String)>,
-    /// Session number from the answer to `Hello`.
+    /// Session number that the device assigned in its answer to `Hello`.
     hello: Option<u16>,
-    /// Stages from the answer to `Hello`.
+    /// Output stages that the device stated in its answer to `Hello`.
     pub stages: Option<Stages>,
 }
 
 impl<D> Bench<D> {
-    /// Returns a copy that has `device` instead of its own.
+    /// Returns a copy of host, clock and recorded output with another device.
     pub fn with_device<E>(&self, device: E) -> Bench<E> {
         Bench {
             device,
@@ -106,7 +106,7 @@ impl<D> Bench<D> {
 }
 
 impl<D: Device> Bench<D> {
-    /// Combines a device at `now_us`, its output so far, and a host that sends nothing yet.
+    /// Combines a device at time `now_us` with its output so far and a host that sends nothing yet.
     pub fn new(device: D, recorder: Recorder, now_us: u64, sensors: Sensors) -> Self {
         Self {
             device,
@@ -125,12 +125,13 @@ impl<D: Device> Bench<D> {
         }
     }
 
-    /// Replaces the responses received so far.
+    /// Replaces everything that the device has reported so far.
     pub fn with_reports(self, heard: DeviceReports) -> Self {
         Self { heard, ..self }
     }
 
-    /// Connects to a device at `now_us` and exchanges `Hello`.
+    /// Connects a host to the device at time `now_us` and exchanges `Hello`. Fails if the device
+    /// does not answer.
     pub fn connect(device: D, now_us: u64, sensors: Sensors) -> Result<Self, FaultsError> {
         let mut bench = Self::new(device, Recorder::default(), now_us, sensors);
         bench.send_and_wait(Request::Hello { schema: SCHEMA }, ANSWER_US)?;
@@ -141,7 +142,7 @@ impl<D: Device> Bench<D> {
         Ok(bench)
     }
 
-    /// Sends the setup of `session`, whether the device accepts it or not.
+    /// Sends the setup of `session`; refusals are recorded in [`Self::reports`] and are no error.
     pub fn configure(&mut self, session: &Session) -> Result<(), FaultsError> {
         let mut requests = session.setup_requests().into_iter();
         requests.try_for_each(|request| self.send_and_wait(request, ANSWER_US))
@@ -152,8 +153,8 @@ impl<D: Device> Bench<D> {
         self.draft.checksum()
     }
 
-    /// Sends `Arm` with this checksum, or 0 for that of the sent setup, then `Start`, and repeats
-    /// `wanted` from then on, whether the device accepts it or not.
+    /// Sends `Arm` with the setup checksum `setup` (0 stands for that of the sent setup) and
+    /// `Start`. From then on the host repeats `wanted`, even if the device has refused to arm.
     pub fn start(&mut self, setup: u32, wanted: Request) -> Result<(), FaultsError> {
         self.start_within(setup, wanted, ARM_US)
     }
@@ -174,7 +175,8 @@ impl<D: Device> Bench<D> {
         Ok(())
     }
 
-    /// Configures, starts and runs for `us`. Fails if the device refuses anything.
+    /// Configures and starts the device and stimulates for `us` µs. Fails if the device refuses a
+    /// request, reports a fault, or drives no output.
     pub fn into_stimulating(
         mut self,
         session: &Session,
@@ -191,20 +193,20 @@ impl<D: Device> Bench<D> {
         }
     }
 
-    /// Returns whether this host and that of `other` are in the same state, so that they send the
-    /// same from now on.
+    /// Returns whether this host and that of `other` are in the same state and therefore will send
+    /// the same messages.
     pub fn has_same_host_state(&self, other: &Self) -> bool {
         (self.speaks, self.said_us, self.due_us) == (other.speaks, other.said_us, other.due_us)
             && (self.session, self.seq, self.now_us) == (other.session, other.seq, other.now_us)
             && (&self.wanted, &self.heard.half) == (&other.wanted, &other.heard.half)
     }
 
-    /// Returns the device time, which equals world time.
+    /// Returns the current simulated time, µs.
     pub const fn now_us(&self) -> u64 {
         self.now_us
     }
 
-    /// Returns whether a channel was driven after `since_us`.
+    /// Returns whether any channel was driven at or after `since_us`.
     pub fn has_driven_since(&self, since_us: u64) -> bool {
         let levels = self.recorder.trace.levels.iter().rev();
         let mut last = levels.take_while(|(t, _)| *t >= since_us);
@@ -216,7 +218,7 @@ impl<D: Device> Bench<D> {
         self.said_us
     }
 
-    /// Returns the device's responses.
+    /// Returns what the device has reported since it booted: responses and events.
     pub const fn reports(&self) -> &DeviceReports {
         &self.heard
     }
@@ -247,7 +249,8 @@ impl<D: Device> Bench<D> {
         self.device.receive(at, &frame, sensors, &mut self.recorder)
     }
 
-    /// Feeds foreign bytes to the device at `at_us`, or now if that time is past.
+    /// Passes bytes that this host did not create to the device at `at_us`, or now if that time has
+    /// passed.
     ///
     /// # Errors
     /// Fails as [`Self::run_to`] does.
@@ -257,10 +260,11 @@ impl<D: Device> Bench<D> {
         self.device.receive(at, bytes, sensors, &mut self.recorder)
     }
 
-    /// Runs until `to_us`; the host sends at its times.
+    /// Runs until `to_us`; meanwhile the host repeats its request.
     ///
     /// # Errors
-    /// Fails if the device has gone: the simulator does not model what the device did.
+    /// Fails if the simulation cannot continue because the device did something that the simulator
+    /// does not model.
     pub fn run_to(&mut self, to_us: u64) -> io::Result<()> {
         while self.due_us < to_us {
             self.advance(self.due_us.max(self.now_us))?;
@@ -282,7 +286,7 @@ impl<D: Device> Bench<D> {
 }
 
 impl DeviceReports {
-    /// Decodes the bytes that were recorded since the last call.
+    /// Decodes the bytes that the device has sent since the last call.
     pub fn decode_recorded(&mut self, recorder: &mut Recorder) {
         for (_, bytes) in recorder.bytes.drain(..) {
             self.half.extend(bytes);

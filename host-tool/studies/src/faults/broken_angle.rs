@@ -4,26 +4,28 @@ use super::measured::MeasuredBits;
 use hal_sim::body::{BrokenSensor, SensorFault};
 use hal_sim::random::Random;
 
-/// Shortest time after which a wrong or missing measurement must be detected, µs: two control ticks
+/// Time within which the device must detect a wrong or missing measurement, µs: two control ticks
 /// plus the next reading at 50 Hz.
 pub(super) const SOON_US: u64 = 22_000;
-/// Interval at which the board reads its converter, µs.
+/// Interval at which the board's converter reads the angle, µs.
 const TICK_US: u64 = 1_000;
 
-/// One measured angle of a session, and its fault.
+/// The randomly chosen fault of one measured angle of a session.
 pub(super) struct BrokenAngle<'k> {
     kind: &'k str,
     pub angle: MeasuredBits,
-    /// Index of the other angle if two are swapped.
+    /// Number of the angle with which this one is swapped, for that kind of fault.
     other: Option<u8>,
     pub fault: Option<SensorFault>,
-    /// Age of the measurement as reported with it, µs; `None` if no measurement arrives.
+    /// Delay with which the measurement arrives, µs: 0 if it is not delayed, `None` if it never
+    /// arrives.
     late_us: Option<u64>,
     pub moment_us: u64,
 }
 
 impl<'k> BrokenAngle<'k> {
-    /// Chooses at random how `angle`, one of `angles`, breaks at `moment_us`.
+    /// Chooses at random how `angle` breaks at `moment_us`; `angles` are all angles of the session,
+    /// with one of which it may be swapped.
     pub fn draw(
         (kind, moment_us): (&'k str, u64),
         angle: MeasuredBits,
@@ -83,8 +85,8 @@ impl<'k> BrokenAngle<'k> {
         self.fault = Some(fault);
     }
 
-    /// Returns the delay, index and value of the measurement that arrives in place of this one, or
-    /// `None` if it is lost.
+    /// Returns the delay, µs, the number of the angle and the value with which a measurement
+    /// arrives, or `None` if it never arrives. Measurements before the fault arrive unchanged.
     pub fn replace_measurement(
         &self,
         t_us: u64,
@@ -111,8 +113,8 @@ impl<'k> BrokenAngle<'k> {
         }
     }
 
-    /// Returns whether the device must detect the fault, given the range of reported angles since
-    /// then, °.
+    /// Returns whether the device must detect the fault. `said` is the smallest and the largest
+    /// angle reported since the fault, °.
     pub fn must_be_detected(&self, said: Option<[f64; 2]>) -> bool {
         let late_us = self.late_us.unwrap_or(u64::MAX);
         let is_late = late_us > self.angle.stale_us + SOON_US;

@@ -15,23 +15,30 @@ use hal_sim::chip::cpu::{Open, Stop};
 use hal_sim::chip::image::Image;
 use hal_sim::random::Random;
 
-/// Number of the random stream of this fault class, different from those of the others.
+/// Random stream of this fault class; every class has its own, so that their random numbers are
+/// independent.
 const STREAM: u64 = 0xC9_0C;
-/// Instructions that an interrupt handler executes before it hangs.
+/// Upper bound of the random number of instructions that an interrupt handler executes before it
+/// hangs.
 const INSTRUCTIONS: u64 = 300;
-/// Address ranges for a wrong branch or stack pointer (RM0090 section 2.3), as start and length in
-/// bytes. The image precedes them in the list, the whole address space follows.
+/// Main flash, as start address and length in bytes (RM0090 section 2.3). Like the following areas,
+/// it is a possible target of a wrong branch.
 const FLASH: (u64, u64) = (0x0800_0000, 0x10_0000);
+/// Main SRAM, as start address and length in bytes.
 const SRAM: (u64, u64) = (0x2000_0000, 0x2_0000);
+/// Core-coupled memory, as start address and length in bytes.
 const CCM: (u64, u64) = (0x1000_0000, 0x1_0000);
+/// Peripheral registers, as start address and length in bytes.
 const PERIPHERALS: (u64, u64) = (0x4000_0000, 0x8_0000);
+/// The whole address space, as start address and length in bytes.
 const ALL: (u64, u64) = (0, 1 << 32);
-/// Bit positions of N, Z, C, V, Q and GE.
+/// Bit positions of the flags N, Z, C, V and Q and of the four bits of GE in the status register.
 const FLAGS: [u32; 9] = [31, 30, 29, 28, 27, 19, 18, 17, 16];
-/// Largest stack depth of an endless recursion, bytes.
+/// Upper bound of the random number of bytes by which a fault lowers the stack pointer.
 const DEEPEST: u64 = 0x1_0000;
 
-/// Campaign of faults in the processor core: the board to fork, and the kinds of fault.
+/// Campaign in which the processor core fails: the undisturbed run from which cases start, and the
+/// kinds of fault.
 pub(super) struct Core {
     stem: ForkSource,
     kinds: Kinds,
@@ -49,7 +56,8 @@ impl Core {
         })
     }
 
-    /// Injects the fault; returns its random details, or the reason why its effect is unknown.
+    /// Injects a fault of this kind. Returns its random details, and an error of the core if the
+    /// fault stops it at once.
     fn inject_fault(
         &self,
         kind: &str,
@@ -164,7 +172,7 @@ impl Draws for Core {
     }
 }
 
-/// Sets the stack pointer to the end of the stack guard's region.
+/// Sets the stack pointer to the upper end of the guard region below the stack.
 fn move_stack_to_guard(board: &mut Board<()>) -> Result<String, FaultsError> {
     let guard = board.cpu.system.denied_range();
     let end = guard
@@ -174,7 +182,7 @@ fn move_stack_to_guard(board: &mut Board<()>) -> Result<String, FaultsError> {
     Ok(format!("{end:#010x}"))
 }
 
-/// Changes an interrupt mask or CONTROL.
+/// Sets an interrupt mask (PRIMASK, FAULTMASK or BASEPRI), or flips a bit of CONTROL.
 fn special(kind: &str, board: &mut Board<()>, random: &mut Random) -> String {
     let registers = &board.cpu.registers;
     let (mut primask, mut faultmask) = (registers.primask, registers.faultmask);
@@ -204,7 +212,8 @@ fn special(kind: &str, board: &mut Board<()>, random: &mut Random) -> String {
     text
 }
 
-/// Flips one bit of R0 to R15; the lowest bits of SP and PC do not exist.
+/// Flips one random bit of a core register R0 to R15. The lowest bits of SP and PC do not exist and
+/// are not flipped.
 fn register(board: &mut Board<()>, random: &mut Random) -> String {
     let (number, bit) = (random.below(16) as usize, random.below(32) as u32);
     let lowest = match number {

@@ -15,29 +15,33 @@ use hal_sim::random::Random;
 use host_core::session::Session;
 use std::sync::OnceLock;
 
-/// Steps of writing a copy: its sector is erased, then its words are written; and the longest times
-/// of both in the data sheet.
+/// Number of words in a copy of the table. Writing a copy means erasing its sector and then writing
+/// its words.
 const WORDS: u64 = 16;
+/// Longest time in which the flash erases a sector, µs (data sheet).
 const ERASE_US: u64 = 2_000_000;
+/// Longest time in which the flash writes a word, µs (data sheet).
 const WORD_US: u64 = 100;
-/// Longest time until writing starts, and until both copies are written, µs.
+/// Longest time from the request until writing starts, µs.
 const BEGINS_US: u64 = 1_000;
+/// Longest time from the request until both copies of the table are written, µs.
 const WRITING_US: u64 = 2 * (ERASE_US + WORDS * WORD_US) + BEGINS_US;
-/// Interval between stored forks, µs.
+/// Interval between stored copies of the simulated board, µs.
 const KEPT_US: u64 = 100_000;
 /// Duration of the power failure, µs.
 const AWAY_US: u64 = 10_000;
-/// Stage of each channel in the new table.
+/// Output stage of each channel in the new table.
 const NEW: StageKind = StageKind::Current {
     full_scale_ua: 33_000,
 };
 const FULL_MV: u32 = 3_300;
 
-/// A board that receives a new table of stages and loses power meanwhile.
+/// Cases in which a board loses power while it writes a new table of its output stages.
 pub(super) struct CutOff {
     image: Image,
     session: Session,
-    /// Boards at successive times while they write, recorded on first use.
+    /// Copies of the board at successive times while it writes the table; they are recorded when
+    /// the first case needs them.
     kept: OnceLock<Result<Vec<Writer>, String>>,
 }
 
@@ -68,8 +72,11 @@ impl CutOff {
         Ok(kept)
     }
 
+    /// Plays case `index`: power fails at a random moment while a random copy of the table is
+    /// written.
+    ///
     /// # Errors
-    /// Fails only before anything was broken.
+    /// Fails only before power was removed.
     pub fn case(&self, kind: &str, index: u64, random: &mut Random) -> Result<Case, FaultsError> {
         let kept = self
             .kept
@@ -112,8 +119,8 @@ impl CutOff {
         })
     }
 
-    /// Removes and restores power. Returns the stages that the board then reports, and whether a
-    /// host that arms and starts makes it drive.
+    /// Removes and restores power. Returns the output stages that the board then reports, and
+    /// whether its outputs become active when a host arms and starts it nevertheless.
     fn restart(&self, bench: &mut Writer) -> Result<(Option<Stages>, bool), FaultsError> {
         let sensors = Sensors::default();
         let board = &mut bench.device;
@@ -135,7 +142,9 @@ impl CutOff {
     }
 }
 
-/// Judges the stages that the board `told` after power returned, where `old` is the table before.
+/// Judges a case by the stages `told` that the board reports after the power failure: these must be
+/// the table `old` or the new one, or be reported as unknown. `drives` is whether outputs became
+/// active.
 fn fate(told: Option<Stages>, old: Option<Stages>, drives: bool) -> CaseResult {
     let is_old = told.is_some() && told == old;
     let is_new = matches!(told, Some(Stages::Stored(table))

@@ -16,7 +16,7 @@ macro_rules! files {
 }
 
 /// Name and text of the files in `host-tool/experiments/faults`: the campaigns, and the sessions
-/// that stimulate meanwhile.
+/// that stimulate while faults are injected.
 pub const FILES: [(&str, &str); 18] = files![
     "allowance.toml"
     "arm.toml"
@@ -38,40 +38,43 @@ pub const FILES: [(&str, &str); 18] = files![
     "supply.toml"
 ];
 
-/// Returns name and text of the file with this name.
+/// Returns name and text of the built-in file `name`; `None` if there is no such file.
 fn file(name: &str) -> Option<(&'static str, &'static str)> {
     FILES.into_iter().find(|(file, _)| *file == name)
 }
 
-/// A class of injected faults.
+/// A class of injected faults; each has its own campaign.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Class {
-    /// One bit of the memory that determines the outputs.
+    /// One bit flips in the memory that determines the outputs.
     Flips,
-    /// One bit of a register that determines edges.
+    /// One bit flips in a register that determines edges.
     Registers,
-    /// A setup that contradicts the board, or a board with a damaged table of its stages.
+    /// The setup contradicts the board's output stages, or the stored table of these stages is
+    /// damaged.
     Declarations,
-    /// An electrode that opens, shorts, peels off, loses a phase or its measurement.
+    /// An electrode opens, shorts, peels off, or loses a phase or its current measurement.
     Electrode,
-    /// A host's messages, corrupted in transit.
+    /// Messages of the host are corrupted in transit.
     Link,
-    /// A joint's measured angle that is wrong, late or missing.
+    /// A measured joint angle is wrong, late or missing.
     Sensor,
-    /// The DMA streams and the timers that pace or request their transfers.
+    /// A DMA stream fails, or a timer that paces or requests its transfers.
     Streams,
-    /// The processor core.
+    /// The processor core fails: it hangs, ignores interrupts, jumps to a wrong address, or loses
+    /// register contents.
     Cpu,
-    /// The chip's environment: clocks, supply, a debugger, loss of power during a flash write.
+    /// The chip's environment fails: clocks, supply, a debugger, or power during a flash write.
     Supply,
-    /// A hanging interrupt handler together with a disabled erase stream.
+    /// An interrupt handler hangs while a DMA stream that erases the pulse tape is disabled.
     Pairs,
-    /// Pieces of stimulation and resets that try to exceed the wearer's time and charge.
+    /// The host tries to exceed the wearer's time and charge with many pieces of stimulation and
+    /// resets.
     Allowance,
 }
 
 impl Class {
-    /// All classes, in the order of their reports.
+    /// All classes, in the order in which reports list them.
     pub const ALL: [Self; 11] = [
         Self::Flips,
         Self::Declarations,
@@ -86,7 +89,7 @@ impl Class {
         Self::Allowance,
     ];
 
-    /// Returns the name that commands use.
+    /// Returns the name of the class on the command line.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -106,7 +109,7 @@ impl Class {
 }
 
 impl Class {
-    /// Returns whether the native backend can simulate the class.
+    /// Returns whether the native backend can simulate this class of faults.
     #[must_use]
     pub const fn is_native(self) -> bool {
         matches!(
@@ -136,18 +139,18 @@ impl FromStr for Class {
 /// The preregistered campaign of one class.
 #[derive(Clone, Debug)]
 pub struct Declaration {
-    /// Fault class of the campaign.
+    /// Class of the injected faults.
     pub class: Class,
-    /// Parsed campaign file.
+    /// Content of the campaign file in `host-tool/experiments/faults`.
     pub(super) of: CampaignFile,
     /// Session that stimulates while faults are injected.
     pub(super) scene: SessionFile,
-    /// Further sessions, for classes that choose one at random.
+    /// Further sessions; classes that use several choose one at random for each case.
     pub(super) scenes: Vec<SessionFile>,
-    /// SHA-256 of all these files, by name.
+    /// SHA-256 of the campaign file and its sessions, by file name.
     pub sha256: BTreeMap<String, String>,
-    /// Whether every fork runs to its end even if the result is known before, which verifies the
-    /// shortcuts.
+    /// Whether every case runs to its configured end even if its result is certain earlier. Such
+    /// runs verify that ending early changes no result.
     pub to_the_end: bool,
 }
 
@@ -159,7 +162,7 @@ pub(super) struct CampaignFile {
     more_scenes: Vec<String>,
     seed: u64,
     count: u64,
-    /// Number of cases on the native backend, for classes that run there.
+    /// Number of cases on the native backend; `None` if it is the same as on the chip simulator.
     native_count: Option<u64>,
     warm_ms: u64,
     window_ms: u64,
@@ -169,62 +172,62 @@ pub(super) struct CampaignFile {
     /// Memory areas in which bits are flipped.
     #[serde(default, rename = "stratum")]
     pub strata: Vec<WrittenStratum>,
-    /// Registers in which one bit is flipped.
+    /// Registers of which one bit is flipped.
     #[serde(default, rename = "register")]
     pub registers: Vec<Register>,
-    /// Kinds of fault on the chip simulator.
+    /// Kinds of fault from which the chip simulator's cases choose.
     #[serde(default)]
     pub kinds: Vec<String>,
-    /// Kinds of fault that the native backend can simulate.
+    /// Kinds of fault from which the native backend's cases choose.
     #[serde(default)]
     pub native_kinds: Vec<String>,
-    /// Kind of fault that was added later and leaves the earlier cases unchanged.
+    /// Kind of fault that was added to a finished campaign, without changing its earlier cases.
     #[serde(default)]
     pub later: Option<Later>,
 }
 
-/// A kind of fault that all cases from an index on have.
+/// A kind of fault that all cases from a certain number on have.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Later {
     pub kind: String,
-    /// First index on the chip simulator; `native_from` is that on the native backend.
+    /// First case of this kind on the chip simulator.
     pub from: u64,
     pub native_from: u64,
 }
 
-/// One kind of memory, and the number of bits to flip in it.
+/// A memory area as the campaign file describes it, and the number of bits to flip in it.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct WrittenStratum {
     pub kind: String,
     pub count: u64,
     pub memory: Memory,
-    /// Name of a [`Memory::Variable`] in its source.
+    /// Name of the variable in the image, for [`Memory::Variable`].
     #[serde(default)]
     pub symbol: String,
-    /// Whether the flip happens during a refill instead of between refills.
+    /// Whether the bit flips during a refill instead of between two refills.
     #[serde(default)]
     pub in_refill: bool,
 }
 
-/// Kind of memory whose bits are flipped.
+/// Kind of memory area in which bits are flipped.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Memory {
-    /// The variable that `symbol` names.
+    /// The variable that [`WrittenStratum::symbol`] names.
     Variable,
-    /// The part of the main stack in use at that moment.
+    /// The part of the main stack that is in use at the moment of the fault.
     LiveStack,
-    /// The main stack down to its largest depth, in use or not.
+    /// The main stack down to its largest depth, whether in use at that moment or not.
     Stack,
-    /// All variables that no other stratum covers.
+    /// All variables in SRAM1 that no [`Self::Variable`] of the campaign names.
     Rest,
-    /// Both copies of the board's table, in flash.
+    /// Both copies of the table of output stages, in flash.
     Table,
 }
 
-/// A register, and the bits that may be flipped.
+/// A register, and a mask of the bits that may be flipped.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Register {
@@ -233,20 +236,20 @@ pub(super) struct Register {
     pub bits: u32,
 }
 
-/// Phases of a fork, µs.
+/// Phases of a case, µs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Timing {
-    /// Stimulation before the first fault.
+    /// Stimulation before the first possible fault.
     pub warm_us: u64,
-    /// Interval in which the fault occurs.
+    /// Time after that in which the fault occurs at a random moment.
     pub window_us: u64,
-    /// Time after the fault during which the host sends.
+    /// Time after the fault for which the host keeps sending.
     pub runs_us: u64,
-    /// Time after that during which the host is silent.
+    /// Time after `runs_us` for which the host is silent, so that the device must stop by itself.
     pub silent_us: u64,
 }
 
-/// Returns a file's name with its SHA-256.
+/// Returns the name of a file with the SHA-256 of its text.
 fn hash((file, text): (&str, &str)) -> (String, String) {
     (file.to_owned(), sha256(text.as_bytes()))
 }
@@ -281,18 +284,19 @@ impl Declaration {
         })
     }
 
-    /// Returns name and text of the class's own file.
+    /// Returns name and text of the campaign file of this class.
     pub(super) fn file(&self) -> (&'static str, &'static str) {
         file(&format!("{}.toml", self.class)).unwrap_or_default()
     }
 
-    /// Returns the preregistered seed.
+    /// Returns the seed that the campaign file fixes.
     #[must_use]
     pub const fn seed(&self) -> u64 {
         self.of.seed
     }
 
-    /// Returns the preregistered number of cases, on the chip simulator or the native backend.
+    /// Returns the preregistered number of cases: on the native backend if `natively`, otherwise on
+    /// the chip simulator.
     #[must_use]
     pub fn count(&self, natively: bool) -> u64 {
         let native = self.of.native_count.filter(|_| natively);

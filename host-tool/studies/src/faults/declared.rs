@@ -17,9 +17,10 @@ use hal_sim::chip::board::{Board, stages};
 use hal_sim::random::Random;
 use host_core::session::{Channel, Session, Setpoint};
 
-/// Number of the random stream of this fault class, different from those of the others.
+/// Random stream of this fault class; every class has its own, so that their random numbers are
+/// independent.
 const STREAM: u64 = 0xDEC1;
-/// Stages that a board may have.
+/// Output stages from which that of the board and that of the setup are chosen at random.
 const STAGES: [StageKind; 7] = [
     StageKind::Current {
         full_scale_ua: 20_000,
@@ -43,26 +44,28 @@ const STAGES: [StageKind; 7] = [
         full_scale_mv: 150_000,
     },
 ];
-/// Resistance of every electrode, and the load configured for voltage stages, Ω.
+/// Resistance between the electrodes of every channel, and the load that the setup states for
+/// voltage stages, Ω.
 const LOAD_OHM: u32 = 1_000;
-/// Limit of the channel and the amplitude that the host asks for, in thousandths of mA or V.
+/// Limit of the channel in the setup, in thousandths of mA or V.
 const LIMIT: u32 = 5_000;
-/// Name of the kind without a mistake.
+/// Name of the kind in which the setup is correct and the device must accept it.
 const TRUE: &str = "true";
 
-/// Campaign of wrong setups and stage tables: the boards, the session, and the kinds of mistake.
+/// Campaign in which the setup contradicts the board, or its stage table is damaged: the source of
+/// boards, the session, and the kinds of mistake.
 pub(super) struct DeclarationFaults<B> {
     boards: B,
     declaration: Declaration,
     kinds: Kinds,
 }
 
-/// One randomly chosen case.
+/// One randomly generated case: a kind of mistake, and the output stages involved.
 struct DeclarationCase<'k> {
     kind: &'k str,
-    /// Stage of the board, and stage in the setup.
+    /// Output stage that the board has, and output stage that the setup states.
     stages: [StageKind; 2],
-    /// Random numbers for the details of the kind.
+    /// Random numbers from which the details of the kind are chosen.
     random: Random,
 }
 
@@ -90,7 +93,7 @@ impl<B: Boards> DeclarationFaults<B> {
         })
     }
 
-    /// Returns the request for the channel of the case.
+    /// Returns the setpoint request of the session for its first channel only.
     fn wanted(&self) -> Request {
         let session = &self.declaration.scene.session;
         let index = session.channels.first().map(Channel::index);
@@ -101,7 +104,7 @@ impl<B: Boards> DeclarationFaults<B> {
         wanted.to_request(None)
     }
 
-    /// Returns a session with one channel of the scene, which has this stage.
+    /// Returns the campaign's session with its first channel only, on the output stage `stage`.
     fn session(&self, stage: StageKind) -> Session {
         let mut session = self.declaration.scene.session.clone();
         session.channels.truncate(1);
@@ -120,7 +123,8 @@ impl<B: Boards> DeclarationFaults<B> {
 }
 
 impl DeclarationCase<'_> {
-    /// Returns the refusal code and fields that the device must report.
+    /// Returns the code with which the device must refuse, and the fields that it may name; `None`
+    /// if the setup is correct.
     fn refusal(&self) -> Option<(Code, &'static [&'static str])> {
         Some(match self.kind {
             TRUE => return None,
@@ -135,8 +139,8 @@ impl DeclarationCase<'_> {
         })
     }
 
-    /// Returns whether the device refused with the right code and drives nothing. A correct setup
-    /// counts as found only if the device wrongly refuses it or does not play.
+    /// Returns whether the device refused with the right code and drove nothing. A correct setup
+    /// counts as found only if the device wrongly refuses it or does not stimulate.
     fn is_found(&self, refused: &[(u16, String)], drives: bool) -> bool {
         let mut refused = refused.iter();
         match self.refusal() {
@@ -150,7 +154,8 @@ impl DeclarationCase<'_> {
         }
     }
 
-    /// Writes both copies of the stage table into the board's flash, damaged as the kind requires.
+    /// Writes both copies of the stage table into the board's flash, with the damage that the kind
+    /// of case requires.
     fn store(&self, board: &mut Board<()>) {
         let mut random = self.random;
         let uid = board.around.soc.signature.uid;
@@ -181,7 +186,7 @@ impl DeclarationCase<'_> {
         }
     }
 
-    /// Turns a correct setup into a wrong one, as the kind requires.
+    /// Changes the correct setup `session` into the wrong one that the kind of case requires.
     fn falsify(&self, session: &mut Session) {
         let mut random = self.random;
         for channel in &mut session.channels {
@@ -268,7 +273,7 @@ impl<B: Boards> Draws for DeclarationFaults<B> {
     }
 }
 
-/// Describes the device's first refusal and whether it drives.
+/// Describes the device's first refusal, and whether it drove an output.
 fn describe_response(refused: &[(u16, String)], drives: bool) -> String {
     let first = refused.first().map_or_else(
         || "refused nothing".to_owned(),

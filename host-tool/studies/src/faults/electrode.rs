@@ -18,40 +18,42 @@ use hal_sim::trace::judge::{Line, QuietInterval, StuckLine, Truth};
 use hal_sim::trace::{Levels, State};
 use host_core::session::{Session, Unit};
 
-/// Number of the random stream of this fault class, different from those of the others.
+/// Random stream of this fault class; every class has its own, so that their random numbers are
+/// independent.
 const STREAM: u64 = 0xE1EC;
-/// Resistance of a peeling electrode at the start and the end, Ω, and duration of the change, µs.
+/// Course of a peeling electrode: its resistance at the start and at the end, Ω, and the duration
+/// of the change, µs.
 const PEELS: (f64, f64, u64) = (1_000.0, 25_000.0, 10_000_000);
 /// Largest voltage of a current stage across its load, V (docs/hardware.md).
 const COMPLIANCE_V: f64 = 120.0;
 
-/// Kind in which the line of the comparators is pulled.
+/// Name of the kind in which the comparators report over-current although there is none.
 const OVER_CURRENT: &str = "over-current";
-/// Range of the duration of the pull, µs.
+/// Range of the random time for which the comparators report over-current, µs.
 const PULLED_US: (f64, f64) = (1.0, 1e5);
 
-/// Campaign of electrode faults: the boards, the session, and the kinds of fault.
+/// Campaign in which electrodes fail: the source of boards, and the kinds of fault.
 pub(super) struct Electrode<B: Boards> {
     boards: B,
-    /// Booted board from which all cases fork; the boot does not depend on the case.
+    /// Booted board from which all cases start.
     kept: B::Snapshot,
     declaration: Declaration,
     kinds: Kinds,
 }
 
-/// One randomly chosen case.
+/// One randomly generated case: the channel that fails, how, and under which stimulation.
 struct ElectrodeCase<'k> {
     kind: &'k str,
     channel: u8,
     is_current: bool,
-    /// Thousandths of mA or V.
+    /// Amplitude of the affected channel, thousandths of mA or V.
     amplitude: u32,
     ohm: u32,
     short_ohm: u32,
-    /// Whether the anodic line is lost instead of the cathodic one.
+    /// Whether the anodic line is lost instead of the cathodic one, for the kind `phase lost`.
     anodic: bool,
     warm_us: u64,
-    /// Duration for which the comparators' line is pulled.
+    /// Time for which the comparators report over-current, µs.
     pulled_us: u64,
 }
 
@@ -94,8 +96,8 @@ impl<B: Boards> Electrode<B> {
         })
     }
 
-    /// Injects the fault and runs until the outputs are permanently isolated or the case ends. Adds
-    /// the changed loads to `truth`, which the judge reads.
+    /// Injects the fault, and runs until the outputs are permanently isolated or the case ends.
+    /// Adds the changed loads to `truth`, by which the output is judged.
     fn play(
         &self,
         bench: &mut Bench<B::Board>,
@@ -155,8 +157,8 @@ impl<B: Boards> Electrode<B> {
 }
 
 impl ElectrodeCase<'_> {
-    /// Returns whether any measurement of the board shows the fault: a current stage drives the
-    /// same current through any load within its compliance.
+    /// Returns whether any measurement of the board shows the fault. A current stage hides a
+    /// changed load as long as its voltage suffices, because it then drives the same current.
     fn is_measurable(&self) -> bool {
         let milliamps = f64::from(self.amplitude) * 1e-3;
         match (self.kind, self.is_current) {
@@ -182,7 +184,8 @@ impl ElectrodeCase<'_> {
     }
 }
 
-/// Returns the request with the random amplitude of this case.
+/// Returns a request for the random amplitude on the affected channel, and for 4 mA or 4 V on all
+/// others.
 fn wanted(session: &Session, drawn: &ElectrodeCase<'_>) -> Request {
     let channels = session.channels.iter();
     let mask = channels

@@ -6,29 +6,31 @@ use host_core::run::ChipError;
 /// Reason why a campaign cannot run.
 #[derive(Debug, thiserror::Error)]
 pub enum FaultsError {
-    /// The image lacks a variable whose memory should be flipped.
+    /// The image lacks a variable in whose memory bits are to be flipped.
     #[error(
         "E616 {image} has no variable `{symbol}`, in which bits are to be flipped: it is not the \
          stimulator's image, or it was stripped; give another image with --image"
     )]
     NoSymbol {
-        /// Path of the image.
         image: String,
         /// Name of the missing variable.
         symbol: String,
     },
-    /// The board does not stimulate even without a fault.
-    #[error("E617 the board does not stimulate even without a fault: {0}")]
+    /// The board does not stimulate even without a fault; contains the reason.
+    #[error("E617 the board does not stimulate even without an injected fault: {0}")]
     NeverStimulates(String),
-    /// The judge calls the output severe even without a fault.
-    #[error("E618 the judge calls the output severe even without a fault: {0}")]
+    /// The judge calls the output severe even without a fault; contains the finding.
+    #[error(
+        "E618 the output is judged severe even without an injected fault, so no campaign can be \
+         judged: {0}"
+    )]
     SevereItself(String),
-    /// Only the chip simulator can simulate this class.
+    /// The class of faults needs the chip simulator; contains the name of the class.
     #[error(
         "E620 --class {0} needs --device chip: the native simulator has no memory or registers"
     )]
     ChipOnly(&'static str),
-    /// A built-in campaign file is invalid.
+    /// The folder contains cases in the file format of an earlier program version.
     #[error("E619 the declaration of the fault campaigns is invalid: {0}")]
     Declaration(String),
     /// The folder contains cases in the format of an earlier version.

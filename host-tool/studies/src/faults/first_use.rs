@@ -10,19 +10,19 @@ use hal_sim::chip::cpu::run::Context;
 use hal_sim::chip::soc::watch::FirstAccess;
 use std::ops::Range;
 
-/// Exception number of TIM2, which runs the refill: 16 plus the interrupt's number (RM0090 table
-/// 62).
+/// Exception number of TIM2, whose interrupt handler runs the refill: 16 plus the interrupt's
+/// number (RM0090 table 62).
 const REFILL: u16 = 44;
 
-/// Times in which the refill's interrupt handler runs, and in which it does not.
+/// Time ranges in which the refill's interrupt handler runs, and those between them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Refills {
-    /// In ascending order.
+    /// Ranges in which the handler runs, ascending.
     inside: Vec<Range<Cycle>>,
     outside: Vec<Range<Cycle>>,
 }
 
-/// Observer that records when the refill's handler starts and ends.
+/// Simulator observer that records when the refill's interrupt handler starts and ends.
 #[derive(Clone, Debug, Default)]
 struct Handlers {
     begun: Option<Cycle>,
@@ -40,7 +40,7 @@ impl Observer for Handlers {
 }
 
 impl Refills {
-    /// Records the refills within the fault window.
+    /// Records when the refill runs within the time in which faults are injected.
     pub fn in_window(stem: &ForkSource) -> Result<Self, FaultsError> {
         let (_, window) = stem.cycles();
         let watched = stem.run_with_observer(Handlers::default(), &[], &mut |_| ())?;
@@ -56,8 +56,8 @@ impl Refills {
         Ok(refills)
     }
 
-    /// Returns the cycle at the fraction `part`, 0 to 1, of the total time within refills, or of
-    /// the total time outside them.
+    /// Returns the cycle at the fraction `part`, 0 to 1, of the total time within refills if
+    /// `in_refill`, otherwise of the total time between refills.
     pub fn cycle(&self, part: f64, in_refill: bool) -> Cycle {
         let all = if in_refill {
             &self.inside
@@ -75,7 +75,7 @@ impl Refills {
         all.last().map_or(0, |range| range.end)
     }
 
-    /// Returns the share of time within refills.
+    /// Returns the share of time that refills take, 0 to 1.
     pub fn share(&self) -> f64 {
         let sum = |all: &[Range<Cycle>]| {
             all.iter()
@@ -87,15 +87,15 @@ impl Refills {
     }
 }
 
-/// A byte to flip: the cycle of the flip, and the address as a function of the main stack pointer
-/// at that time.
+/// A byte to flip: the cycle of the flip, and a function that returns its address for the main
+/// stack pointer at that cycle, or `None` if the stack is empty then.
 pub(super) struct WatchedByte<'a> {
     pub cycle: Cycle,
     pub byte: &'a (dyn Fn(u32) -> Option<u32> + Sync),
 }
 
-/// Returns address and first access of each byte in `wanted`, or `None` if the stack has no such
-/// byte. The undisturbed run ends with a silent host.
+/// Returns for each byte in `wanted` its address and how it is first accessed after the flip, from
+/// one undisturbed run that ends with a silent host. Returns `None` for a byte of an empty stack.
 pub(super) fn first_uses(
     stem: &ForkSource,
     wanted: &[WatchedByte<'_>],

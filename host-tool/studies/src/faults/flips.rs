@@ -16,30 +16,33 @@ use hal_sim::random::{Random, word};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Number of the random stream of this fault class, different from those of the others.
+/// Random stream of this fault class; every class has its own, so that their random numbers are
+/// independent.
 const STREAM: u64 = 0xF11B;
-/// Number of cases whose first accesses one undisturbed run determines.
+/// Number of cases whose first memory accesses are determined together, in one undisturbed run.
 const BLOCK: u64 = 2_000;
-/// Main flash, and SRAM2, which contains the pulse tape.
+/// Addresses of the main flash.
 const FLASH: std::ops::Range<u32> = 0x0800_0000..0x0810_0000;
+/// Addresses of SRAM2, which contains the pulse tape.
 const SRAM2: std::ops::Range<u32> = 0x2001_C000..0x2002_0000;
 
-/// Byte address and first access of each case in a block.
+/// Byte address and first access of each case in a block of [`BLOCK`] cases; `None` if the stack
+/// was empty.
 type Block = Arc<Vec<Option<(u32, FirstAccess)>>>;
 
-/// Campaign of bit flips in memory: the board to fork, the memory areas, and the known first
-/// accesses.
+/// Campaign in which one bit of memory flips: the undisturbed run from which cases start, the
+/// memory areas, and the first access to each byte as far as it is known.
 pub(super) struct Flips {
     stem: ForkSource,
     seed: u64,
     strata: Vec<Stratum>,
     refills: Refills,
-    /// Whether every fork runs to its end, without shortcuts.
+    /// Whether every case runs to its configured end, even if its result is certain earlier.
     to_the_end: bool,
     blocks: Mutex<BTreeMap<u64, Block>>,
 }
 
-/// A bit to flip, and its time.
+/// A bit to flip, and the cycle at which it flips.
 struct FlipCase<'a> {
     stratum: &'a Stratum,
     cycle: Cycle,
@@ -64,8 +67,8 @@ impl Flips {
         })
     }
 
-    /// Returns the stratum of case `index`. In any number of first cases the strata have their
-    /// configured proportions.
+    /// Returns the memory area of case `index`. The areas alternate, so that any number of first
+    /// cases has nearly their configured proportions.
     fn stratum(&self, index: u64) -> Result<&Stratum, FaultsError> {
         let total = self.strata.iter().map(|stratum| stratum.count).sum::<u64>();
         let none = || FaultsError::Declaration("flips.toml: there is no stratum".into());
@@ -90,7 +93,8 @@ impl Flips {
         })
     }
 
-    /// Returns the byte of case `index` and the first access to it.
+    /// Returns the address of the byte that case `index` flips and the first access to it; `None`
+    /// if the stack is empty at that moment.
     fn first_use(&self, index: u64) -> Result<Option<(u32, FirstAccess)>, FaultsError> {
         let number = index / BLOCK;
         // Holding the lock makes other threads wait, which need the same block.
@@ -125,7 +129,8 @@ impl Flips {
         first_uses(&self.stem, &wanted)
     }
 
-    /// Returns the result of a flip that no instruction reads, or `None` if it must be played.
+    /// Returns the result of a flip that no instruction reads, or `None` if the case must be
+    /// simulated.
     fn result_if_unread(&self, byte: u32, first: FirstAccess) -> Option<CaseResult> {
         // Only SRAM1 qualifies: DMA reads the tape, and accesses to flash are not observed.
         let ended = match first {
@@ -160,7 +165,7 @@ impl Flips {
     }
 }
 
-/// Maps each index below `total` to another number below `total`, so that neighbours are far apart.
+/// Permutes the numbers below `total` so that neighbouring indices get distant numbers.
 fn spread(index: u64, total: u64) -> u64 {
     const fn gcd(a: u64, b: u64) -> u64 {
         if b == 0 { a } else { gcd(b, a % b) }
@@ -216,7 +221,7 @@ impl Draws for Flips {
     }
 }
 
-/// Flips one bit of memory.
+/// Flips bit `bit`, 0 to 7, of the byte at address `byte` in flash or RAM.
 fn flip(board: &mut Board<()>, byte: u32, bit: u32) -> Result<(), FaultsError> {
     let soc = &mut board.around.soc;
     if FLASH.contains(&byte) {

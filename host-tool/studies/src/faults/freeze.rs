@@ -5,21 +5,22 @@ use super::stem::Chip;
 use hal_sim::chip::board::{Board, CYCLES_PER_US};
 use hal_sim::chip::cpu::Stop;
 
-/// Owner of an execution context of the device, with the names of tests/tests/chip_faults.rs.
+/// Execution context of the device that can hang. The variants have the names that
+/// tests/tests/chip_faults.rs uses.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Owner {
-    /// The refill.
+    /// The refill's interrupt handler.
     Pulser,
-    /// The control tick.
+    /// The control tick's interrupt handler.
     Controller,
-    /// The USB interrupt, which transfers bytes.
+    /// The interrupt handler that transfers bytes over USB.
     Usb,
-    /// The thread.
+    /// The thread, which runs the session when no interrupt handler runs.
     Session,
 }
 
 impl Owner {
-    /// Returns the owner that the first word of a fault kind names.
+    /// Returns the context that the first word of a fault kind names.
     pub fn from_kind(kind: &str) -> Result<Self, FaultsError> {
         Ok(match kind.split(' ').next() {
             Some("pulser") => Self::Pulser,
@@ -33,8 +34,8 @@ impl Owner {
         })
     }
 
-    /// Returns its exception number: 16 plus the interrupt's number of TIM2, TIM7 or OTG_FS (RM0090
-    /// table 62), or 0 for the thread.
+    /// Returns the exception number of the context: 16 plus the interrupt's number of TIM2, TIM7 or
+    /// OTG_FS (RM0090 table 62), or 0 for the thread.
     const fn exception(self) -> u16 {
         match self {
             Self::Pulser => 44,
@@ -45,15 +46,16 @@ impl Owner {
     }
 }
 
-/// The instructions `wfi` and a branch back to it, with which the thread of this image ends.
+/// The instruction `wfi` and a branch back to it: the endless loop in which the thread of the image
+/// ends.
 const STAY: [[u8; 2]; 2] = [0xBF30_u16.to_le_bytes(), 0xE7FD_u16.to_le_bytes()];
-/// Longest time until an owner must have run, cycles: 100 ms.
+/// Longest time to wait until a context has run, core clock cycles: 100 ms.
 const PATIENCE: u64 = 100_000 * CYCLES_PER_US;
-/// Interval at which the host may send, cycles: 1 ms.
+/// Interval at which the simulated host may send, core clock cycles: 1 ms.
 const HOST: u64 = 1_000 * CYCLES_PER_US;
 
-/// Makes `owner` hang after `instructions` instructions of its next run. Returns `false` if it
-/// never runs again, which is possible on a board with an earlier fault.
+/// Makes `owner` hang after it has executed `instructions` further instructions. Returns `false` if
+/// it does not run that long within 100 ms, which is possible on a board with an earlier fault.
 pub(super) fn freeze(
     fork: &mut Chip,
     owner: Owner,
@@ -74,7 +76,8 @@ pub(super) fn freeze(
     Ok(false)
 }
 
-/// Runs for a while, or until `owner` has executed the `left` instructions; returns whether it has.
+/// Runs for one host interval, or until `owner` has executed its remaining `left` instructions.
+/// Returns whether it has.
 fn run(board: &mut Board<()>, owner: Owner, left: &mut u64) -> Result<bool, Stop> {
     let Board { cpu, around, .. } = board;
     let end = cpu.cycle + HOST;
@@ -90,8 +93,8 @@ fn run(board: &mut Board<()>, owner: Owner, left: &mut u64) -> Result<bool, Stop
     Ok(false)
 }
 
-/// Moves the program counter to a waiting loop in the image. Code or a constant with these two
-/// instructions serves, since memory outside flash is not executable.
+/// Moves the program counter to an endless waiting loop in the image. The loop must lie in flash,
+/// since no other memory is executable; data with the same bytes will do.
 fn loop_forever(board: &mut Board<()>) -> Result<(), FaultsError> {
     let (code, _) = board.image().flash.as_chunks();
     let Some(place) = code.windows(2).position(|two| *two == STAY) else {

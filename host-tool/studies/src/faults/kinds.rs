@@ -5,16 +5,17 @@ use super::error::FaultsError;
 use super::simulated::Boards;
 use hal_sim::random::{Random, word};
 
-/// Kinds that the boards of a campaign can have, and the seed of the choice.
+/// Kinds of fault that this campaign's boards can have, with the seed from which cases choose.
 pub(super) struct Kinds {
     names: Vec<String>,
-    /// First case of the kind that was added later, and its name.
+    /// Number of the first case with the kind that was added later, and the name of that kind.
     later: Option<(u64, String)>,
     seed: u64,
 }
 
 impl Kinds {
-    /// `stream` separates the random numbers of this class from those of the others.
+    /// Collects the kinds of the declaration that `boards` can simulate. `stream` makes the random
+    /// numbers of this class independent of those of other classes.
     pub fn new(declaration: &Declaration, boards: &impl Boards, seed: u64, stream: u64) -> Self {
         let of = &declaration.of;
         let names = boards.select(&*of.kinds, &*of.native_kinds).to_vec();
@@ -29,7 +30,7 @@ impl Kinds {
         Self { names, later, seed }
     }
 
-    /// Returns the kind of case `index`, and the random numbers for its details.
+    /// Returns the randomly chosen kind of case `index`, and a generator for its random details.
     ///
     /// # Errors
     /// Fails if the declaration has no kinds.

@@ -19,31 +19,34 @@ use hal_sim::random::Random;
 use hal_sim::wire::stream::{Stream, Write};
 use rayon::prelude::*;
 
-/// Number of the random stream of this fault class, different from those of the others.
+/// Random stream of this fault class; every class has its own, so that their random numbers are
+/// independent.
 const STREAM: u64 = 0x114C;
-/// Bytes of a full packet, and the number of packets in a full-speed USB frame of 1 ms.
+/// Bytes in a full USB packet, and the number of packets in a full-speed frame of 1 ms.
 const PACKET: (usize, u64) = (64, 19);
-/// Longest time until bytes that were written before the cable was pulled have arrived, µs.
+/// Longest time until bytes that the host wrote before the cable was pulled have arrived, µs.
 const ON_THE_WAY_US: u64 = 1_500;
 
-/// Campaign of link faults: the boards, the recorded sessions, and the kinds of fault.
+/// Campaign in which messages are corrupted: the source of boards, the recorded sessions, and the
+/// kinds of fault.
 pub(super) struct Link<B: ForkableBoards> {
     boards: B,
     scripts: Vec<Script<B>>,
     kinds: Kinds,
-    /// Whether every case runs for the full time, without shortcuts.
+    /// Whether every case runs to its configured end, even if its result is certain earlier.
     to_the_end: bool,
 }
 
-/// One randomly chosen case.
+/// One randomly generated case: the corrupted stream of messages, and when the fault begins.
 struct LinkCase {
     stream: Stream,
-    /// Frames that the host sent in addition to those of the script.
+    /// Intact frames that the fault adds to those of the script.
     written: Vec<Vec<u8>>,
-    /// Times at which the cable is pulled and plugged in again, µs.
+    /// Times at which the cable is pulled and plugged in again, µs; `None` if it stays in.
     out: Option<(u64, u64)>,
     moment_us: u64,
-    /// Whether every frame of the script still arrives intact and on time.
+    /// Whether every frame of the script still arrives intact and on time, because the fault only
+    /// adds bytes.
     is_beside: bool,
     what: String,
 }
@@ -135,7 +138,8 @@ impl<B: ForkableBoards> Link<B> {
         Ok(fate)
     }
 
-    /// Returns whether the output differs from a run in which the broken messages were never sent.
+    /// Returns whether the output differs from that of a board which receives only the intact
+    /// frames `whole`, at the same times.
     fn changes_output(
         &self,
         script: &Script<B>,
@@ -155,8 +159,8 @@ impl<B: ForkableBoards> Link<B> {
 }
 
 impl LinkCase {
-    /// Judges whether the device had to detect the fault, and whether it did: `broken` for damaged
-    /// frames, `silenced` for a silence that must end stimulation.
+    /// Judges whether the device had to detect the fault, and whether it did. `broken` is whether
+    /// damaged frames arrived, `silenced` whether a host silence must have ended stimulation.
     fn judge_detection<D: Device>(
         &self,
         fate: &mut CaseResult,
@@ -181,7 +185,8 @@ impl LinkCase {
         }
     }
 
-    /// Returns the time from which all messages are sent and received as in the script again, µs.
+    /// Returns the time from which the device again receives all messages of the script unchanged,
+    /// µs.
     fn resume_us<B: ForkableBoards>(&self, script: &Script<B>) -> u64 {
         let (said, whole) = (self.stream.writes(), script.said.writes());
         let pairs = said.iter().rev().zip(whole.iter().rev());
@@ -198,7 +203,8 @@ impl LinkCase {
             .max(in_us)
     }
 
-    /// Corrupts the stream at write `at`; returns the random details.
+    /// Corrupts the stream at its write with index `at`, as `kind` says; returns the random
+    /// details.
     fn break_stream<B: ForkableBoards>(
         &mut self,
         kind: &str,
@@ -267,8 +273,8 @@ impl LinkCase {
         String::new()
     }
 
-    /// Inserts bytes and frames between two writes that no host intended; half of the floods end
-    /// with a `Stop`.
+    /// Inserts random bytes or additional frames between two writes. Half of the floods end with a
+    /// `Stop`.
     fn insert_noise<B: ForkableBoards>(
         &mut self,
         kind: &str,
@@ -306,8 +312,8 @@ impl LinkCase {
         )
     }
 
-    /// Returns intact frames of at least `length` bytes in total, from the script or with a foreign
-    /// session number.
+    /// Returns intact frames of more than `length` bytes in total, copied from the script. Half of
+    /// them get a foreign session number.
     fn frames<B: ForkableBoards>(
         &mut self,
         script: &Script<B>,
@@ -335,8 +341,8 @@ impl LinkCase {
     }
 }
 
-/// Chooses one of the script's writes. Those that configure, arm, start or stop are as likely
-/// together as the many while it plays.
+/// Chooses one of the script's writes at random. In half of the choices, only writes up to `Start`
+/// and from `Stop` on are possible, so that these few are not rare.
 fn message<B: ForkableBoards>(script: &Script<B>, random: &mut Random) -> usize {
     let (all, (start, _), (stop, _)) = (script.said.writes().len(), script.start, script.stop);
     let around = start + 1 + (all - stop);
@@ -355,7 +361,7 @@ fn pick<'a, T>(random: &mut Random, all: &'a [T]) -> Result<&'a T, FaultsError> 
     all.get(drawn).ok_or_else(none)
 }
 
-/// Returns whether a refusal concerns the frame itself, not its request.
+/// Returns whether a refusal code complains about the frame itself instead of its request.
 fn is_frame_error(code: u16) -> bool {
     (Code::BadCrc as u16..=Code::UnknownMessage as u16).contains(&code)
 }

@@ -3,35 +3,37 @@
 use firmware::control::{PostureSpec, SensorSource};
 use host_core::session::Session;
 
-/// Distance from a joint's range beyond which a measurement counts as a broken sensor, °
-/// (docs/protocol.md).
+/// Distance outside a joint's range beyond which the device takes a measurement for that of a
+/// broken sensor, ° (docs/protocol.md).
 const MARGIN_DEG: f64 = 20.0;
 
-/// One measured angle of a session and its valid range.
+/// One measured angle of a session, and the range in which the device accepts it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MeasuredBits {
-    /// Number of the angle in `Measurement`.
+    /// Number of the angle in the request `Measurement`.
     pub index: u8,
-    /// Age from which the angle is stale, µs.
+    /// Age at which the device stops using a measurement, µs.
     pub stale_us: u64,
     range_deg: [f64; 2],
-    /// Range that the converter can read, °; `None` if the host measures.
+    /// Range of angles that the board's converter can represent, °; `None` if the host measures the
+    /// angle.
     converted_deg: Option<[f64; 2]>,
 }
 
 impl MeasuredBits {
-    /// Returns whether the board's converter measures the angle.
+    /// Returns whether the board's own converter measures the angle, instead of the host.
     pub const fn is_converted(&self) -> bool {
         self.converted_deg.is_some()
     }
 
-    /// Returns the centre of the range, °.
+    /// Returns the middle of the angle's valid range, °.
     pub fn middle_deg(&self) -> f64 {
         0.5 * (self.range_deg[0] + self.range_deg[1])
     }
 
-    /// Returns whether the smallest or largest reported angle indicates a broken sensor, by more
-    /// than one step of a converter.
+    /// Returns whether `said`, the smallest and the largest reported angle, °, lies so far outside
+    /// the range that the device must take the sensor for broken. The margin includes one step of a
+    /// converter.
     pub fn is_beyond(&self, said: [f64; 2]) -> bool {
         let [can_low, can_high] = self.converted_deg.unwrap_or([-327.68, 327.67]);
         let [low, high] = said.map(|deg| deg.clamp(can_low, can_high));
@@ -40,7 +42,8 @@ impl MeasuredBits {
     }
 }
 
-/// Returns the measured angles of the joint, the modulated joints and the arm of a session.
+/// Returns the angles that a session measures: of its joint, of its modulated joints, and of its
+/// arm.
 pub(super) fn angles(session: &Session) -> Vec<MeasuredBits> {
     let degrees = |mdeg: [i32; 2]| mdeg.map(|mdeg| f64::from(mdeg) * 1e-3);
     let mut all = Vec::new();

@@ -65,25 +65,26 @@ use simulated::Native;
 use streams::Streams;
 use supply::Supply;
 
-/// Chooses and plays the cases of a class.
+/// Generates and plays the cases of a fault class.
 trait Draws: Sync {
-    /// Plays case `index`, which depends on the seed and this number only.
+    /// Generates and plays case `index`, which depends only on the seed and this number.
     fn case(&self, index: u64) -> Result<Case, FaultsError>;
 
     /// Returns notes that the reader needs to interpret the numbers.
     fn notes(&self) -> Vec<String>;
 }
 
-/// A fault class that is ready to run.
+/// A campaign of one fault class that is ready to run its cases.
 pub struct Campaign {
     draws: Box<dyn Draws + Send>,
 }
 
 impl Campaign {
-    /// Prepares the declaration's class on the chip simulator with `image` in its flash.
+    /// Prepares the class of `declaration` on the chip simulator, with `image` in its flash.
     ///
     /// # Errors
-    /// Fails if the board does not stimulate, or lacks the part to break.
+    /// Fails if the board does not stimulate without a fault, or if the image lacks what the class
+    /// breaks.
     pub fn on_chip(
         seed: u64,
         declaration: &Declaration,
@@ -107,7 +108,7 @@ impl Campaign {
         Ok(Self { draws })
     }
 
-    /// Prepares the declaration's class on the native backend.
+    /// Prepares the class of `declaration` on the native backend.
     ///
     /// # Errors
     /// Fails if the native backend cannot simulate this class.
@@ -129,7 +130,7 @@ impl Campaign {
         self.draws.notes()
     }
 
-    /// Plays case `index` alone.
+    /// Plays the single case `index`.
     ///
     /// # Errors
     /// Fails if the case cannot be set up, before any fault is injected.

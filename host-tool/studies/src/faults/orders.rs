@@ -9,37 +9,41 @@ use hal_sim::trace::judge::QuietInterval;
 use hal_sim::wire::stream::{Stream, Write};
 use host_core::session::Session;
 
-/// Distance from the timeout within which a pause may or may not end stimulation, µs.
+/// Uncertainty of the host timeout, µs: a pause of the host this close to it may or may not end
+/// stimulation.
 const NEAR_US: u64 = 1_000;
 
-/// Duration of an electrode check, µs.
+/// Longest duration of an electrode check, µs.
 const CHECK_US: u64 = 25_000;
 
-/// Interval in which pulses are counted, including the electrode check before it, µs.
+/// Interval in which the judge counts pulses, µs: one second, extended by the electrode check that
+/// may precede it.
 const COUNTED_US: u64 = 1_000_000 + CHECK_US;
 
-/// The behaviour that a stream of frames requires.
+/// Behaviour that a stream of frames requires of the device.
 #[derive(Debug, PartialEq)]
 pub(super) struct ExpectedEffects {
-    /// Intervals in which nothing may be driven.
+    /// Intervals in which no output may be driven.
     pub quiet: Vec<QuietInterval>,
-    /// Whether a host silence ends stimulation after the given moment.
+    /// Whether a silence of the host ends stimulation after the given moment.
     pub is_silenced: bool,
-    /// Largest number of electrode checks whose pulses can fall within one second: one per arming.
+    /// Largest number of electrode checks whose pulses can fall within one second. Each arming
+    /// causes one check.
     pub checks: usize,
 }
 
-/// The wearer's timing limits, and the session whose requests count.
+/// Rules from which the required behaviour follows: the wearer's timing limits, and the session
+/// number whose requests count.
 pub(super) struct Orders {
     timeout_us: u64,
     fall_us: u64,
-    /// Longest time from the arrival of a frame until the device has read it.
+    /// Longest time from the arrival of a frame until the device has read it, µs.
     line_us: u64,
     session: u16,
 }
 
 impl Orders {
-    /// Creates the rules for a session whose host sent `said`.
+    /// Creates the rules for a session whose host sent the messages `said`.
     pub fn from_session(session: &Session, said: &[Write], line_us: u64) -> Self {
         let owner = said.last().and_then(|write| decode_request(&write.bytes));
         Self {
@@ -50,12 +54,12 @@ impl Orders {
         }
     }
 
-    /// Returns the longest allowed time from the last message to the last output, µs.
+    /// Returns the longest allowed time from the host's last message to the last output, µs.
     pub const fn silence_us(&self) -> u64 {
         self.timeout_us + self.fall_us + TWO_WINDOWS_US + self.line_us
     }
 
-    /// Returns whether the intact frames so far forbid any output from `from_us` until the device
+    /// Returns whether the intact frames `whole` forbid any output from `from_us` until the device
     /// is armed again.
     pub fn forbids_output_from(&self, whole: &[Write], from_us: u64) -> bool {
         let quiet = self.expected_effects(whole, 0, from_us).quiet;
@@ -63,8 +67,8 @@ impl Orders {
         last.is_some_and(|last| last.from_us <= from_us)
     }
 
-    /// Returns the behaviour that the intact frames require up to `end_us`, and whether a silence
-    /// ends stimulation after `moment_us`.
+    /// Returns the behaviour that the intact frames `whole` require up to `end_us`. Silences of the
+    /// host are reported only if they end stimulation after `moment_us`.
     pub fn expected_effects(
         &self,
         whole: &[Write],
@@ -137,7 +141,7 @@ impl Orders {
     }
 }
 
-/// Returns the largest number of these moments within one counting interval.
+/// Returns the largest number of these times that lie within one [`COUNTED_US`].
 fn most_counted(at_us: &[u64]) -> usize {
     let from = |from: u64| {
         let until = from + COUNTED_US;
@@ -160,8 +164,8 @@ const fn counts_as_keep_alive(request: &Request) -> bool {
     )
 }
 
-/// Returns whether these messages can start stimulation again: after a fault, only the listed
-/// requests can.
+/// Returns whether the messages `said` contain a request that can start stimulation again, even
+/// after a fault.
 pub(super) fn may_restart(said: &[Write]) -> bool {
     let is = |write: &Write| {
         decode_request(&write.bytes).is_some_and(|asked| {
@@ -174,8 +178,8 @@ pub(super) fn may_restart(said: &[Write]) -> bool {
     said.iter().any(is)
 }
 
-/// Returns the frames of `passed` that equal one of `sent` byte for byte, and the number of the
-/// others.
+/// Divides the received frames `passed` into intact ones, which equal a frame of `sent` byte for
+/// byte, and broken ones; returns the intact frames and the number of broken ones.
 pub(super) fn broken_frames(passed: &Stream, sent: &[&[u8]]) -> (Vec<Write>, usize) {
     let sent: std::collections::HashSet<&[u8]> = sent.iter().copied().collect();
     let read = passed.frames().into_iter();

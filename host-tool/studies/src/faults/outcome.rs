@@ -6,19 +6,19 @@ use super::simulated::TWO_WINDOWS_US;
 use host_core::statistics::{median, share_upper_bound};
 use std::collections::BTreeMap;
 
-/// Confidence level of the upper bounds.
+/// Confidence level of the upper bound of the share of severe cases.
 const LEVEL: f64 = 0.95;
-/// Largest net charge that a pulse truncated by a fault may leave, µC.
+/// Largest net charge that the judge excuses in a pulse that a fault truncated, µC.
 pub(super) const MOST_TRUNCATED_UC: f64 = 65.0;
 
-/// Counts and times of a fault class, or of one kind in it.
+/// Counts and times over the cases of a fault class, or of one kind of fault in it.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// Fault class of the cases.
     pub class: Class,
     /// Kind of fault; `None` for the whole class.
     pub kind: Option<String>,
-    /// Number of cases.
+    /// Number of all cases, whatever their result.
     pub drawn: u64,
     /// Number of cases with a visible effect ([`CaseResult::has_effect`]).
     pub changed: u64,
@@ -26,36 +26,39 @@ pub struct Outcome {
     pub harmless: u64,
     /// Number of cases that the device must detect ([`CaseResult::must_find`]).
     pub to_find: u64,
-    /// Number of these that the device detected.
+    /// Number of `to_find` cases that the device detected.
     pub found: u64,
-    /// Number of detected cases whose outputs were isolated within two windows.
+    /// Number of `found` cases whose outputs were isolated within two refill windows (500 µs) of
+    /// the fault.
     pub soon: u64,
-    /// Median time from the fault to isolated outputs in the detected cases, µs.
+    /// Median time from the fault to isolated outputs, µs, over the `found` cases.
     pub median_us: Option<f64>,
-    /// Longest time from the fault to isolated outputs, µs.
+    /// Longest time from the fault to isolated outputs, µs, over the `found` cases.
     pub latest_us: Option<u64>,
-    /// Longest time from the device's own time stamp of the fault to isolated outputs, µs.
+    /// Longest time from the device's own time stamp of the fault to isolated outputs, µs, over the
+    /// `found` cases.
     pub slowest_us: Option<u64>,
-    /// Number of severe cases with the output stages as designed.
+    /// Number of severe cases with the output stages of docs/hardware.md.
     pub severe: u64,
-    /// Number of severe cases without protective circuits.
+    /// Number of cases that would be severe without protective circuits.
     pub bare: u64,
-    /// Number of truncated or held pulses that are excused.
+    /// Number of pulses that a fault truncated or prolonged and that the judge excuses.
     pub truncated: u64,
-    /// Largest net charge of these pulses, µC.
+    /// Largest magnitude of the net charge of a `truncated` pulse, µC.
     pub truncated_uc: Option<f64>,
-    /// Longest time for which a bit flip of the pulse tape was visible at the outputs, µs.
+    /// Longest time for which a bit flip of the pulse tape changed an output line, µs.
     pub shown_us: Option<u64>,
-    /// Number of cases in which the simulator could not continue.
+    /// Number of cases in which the simulator could not continue, because it does not model what
+    /// the chip did.
     pub stopped: u64,
-    /// Number of cases for each reason why the simulator stopped.
+    /// Number of `stopped` cases for each reason.
     pub reasons: BTreeMap<String, u64>,
-    /// Number of cases for each reason why the fork ended.
+    /// Number of cases by how their run ended, under the names of `CaseEnd`.
     pub ended: BTreeMap<&'static str, u64>,
-    /// Cases that need manual review: severe, or detected although they need not be, or the
-    /// reverse. Empty for a single kind.
+    /// Cases that a person should review ([`CaseResult::needs_review`]). Empty in the summary of a
+    /// single kind.
     pub listed: Vec<Case>,
-    /// Summary of each kind, by name; empty for a class without kinds.
+    /// Summary of each kind of fault, sorted by name; empty for a class without kinds.
     pub kinds: Vec<Outcome>,
 }
 
@@ -127,20 +130,21 @@ impl Outcome {
         }
     }
 
-    /// Returns the number of cases that the device must detect and did not.
+    /// Returns the number of cases whose fault the device must detect and did not.
     #[must_use]
     pub const fn missed(&self) -> u64 {
         self.to_find - self.found
     }
 
-    /// Returns the upper 95 % confidence bound of the share of severe cases.
+    /// Returns the upper 95 % confidence bound of the share of severe cases, 0 to 1; `None` if no
+    /// case was played.
     #[must_use]
     pub fn severe_bound(&self) -> Option<f64> {
         let played = self.drawn - self.stopped;
         share_upper_bound(self.severe.min(played), played, LEVEL).ok()
     }
 
-    /// Returns the name of the class or kind in a table.
+    /// Returns the text for the first column of the table: the class, or the indented kind.
     #[must_use]
     pub fn name(&self) -> String {
         match &self.kind {
@@ -155,7 +159,7 @@ fn is_soon(fate: &CaseResult) -> bool {
     fate.isolated_us.is_some_and(|us| us <= TWO_WINDOWS_US)
 }
 
-/// Returns the reason why the simulator stopped, without the place.
+/// Returns the reason why the simulator stopped, without the place in the program where it did.
 fn reason(why: &str) -> String {
     let what = why.rsplit_once("stopped: ").map_or(why, |(_, what)| what);
     let what = what.strip_prefix("not modelled: ").unwrap_or(what);

@@ -11,14 +11,17 @@ use super::stem::{Chip, ForkSource};
 use super::streams::{ERASE, switch_off};
 use hal_sim::chip::image::Image;
 
-/// Number of the random stream of this fault class, different from those of the others.
+/// Random stream of this fault class; every class has its own, so that their random numbers are
+/// independent.
 const STREAM: u64 = 0x9A14;
-/// Instructions that the interrupt handler executes before it hangs.
+/// Upper bound of the random number of instructions that the interrupt handler executes before it
+/// hangs.
 const INSTRUCTIONS: u64 = 300;
-/// Range of the time from the first fault to the second, µs.
+/// Range of the random time between both faults, µs, uniform in the logarithm.
 const APART_US: (f64, f64) = (1.0, 1e6);
 
-/// Campaign of pairs of faults: the board to fork, and the kinds of pair.
+/// Campaign in which each case has two faults, a hanging handler and a disabled stream: the
+/// undisturbed run from which cases start, and the kinds of pair.
 pub(super) struct Pairs {
     stem: ForkSource,
     kinds: Kinds,

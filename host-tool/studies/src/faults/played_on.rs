@@ -9,30 +9,30 @@ use hal_sim::trace::State;
 use hal_sim::wire::stream::{Stream, Write};
 use host_core::session::{Channel, Session};
 
-/// Time after the latest moment at which silence has ended everything, µs.
+/// Time that a case lasts after silence must have ended all stimulation, µs.
 const AFTER_US: u64 = 60_000;
-/// Number of the session's longest periods to run after everything is undisturbed again and
-/// stimulates.
+/// Time that a case lasts after its fault is over and stimulation has started, in longest burst
+/// periods of the session.
 const PERIODS: u64 = 10;
-/// Time within which a rising amplitude exceeds zero, µs.
+/// Time within which a rising amplitude becomes visible, µs.
 const RISE_US: u64 = 20_000;
 
-/// Conditions for the end of a case.
+/// Conditions under which a case ends.
 pub(super) struct EndCondition<'a> {
     orders: &'a Orders,
-    /// Frames that the host may have sent.
+    /// Intact frames that the host can have sent.
     sent: &'a [&'a [u8]],
-    /// Time from which all messages are sent and received as in the script again, µs.
+    /// Time from which the device again receives all messages of the script unchanged, µs.
     again_us: u64,
-    /// Time within which a forbidden stimulation would become visible, µs.
+    /// Time within which a forbidden stimulation would become visible in the output, µs.
     shown_us: u64,
     /// Latest end of the case, µs.
     pub end_us: u64,
 }
 
 impl<'a> EndCondition<'a> {
-    /// Creates the condition for a script that is broken at `moment_us` and undisturbed again from
-    /// `again_us`; its host sends its last message at `last_us`.
+    /// Creates the conditions for a script whose fault begins at `moment_us`, is over at
+    /// `again_us`, and whose host sends its last message at `last_us`.
     pub fn new<B: ForkableBoards>(
         script: &Script<B>,
         orders: &'a Orders,
@@ -52,9 +52,9 @@ impl<'a> EndCondition<'a> {
         }
     }
 
-    /// Returns whether the case may end early: the writes that `bench` received forbid any output,
-    /// there was none for as long as it would take to become visible, and none of the remaining
-    /// writes starts anything.
+    /// Returns whether the case may end early. The messages `passed` that the device received must
+    /// forbid any output, the outputs must have been isolated for long enough to show it, and none
+    /// of the remaining messages `left` may start stimulation.
     pub fn is_over<D: FaultableDevice>(
         &self,
         bench: &Bench<D>,
@@ -71,7 +71,7 @@ impl<'a> EndCondition<'a> {
     }
 }
 
-/// Returns the longest burst period of the session, µs.
+/// Returns the longest period between two bursts of any channel of the session, µs.
 fn longest_period_us(session: &Session) -> u64 {
     let of_channel = |channel: &Channel| {
         let force = channel.force.as_ref();

@@ -7,7 +7,7 @@ use super::table::{SEVERE, SIMULATED, in_words};
 use crate::laboratory::{self, Preregistration, Row, Share};
 
 impl Outcome {
-    /// Returns the contents of `result.json`.
+    /// Returns the contents of `result.json` for this campaign on `device` with this seed.
     #[must_use]
     pub fn result(
         &self,
@@ -129,7 +129,8 @@ impl Outcome {
     }
 }
 
-/// Returns a share with its interval.
+/// Creates the share of the claim `id`, which holds in `holds` of `of` cases, with its confidence
+/// interval.
 fn part(id: &str, claim: &str, holds: u64, of: u64) -> Share {
     Share::from_counts(id.to_owned(), claim.to_owned(), None, (holds, of))
 }

@@ -11,10 +11,12 @@ use hal_sim::chip::cpu::bus::{AccessError, Unmodelled};
 use hal_sim::chip::image::Image;
 use hal_sim::random::{Random, word};
 
-/// Number of the random stream of this fault class, different from those of the others.
+/// Random stream of this fault class; every class has its own, so that their random numbers are
+/// independent.
 const STREAM: u64 = 0x4E61;
 
-/// Campaign of bit flips in registers: the board to fork, and the registers.
+/// Campaign in which one bit of a register flips: the undisturbed run from which cases start, and
+/// the registers.
 pub(super) struct Registers {
     stem: ForkSource,
     seed: u64,
@@ -30,7 +32,7 @@ impl Registers {
         })
     }
 
-    /// Returns the number of bits that may be flipped.
+    /// Returns the number of bits in all registers that may be flipped.
     fn bits(&self) -> u64 {
         let each = self
             .registers
@@ -40,7 +42,8 @@ impl Registers {
     }
 }
 
-/// Returns the register and bit position of flippable bit `number`, counted over all registers.
+/// Returns the register and the position in it of the flippable bit with this number, counted from
+/// 0 over all registers; `None` if there are fewer bits.
 pub(super) fn bit_of(registers: &[Register], mut number: u64) -> Option<(&Register, u32)> {
     for register in registers {
         let own = u64::from(register.bits.count_ones());
@@ -53,13 +56,14 @@ pub(super) fn bit_of(registers: &[Register], mut number: u64) -> Option<(&Regist
     None
 }
 
-/// Returns the block of a register: its name without the last part.
+/// Returns the name of the peripheral block to which a register belongs: the register's name
+/// without its last part.
 fn block(name: &str) -> &str {
     name.rsplit_once('_').map_or(name, |(block, _)| block)
 }
 
-/// Flips `bits` of the register at `address`; if that changes the core's clock, the device's clock
-/// follows.
+/// Flips `bits` of the register at `address`. If this changes the core's clock, the [`DeviceClock`]
+/// of `fork` gets the new rate.
 fn upset(fork: &mut Chip, address: u32, bits: u32) -> Result<(), AccessError> {
     let from_us = fork.device_us();
     let (cycle, around) = (fork.device.cpu.cycle, &mut fork.device.around);

@@ -12,22 +12,22 @@ use host_core::record::{Program, sha256};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// File in which an earlier version stored the cases of a campaign.
+/// File name under which an earlier program version stored the cases of a campaign.
 const EARLIER: &str = "faults.jsonl";
 
-/// A number of cases of a fault class on one simulator.
+/// A run of a campaign: the class, the simulator, and the number of cases.
 pub struct Run {
     campaign: Campaign,
     declaration: Declaration,
-    /// SHA-256 of the flashed image; `None` on the native backend.
+    /// SHA-256 of the flashed image; `None` on the native backend, which has no image.
     image: Option<String>,
     seed: u64,
     count: u64,
 }
 
 impl Run {
-    /// Prepares a run with this seed and number of cases, or those of the declaration; on the chip
-    /// simulator if `image` is given, otherwise on the native backend.
+    /// Prepares a run: on the chip simulator if an image is given, otherwise on the native backend.
+    /// Where seed or number of cases is `None`, the value of the declaration applies.
     ///
     /// # Errors
     /// Fails as [`Campaign::on_chip`] and [`Campaign::native`] do.
@@ -56,7 +56,7 @@ impl Run {
         &self.campaign
     }
 
-    /// Returns `chip` or `native`.
+    /// Returns the simulator's name, `chip` or `native`.
     #[must_use]
     pub const fn device(&self) -> &'static str {
         match self.image {
@@ -65,7 +65,8 @@ impl Run {
         }
     }
 
-    /// Summarises the cases, as an outcome and in the form of `result.json`.
+    /// Summarises the cases twice: for the table in a terminal, and as the contents of
+    /// `result.json`.
     #[must_use]
     pub fn compute_outcomes(&self, cases: &[Case]) -> (Outcome, laboratory::Outcome) {
         let outcome = Outcome::from_cases(self.declaration.class, cases);
@@ -103,14 +104,15 @@ impl Study for Run {
         }
     }
 
-    /// Includes the declaration, its sessions, and the flashed image.
+    /// Returns the SHA-256 of the campaign file, its sessions and the flashed image, by name.
     fn hashes(&self) -> BTreeMap<String, String> {
         let image = self.image.clone().map(|hash| ("image".to_owned(), hash));
         let files = self.declaration.sha256.clone();
         files.into_iter().chain(image).collect()
     }
 
-    /// Includes the commit, because simulators and judge are part of the program.
+    /// Returns the program's version with its commit, because simulators and judge are part of the
+    /// program.
     fn version(&self) -> String {
         Program::current().words()
     }

@@ -24,35 +24,38 @@ use std::collections::VecDeque;
 use std::io;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Interval between stored boards, µs.
+/// Interval between stored copies of a simulated board, µs.
 pub(super) const KEPT_US: u64 = 50_000;
-/// Time to run after the host's last message, µs.
+/// Time that a run lasts after the host's last message, µs.
 const AFTER_US: u64 = 250_000;
-/// Interval at which the bus is checked for delivered writes, µs.
+/// Interval at which the simulation checks which messages the bus has delivered, µs.
 const LOOK_US: u64 = 250;
-/// Interval at which the end condition is checked, µs.
+/// Interval at which the simulation checks whether the run may end, µs.
 const ASKED_US: u64 = 20_000;
 
-/// Boards that can run and fork scripts.
+/// Boards of one simulator that can replay a script and, if that is useful, be copied.
 pub(super) trait ForkableBoards: Boards<Board: 'static> {
-    /// Longest time from the delivery of a write by the bus until the device has read it, µs.
+    /// Longest time from the delivery of a message by the bus until the device has read it, µs.
     const LINE_US: u64;
-    /// Longest time from plugging in the cable until the host communicates with the board, µs.
+    /// Longest time from plugging in the cable until host and board can communicate again, µs.
     const CONNECTS_US: u64;
-    /// Whether processing one frame delays nothing else, so that runs agree to the microsecond.
+    /// Whether processing one frame never delays anything else, so that two runs agree to the
+    /// microsecond.
     const IS_EXACT: bool;
 
-    /// Boots a board with the stages of `session`; the host has sent nothing.
+    /// Boots a board with the output stages of `session`, to which the host has sent nothing yet.
     fn boot(&self, session: &Session, sensors: Sensors) -> Result<Bench<Self::Board>, FaultsError>;
 
-    /// Forks a board if that is faster than repeating its run.
+    /// Copies a board in its current state; returns `None` if repeating its run is faster.
     fn fork(board: &Self::Board) -> Option<Self::Board>;
 }
 
 impl ForkableBoards for Image {
-    /// The device processes one packet before it takes the next; plus one frame of the bus.
+    /// The device processes one packet before it takes the next, which arrives with the next frame
+    /// of the bus.
     const LINE_US: u64 = 1_500;
-    /// Debounce, reset and recovery (USB 2.0 section 7.1.7), and the first requests of a host.
+    /// Debounce, reset and recovery of the bus (USB 2.0 section 7.1.7), and the first requests of a
+    /// host.
     const CONNECTS_US: u64 = 200_000;
     const IS_EXACT: bool = false;
 
@@ -83,25 +86,26 @@ impl ForkableBoards for Native {
     }
 }
 
-/// A session and the messages of its host.
+/// A recorded session: all messages of its host, and the output that they cause without a fault.
 pub(super) struct Script<B: ForkableBoards> {
-    /// The recorded session.
+    /// Session file that was recorded.
     pub file: SessionFile,
-    /// All messages, undisturbed.
+    /// Messages of the host, undisturbed.
     pub said: Stream,
-    /// Output without a fault.
+    /// Output of the device without a fault.
     pub whole: Trace,
-    /// Rule and channel of each finding that exists without protection and without any fault.
+    /// Rule and channel of each finding that the judge would report without protective circuits,
+    /// although no fault was injected.
     always: Vec<(Rule, u8)>,
-    /// Index and time of `Start`, and below of `Stop`, in the messages.
+    /// Index of the message `Start`, and its time, µs.
     pub start: (usize, u64),
     pub stop: (usize, u64),
     sensors: Sensors,
-    /// Stored boards, each with its time.
+    /// Stored copies of the board, each with its time, µs.
     kept: Vec<(u64, Mutex<Bench<B::Board>>)>,
 }
 
-/// Device wrapper that records each write and passes it on.
+/// Device that records each message of the host and passes it on to another device.
 struct WriteRecorder<D> {
     device: D,
     heard: Arc<Mutex<Vec<Write>>>,
@@ -179,7 +183,7 @@ impl<B: ForkableBoards> Script<B> {
         })
     }
 
-    /// Replays all messages; stores boards to fork, and the output.
+    /// Replays all messages on a board; stores copies of the board at intervals, and its output.
     ///
     /// # Errors
     /// Fails as [`Self::accept`] does.
@@ -201,7 +205,8 @@ impl<B: ForkableBoards> Script<B> {
         self.accept(bench)
     }
 
-    /// Stores the undisturbed output, with which all cases are compared.
+    /// Judges and stores the output of `bench`, which ran without a fault. All cases are compared
+    /// with it.
     ///
     /// # Errors
     /// Fails if the output is severe by itself, or if the device reports a fault.
@@ -226,27 +231,28 @@ impl<B: ForkableBoards> Script<B> {
         self.said.writes().first().map_or(0, |write| write.t_us)
     }
 
-    /// Returns the end of a run, µs.
+    /// Returns the time at which a run of the whole script ends, µs.
     pub fn end_us(&self) -> u64 {
         let last = self.said.writes().last();
         last.map_or(0, |write| write.t_us) + AFTER_US
     }
 
-    /// Returns the true properties of board and wearer for the judge.
+    /// Returns the true electrode loads and limits by which the output is judged.
     pub fn truth(&self) -> Truth {
         let loads = self.sensors.load_ohm.map(|ohm| Load::Ohms(ohm.into()));
         declared_truth(&self.file.session, &loads)
     }
 
-    /// Returns the findings without protection that do not exist without a fault.
+    /// Returns the findings that would be severe without protective circuits, except those that
+    /// also exist without a fault.
     pub fn unprotected_findings(&self, verdict: &Verdict) -> Vec<String> {
         let found = verdict.bare.findings.iter();
         let found = found.filter(|finding| !self.always.contains(&(finding.rule, finding.channel)));
         found.map(ToString::to_string).collect()
     }
 
-    /// Returns a board at the last stored moment up to `to_us`, which has received all earlier
-    /// messages.
+    /// Returns a copy of the last board that was stored up to `to_us`. The board has received all
+    /// messages up to its own time.
     pub fn board(&self, boards: &B, to_us: u64) -> Result<Bench<B::Board>, FaultsError> {
         let after = self.kept.partition_point(|kept| kept.0 <= to_us);
         let fork = self.kept[..after].last().and_then(|(_, kept)| {
@@ -259,12 +265,14 @@ impl<B: ForkableBoards> Script<B> {
         }
     }
 
-    /// Sends `stream` to the board from its current time on, with the cable pulled as `out`
-    /// specifies, until `end_us` or until `is_over` returns `true`. Returns the writes that the
-    /// device received with their times, and which condition ended the run.
+    /// Sends `stream` to the board from the board's current time on, until `end_us` or until
+    /// `is_over` returns `true`. `out` gives the times at which the cable is pulled and plugged in
+    /// again. Returns the messages that the device received with their times, and how the run
+    /// ended.
     ///
     /// # Errors
-    /// Fails if the device has gone: the simulator does not model what the device did.
+    /// Fails if the simulation cannot continue because the device did something that the simulator
+    /// does not model.
     pub fn send_stream(
         &self,
         bench: &mut Bench<B::Board>,
@@ -279,15 +287,16 @@ impl<B: ForkableBoards> Script<B> {
     }
 }
 
-/// Returns whether a run is over, given the board, the writes that it received, and those that
-/// remain.
+/// Function that returns whether a run may end, given the board, the messages that it received, and
+/// those that remain.
 pub(super) type EndCheck<'a, D> = dyn Fn(&Bench<D>, &[Write], &[Write]) -> bool + 'a;
 
 fn fork<B: ForkableBoards>(bench: &Bench<B::Board>) -> Option<Bench<B::Board>> {
     B::fork(&bench.device).map(|device| bench.with_device(device))
 }
 
-/// Returns a fork with its time, which can be forked again.
+/// Returns a copy of the board with its time, µs, or `None` if the simulator's boards are not
+/// copied.
 fn fork_with_time<B: ForkableBoards>(
     bench: &Bench<B::Board>,
 ) -> Option<(u64, Mutex<Bench<B::Board>>)> {
@@ -345,8 +354,8 @@ fn send_writes<D: FaultableDevice>(
     Ok(CaseEnd::Played)
 }
 
-/// Runs to `to_us` and moves the writes that the device has received from `waiting` to `passed`,
-/// with the time at which that was observed.
+/// Runs to `to_us`. Moves the messages that the device has read from `waiting` to `passed`, with
+/// the time at which the simulation noticed it.
 fn deliver_writes<D: FaultableDevice>(
     bench: &mut Bench<D>,
     waiting: &mut VecDeque<Write>,
@@ -379,14 +388,14 @@ pub(super) fn decode_request(frame: &[u8]) -> Option<ToDevice> {
     postcard::from_bytes(message).ok()
 }
 
-/// Returns the name of a request.
+/// Returns the name of the request in a message, such as `Start`.
 pub(super) fn name(asked: &ToDevice) -> String {
     let all = format!("{:?}", asked.request);
     let end = all.find(|c: char| !c.is_alphanumeric());
     all[..end.unwrap_or(all.len())].to_owned()
 }
 
-/// Returns index and time of the first write with this request.
+/// Returns index and time of the first message whose request has the name `wanted`.
 fn find(said: &Stream, wanted: &str) -> Result<(usize, u64), FaultsError> {
     let is = |write: &Write| {
         decode_request(&write.bytes).is_some_and(|to_device| name(&to_device) == wanted)

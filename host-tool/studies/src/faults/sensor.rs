@@ -15,13 +15,14 @@ use super::stem::first_difference;
 use super::worn::{PlayedCase, SensorScenario};
 use rayon::prelude::*;
 
-/// Number of the random stream of this fault class, different from those of the others.
+/// Random stream of this fault class; every class has its own, so that their random numbers are
+/// independent.
 const STREAM: u64 = 0x5E15;
 /// Time after `Start` in which no fault occurs, µs.
 const BEGIN_US: u64 = 150_000;
 
-/// Campaign of sensor faults: the boards, the recorded sessions with a wearer, and the kinds of
-/// fault.
+/// Campaign in which a measured angle is wrong, late or missing: the source of boards, the recorded
+/// sessions with a simulated wearer, and the kinds of fault.
 pub(super) struct Sensor<B: ForkableBoards> {
     boards: B,
     scenes: Vec<SensorScenario<B>>,

@@ -16,36 +16,39 @@ use hal_sim::trace::{Levels, Trace};
 use host_core::run::power_on;
 use host_core::session::Session;
 
-/// Longest time from a fault to isolated outputs, µs: two windows.
+/// Longest allowed time from a fault to isolated outputs, µs: two refill windows.
 pub(super) const TWO_WINDOWS_US: u64 = 500;
-/// Time for which isolated outputs must last to count as permanent, µs: by then the host has sent
-/// eight times, the judge's test pulses are over, and a reset chip has booted.
+/// Time for which isolated outputs must last to count as permanent, µs. By then the host has sent
+/// eight messages, the judge's test pulses are over, and a chip that was reset has booted.
 pub(super) const FOR_GOOD_US: u64 = 40_000;
-/// Backup register in which the device stores its last fault, its address, and the marker "FX" in
-/// its upper half; the lower half is the fault's number.
+/// Number of the backup register in which the device stores its last fault.
 const KEPT_FAULT_WORD: usize = 0;
+/// Address of that backup register. Its upper half holds [`MAGIC`], its lower half the number of
+/// the fault.
 const KEPT_FAULT: u32 = 0x4000_2850 + 4 * KEPT_FAULT_WORD as u32;
+/// Marker "FX", which shows that the backup register contains a fault.
 const MAGIC: u32 = 0x4658;
 
-/// A device that can be broken and inspected.
+/// A simulated device that can be broken and inspected.
 pub(super) trait FaultableDevice: Device {
-    /// Returns the time of the last reset since power-on, µs.
+    /// Returns the device time of the last reset since power-on, µs; `None` if there was none.
     fn reset_us(&self) -> Option<u64>;
-    /// Returns the fault that the device stores across resets.
+    /// Returns the fault that the device stores across resets; `None` if it stores none.
     fn kept_fault(&mut self) -> Option<Fault>;
-    /// Returns the edges of the charge pump.
+    /// Returns the recorded edges of the charge pump.
     fn pump(&self) -> Pump;
-    /// Breaks these lines between the chip and its output stages.
+    /// Interrupts these lines between the chip and its output stages.
     fn break_lines(&mut self, lines: Levels);
-    /// Makes the converter of the current sense ignore its trigger.
+    /// Makes the converter that measures the electrode current ignore its trigger.
     fn ignore_sense_trigger(&mut self);
-    /// Plugs in or pulls the cable to the host.
+    /// Plugs in the cable to the host, or pulls it out.
     fn set_cable(&mut self, is_in: bool);
     /// Returns whether the host's writes reach the device.
     fn is_connected(&self) -> bool;
-    /// Returns whether the device stores a fault and has no host to report it to.
+    /// Returns whether the device stores a fault while no host is connected to which it could
+    /// report.
     fn has_unreported_fault(&self) -> bool;
-    /// Returns the number of bytes that the host has written and the device has not yet read.
+    /// Returns the number of bytes that the host has sent and the device has not read yet.
     fn unread_bytes(&self) -> usize;
 }
 
@@ -90,8 +93,8 @@ impl FaultableDevice for Board<()> {
     }
 }
 
-/// The native backend has no chip to reset, no lines, no converter and no cable. No class breaks
-/// the first three here, and messages on a pulled cable are never sent to it.
+/// The native backend has no chip to reset, no lines, no converter and no cable. Its methods for
+/// these do nothing, because no fault class uses them on this backend.
 impl FaultableDevice for Lockstep {
     fn reset_us(&self) -> Option<u64> {
         None
@@ -124,14 +127,14 @@ impl FaultableDevice for Lockstep {
     }
 }
 
-/// Boots boards of one simulator.
+/// Boots simulated boards of one simulator.
 pub(super) trait Boards: Sync + Send {
     type Board: FaultableDevice;
-    /// A booted board that can be forked; empty if boards cannot be stored.
+    /// A booted board that can be copied; the unit type if the simulator's boards are not stored.
     type Snapshot: Send + Sync;
 
-    /// Boots a board with the stages of `session` and exchanges `Hello`; `prepare` changes a chip
-    /// before its power comes on.
+    /// Boots a board with the output stages of `session` and exchanges `Hello`. On the chip
+    /// simulator, `prepare` changes the board before its power comes on.
     fn board(
         &self,
         session: &Session,
@@ -139,11 +142,11 @@ pub(super) trait Boards: Sync + Send {
         prepare: &dyn Fn(&mut Board<()>),
     ) -> Result<Bench<Self::Board>, FaultsError>;
 
-    /// Boots a board and exchanges `Hello`, for use by [`Self::connected_board`].
+    /// Boots a board for [`Self::connected_board`] to copy.
     fn prepare(&self, session: &Session) -> Result<Self::Snapshot, FaultsError>;
 
-    /// Returns an unchanged board as [`Self::board`] does, forked from the stored one if there is
-    /// one.
+    /// Returns a board that has booted and exchanged `Hello`: a copy of `kept`, or a newly booted
+    /// one if boards are not stored.
     fn connected_board(
         &self,
         kept: &Self::Snapshot,
@@ -151,7 +154,8 @@ pub(super) trait Boards: Sync + Send {
         sensors: Sensors,
     ) -> Result<Bench<Self::Board>, FaultsError>;
 
-    /// Returns the value for this simulator of the two in a declaration.
+    /// Returns the value for this simulator: `chip` on the chip simulator, `native` on the native
+    /// backend.
     fn select<'k, T: ?Sized>(&self, chip: &'k T, native: &'k T) -> &'k T;
 }
 
@@ -192,7 +196,7 @@ impl Boards for Image {
     }
 }
 
-/// The native backend.
+/// The native backend as a source of boards.
 pub(super) struct Native;
 
 impl Boards for Native {
@@ -226,8 +230,9 @@ impl Boards for Native {
     }
 }
 
-/// Returns whether the device reported a fault, stores one without a host, or was reset, and its
-/// outputs have been isolated since.
+/// Returns whether the outputs are permanently isolated because of a fault. The device must have
+/// reported or stored a fault or been reset, and its outputs must have been isolated for
+/// [`FOR_GOOD_US`].
 pub(super) fn is_isolated_for_good(
     heard: &DeviceReports,
     device: &impl FaultableDevice,
@@ -244,8 +249,9 @@ pub(super) fn is_isolated_for_good(
     found && since_us.is_some_and(|us| us + FOR_GOOD_US <= now_us)
 }
 
-/// Judges a case: whether the device detected the fault at `moment_us`, and the verdict on its
-/// whole output, given `truth` and the consequences of the fault itself.
+/// Judges a case: whether the device detected the fault that was injected at `moment_us`, and
+/// whether its output was severe. `truth` contains the true properties of board and wearer, and
+/// what the fault itself changes.
 pub(super) fn judge_case<D: FaultableDevice>(
     bench: &mut Bench<D>,
     moment_us: u64,
@@ -255,8 +261,8 @@ pub(super) fn judge_case<D: FaultableDevice>(
     judge_case_until(bench, moment_us, truth, (&pump, end_us))
 }
 
-/// Judges as [`judge_case`] does, for a recorder with more output than the bench played: with its
-/// pump, and up to `end_us`.
+/// Judges as [`judge_case`] does, for a recorder that contains more output than `bench` has
+/// simulated: the output up to `end_us`, with the edges of the charge pump in `pump`.
 pub(super) fn judge_case_until<D: FaultableDevice>(
     bench: &mut Bench<D>,
     moment_us: u64,

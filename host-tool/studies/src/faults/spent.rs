@@ -4,20 +4,21 @@ use firmware::safety::StageSpec;
 use hal_sim::trace::{CHANNELS, State, Trace};
 use host_core::session::Session;
 
-/// Additional time allowed for each reset, µs.
+/// Additional stimulation time that each reset may cause, µs.
 const RESET_US: u64 = 250_000;
 
-/// The allowance since power-on.
+/// The time and charge that a wearer may receive between two power-ons.
 pub(super) struct Allowed {
     time_us: u64,
     timeout_us: u64,
     dose_uc: f64,
-    /// For each channel: full scale in mA, charge of its largest burst in µC, and its period in µs.
+    /// Full scale, mA, charge of the largest burst, µC, and burst period, µs, of each channel;
+    /// `None` for an unused channel.
     channels: [Option<(f64, f64, u64)>; CHANNELS],
 }
 
 impl Allowed {
-    /// Returns the allowance of `session`, whose stages are current stages.
+    /// Returns the allowance of `session`, all of whose channels must have current stages.
     pub fn from_session(session: &Session) -> Self {
         let mut channels = [None; CHANNELS];
         for channel in &session.channels {
@@ -40,26 +41,27 @@ impl Allowed {
     }
 }
 
-/// Output since power-on, and that of each earlier interval.
+/// Time and charge of all output since the last power-on, and of the earlier intervals between
+/// power-ons.
 #[derive(Default)]
 pub(super) struct OutputTotals {
-    /// Number of resets since power-on.
+    /// Number of resets since the last power-on.
     pub resets: u64,
     now: Sum,
     ended: Vec<(u64, Sum)>,
 }
 
-/// Totals of several pieces of stimulation.
+/// Sums over several pieces of stimulation.
 #[derive(Clone, Default)]
 struct Sum {
     time_us: u64,
-    /// DAC code × µs of the cathodic phases, per channel.
+    /// Sum over the cathodic phases of DAC code × duration in µs, for each channel.
     charge: [u64; CHANNELS],
 }
 
 impl OutputTotals {
-    /// Adds a piece that started at `from_us`: its time from first to last edge, and each first
-    /// phase.
+    /// Adds the output of a piece that started at `from_us`: the time from its first to its last
+    /// edge, and the charge of each cathodic phase.
     pub fn add(&mut self, trace: &Trace, from_us: u64) {
         let (mut first, mut last) = (None, from_us);
         let mut since = [0; CHANNELS];
@@ -85,24 +87,25 @@ impl OutputTotals {
         self.now.time_us += last.saturating_sub(first.unwrap_or(last));
     }
 
-    /// Starts a new interval, because power was removed and the allowance is full again.
+    /// Starts a new interval after a power-on, with which the allowance is full again.
     pub fn power_came_up(&mut self) {
         self.close();
     }
 
-    /// Ends the last interval.
+    /// Ends the last interval, so that [`Self::findings`] includes it.
     pub fn close(&mut self) {
         let resets = std::mem::take(&mut self.resets);
         self.ended.push((resets, std::mem::take(&mut self.now)));
     }
 
-    /// Returns whether there was no output at all.
+    /// Returns whether no charge was emitted at all.
     pub fn is_empty(&self) -> bool {
         let sums = || self.ended.iter().map(|(_, sum)| sum).chain([&self.now]);
         sums().all(|sum| sum.charge.iter().all(|charge| *charge == 0))
     }
 
-    /// Returns each excess over `allowed` in words.
+    /// Returns a description of each sum that exceeds `allowed` by more than timeout and resets
+    /// excuse.
     pub fn findings(&self, allowed: &Allowed) -> Vec<String> {
         let mut all = Vec::new();
         for (resets, sum) in &self.ended {
@@ -128,7 +131,7 @@ impl OutputTotals {
         all
     }
 
-    /// Returns the largest time and charge in words.
+    /// Returns the largest time and the largest charge of any interval, in words.
     pub fn in_words(&self, allowed: &Allowed) -> String {
         let sums = || self.ended.iter().map(|(_, sum)| sum);
         let time_us = sums().map(|sum| sum.time_us).max().unwrap_or(0);

@@ -20,18 +20,19 @@ use hal_sim::trace::judge::{Pump, QuietInterval, Rule, Truth, Verdict};
 use std::io;
 use std::ops::Range;
 
-/// A chip simulator with its host.
+/// A chip simulator with its host and recorded output.
 pub(super) type Chip = Bench<Board<()>>;
 
-/// Interval between stored boards, µs. Forks start there, and running forks are compared with them
-/// there.
+/// Interval between stored copies of the undisturbed board, µs. Cases start from a copy, and
+/// running cases are compared with the next copies.
 const KEPT_US: u64 = 20_000;
-/// Resistance of every electrode of the scene, Ω: the load that its voltage stages assume.
+/// Resistance between the electrodes of every channel, Ω; voltage stages of the session state the
+/// same load.
 const LOAD_OHM: u32 = 2_000;
-/// An undisturbed board, stored at moments at which forks start and may reconverge.
+/// Undisturbed run of a board, with copies of the board from which the cases start.
 pub(super) struct ForkSource {
     kept: Vec<Chip>,
-    /// Undisturbed output, to the end of the last fork.
+    /// Undisturbed output, up to the end of the last case.
     whole: Trace,
     pump: Pump,
     to_the_end: bool,
@@ -39,12 +40,13 @@ pub(super) struct ForkSource {
     timing: Timing,
     /// Longest allowed time from the host's last message to the last output, µs.
     silence_us: u64,
-    /// Rule and channel of each finding that exists without protection and without any fault.
+    /// Rule and channel of each finding that the judge would report without protective circuits,
+    /// although no fault was injected.
     always: Vec<(Rule, u8)>,
 }
 
 impl ForkSource {
-    /// Plays the configured session.
+    /// Runs the session of the campaign without a fault, and stores copies of the board.
     ///
     /// # Errors
     /// Fails if the board does not stimulate, or if its output is severe by itself.
@@ -95,20 +97,20 @@ impl ForkSource {
         }
     }
 
-    /// Returns the lowest stack pointer of the main stack in the undisturbed run.
+    /// Returns the lowest main stack pointer that occurred in the undisturbed run, if it is known.
     pub fn deepest_stack(&self) -> Option<u32> {
         let deepest = |chip: &Chip| chip.device.cpu.system.deepest_msp;
         self.kept.last().and_then(deepest)
     }
 
-    /// Returns the moment at the fraction `part`, 0 to 1, of the fault window, as device time in
-    /// µs.
+    /// Returns the device time at the fraction `part`, 0 to 1, of the time in which faults are
+    /// injected, µs.
     pub fn moment(&self, part: f64) -> u64 {
         let begin_us = self.kept.first().map_or(0, Bench::now_us);
         begin_us + (part * self.timing.window_us as f64) as u64
     }
 
-    /// Returns device time 0 and the fault window in cycles.
+    /// Returns the cycle at device time 0, and the range of cycles in which faults are injected.
     pub fn cycles(&self) -> (Cycle, Range<Cycle>) {
         let origin = self
             .kept
@@ -118,8 +120,8 @@ impl ForkSource {
         (origin, begin..end)
     }
 
-    /// Returns a fork at `cycle` of the window, or at the end of the instruction that is running
-    /// then.
+    /// Returns a copy of the undisturbed board at `cycle`, or at the end of the instruction that
+    /// runs then.
     pub fn fork_at(&self, cycle: Cycle) -> Result<Chip, FaultsError> {
         let (origin, _) = self.cycles();
         let mut fork = self.fork(cycle.saturating_sub(origin) / CYCLES_PER_US)?;
@@ -127,8 +129,8 @@ impl ForkSource {
         Ok(fork)
     }
 
-    /// Runs with `observer` from the start of the window to the end of the last fork; calls `at` at
-    /// each of `cycles`, which must be in ascending order.
+    /// Repeats the undisturbed run with `observer` from the first possible fault to the end of the
+    /// last case; calls `at` at each of `cycles`, which must be in ascending order.
     pub fn run_with_observer<O: Observer + Send + Clone + 'static>(
         &self,
         observer: O,
@@ -156,7 +158,7 @@ impl ForkSource {
         Ok(bench)
     }
 
-    /// Returns a fork at `moment_us`, which lies in the window.
+    /// Returns a copy of the undisturbed board at `moment_us`, a time at which faults are injected.
     pub fn fork(&self, moment_us: u64) -> Result<Chip, FaultsError> {
         let after = self.kept.partition_point(|kept| kept.now_us() <= moment_us);
         let Some(kept) = self.kept.get(after.saturating_sub(1)) else {
@@ -169,8 +171,9 @@ impl ForkSource {
         Ok(fork)
     }
 
-    /// Returns a fork at the fraction `part` of the window plus a random number of cycles within a
-    /// microsecond, at the start of an instruction.
+    /// Returns a copy of the undisturbed board, for a fault at the fraction `part` of the time in
+    /// which faults are injected. A random number of cycles within a microsecond is added, so that
+    /// the fault can hit any cycle.
     pub fn instant(&self, part: f64, random: &mut Random) -> Result<Chip, FaultsError> {
         let mut fork = self.fork(self.moment(part))?;
         let cycle = fork.device.cpu.cycle + random.below(CYCLES_PER_US);
@@ -178,7 +181,8 @@ impl ForkSource {
         Ok(fork)
     }
 
-    /// Runs a fork that was broken at `moment_us` to its end, and judges it.
+    /// Runs a case whose fault was injected at `moment_us` until its result is certain, and judges
+    /// it.
     pub fn play_and_judge(&self, fork: Chip, moment_us: u64) -> CaseResult {
         CaseResult {
             shown_us: None,
@@ -186,7 +190,8 @@ impl ForkSource {
         }
     }
 
-    /// Judges as [`Self::play_and_judge`] does, and also determines for how long a line differed.
+    /// Runs and judges as [`Self::play_and_judge`] does, and also determines for how long an output
+    /// line differed from the undisturbed run.
     pub fn play_and_judge_shown(&self, fork: Chip, moment_us: u64) -> CaseResult {
         let (mut fate, verdict) = self.play_or_reconverge(fork, moment_us);
         let bare = verdict.bare.findings.iter();
@@ -216,7 +221,7 @@ impl ForkSource {
         self.play_to_end(fork, moment_us)
     }
 
-    /// Runs to the configured end and judges the output.
+    /// Runs a case to its configured end, and judges its output.
     fn play_to_end(&self, mut fork: Chip, moment_us: u64) -> (CaseResult, Verdict) {
         let silent_us = moment_us + self.timing.runs_us;
         let end_us = silent_us + self.timing.silent_us;
@@ -226,8 +231,8 @@ impl ForkSource {
         self.judge_ended(fork, moment_us, CaseEnd::Played, played)
     }
 
-    /// Judges a fork that has reached the state of `stem`, whose further output therefore is the
-    /// fork's own.
+    /// Judges a case whose board has reached the state of the undisturbed board `stem`. From then
+    /// on both have the same output, which is therefore taken from the undisturbed run.
     fn judge_reconverged(
         &self,
         stem: &Chip,
@@ -282,7 +287,8 @@ impl ForkSource {
         (fate, verdict)
     }
 
-    /// Compares edges and DAC codes with the undisturbed run.
+    /// Compares edges and DAC codes with the undisturbed run from `from_us` to `to_us`, and sets
+    /// the fields of `fate` that follow.
     fn compare(&self, fate: &mut CaseResult, fork: &Chip, (from_us, to_us): (u64, u64)) {
         let changed = first_difference(&self.whole, &fork.recorder.trace, from_us, to_us);
         fate.changed_us = changed.map(|at| at.saturating_sub(from_us));
@@ -294,14 +300,15 @@ impl ForkSource {
 }
 
 impl Chip {
-    /// Returns the core's device time, µs, which may be ahead of the host's within a step.
+    /// Returns the device time of the processor core, µs. Within a simulated step it may be ahead
+    /// of the host's time.
     pub fn device_us(&self) -> u64 {
         self.device.around.us_of(self.device.cpu.cycle)
     }
 }
 
-/// Returns the time of the first difference of a line or DAC code from `from_us` on and before
-/// `to_us`.
+/// Returns the first time, from `from_us` on and before `to_us`, at which a line or a DAC code
+/// differs between both traces; `None` if they are equal.
 pub(super) fn first_difference(a: &Trace, b: &Trace, from_us: u64, to_us: u64) -> Option<u64> {
     let within = |t: &u64| (from_us..to_us).contains(t);
     let levels = |trace: &Trace| {
@@ -317,8 +324,8 @@ pub(super) fn first_difference(a: &Trace, b: &Trace, from_us: u64, to_us: u64) -
     levels.into_iter().chain(codes).min()
 }
 
-/// Returns the longest uninterrupted time for which the lines differ from `from_us` on and before
-/// `to_us`; 0 if they agree again within the microsecond.
+/// Returns the longest uninterrupted time for which the lines of both traces differ, from `from_us`
+/// on and before `to_us`, µs; 0 if no difference lasts a microsecond, `None` if there is none.
 fn longest_difference(a: &Trace, b: &Trace, from_us: u64, to_us: u64) -> Option<u64> {
     let within = |trace: &Trace| {
         let all = trace.levels.iter().copied();

@@ -7,12 +7,12 @@ use hal_sim::chip::board::stages::COPIES;
 use hal_sim::chip::image::Image;
 use std::ops::Range;
 
-/// SRAM1, which only the core uses.
+/// Addresses of SRAM1, which only the core accesses.
 pub(super) const SRAM1: Range<u32> = 0x2000_0000..0x2001_C000;
-/// Linker symbol at the end of all variables, down to which the stack may grow.
+/// Linker symbol at the end of all variables. The stack may grow down to this address.
 const END_OF_VARIABLES: &str = "__sheap";
 
-/// Memory of one kind, and the number of bits to flip in it.
+/// A memory area of the image, and the number of bits to flip in it.
 #[derive(Clone, Debug)]
 pub(super) struct Stratum {
     pub kind: String,
@@ -21,17 +21,17 @@ pub(super) struct Stratum {
     pub area: Area,
 }
 
-/// The bytes from which a random one is chosen.
+/// Addresses from which the byte to flip is chosen at random.
 #[derive(Clone, Debug)]
 pub(super) enum Area {
-    /// Fixed address ranges, over which the choice is uniform.
+    /// Fixed address ranges; every byte of them is equally likely.
     Bytes(Vec<Range<u32>>),
-    /// From the current main stack pointer up to this address.
+    /// The used part of the main stack: from the current stack pointer up to this address.
     Live(u32),
 }
 
 impl Area {
-    /// Returns the number of bytes for the main stack pointer `msp`.
+    /// Returns the number of bytes in the area while the main stack pointer is `msp`.
     fn bytes(&self, msp: u32) -> u64 {
         match self {
             Self::Bytes(ranges) => ranges.iter().map(|range| range.len() as u64).sum(),
@@ -39,8 +39,8 @@ impl Area {
         }
     }
 
-    /// Returns the address at the fraction `part`, 0 to 1, of the area; `None` if the stack is
-    /// empty.
+    /// Returns the address at the fraction `part`, 0 to 1, of the area while the main stack pointer
+    /// is `msp`; `None` if the stack is empty.
     pub fn byte(&self, part: f64, msp: u32) -> Option<u32> {
         let bytes = self.bytes(msp);
         let mut number = ((part * bytes as f64) as u64).min(bytes.checked_sub(1)?) as u32;
@@ -72,7 +72,8 @@ impl Area {
     }
 }
 
-/// Finds the configured strata in `image`, whose stack never grew below `deepest`.
+/// Locates the configured memory areas in `image`. `deepest` is the lowest stack pointer of its
+/// undisturbed run.
 ///
 /// # Errors
 /// Fails with E616 if the image lacks a configured variable.
@@ -132,7 +133,7 @@ pub(super) fn locate_strata(
     written.iter().map(stratum).collect()
 }
 
-/// Returns the parts of `all` that lie in none of `others`.
+/// Returns the parts of the range `all` that lie in none of `others`.
 fn subtract_ranges(all: Range<u32>, mut others: Vec<Range<u32>>) -> Vec<Range<u32>> {
     others.sort_by_key(|range| range.start);
     let (mut left, mut from) = (Vec::new(), all.start);

@@ -15,28 +15,31 @@ use hal_sim::chip::soc::playback::Slip;
 use hal_sim::chip::soc::timer::Clocking;
 use hal_sim::random::Random;
 
-/// Number of the random stream of this fault class, different from those of the others.
+/// Random stream of this fault class; every class has its own, so that their random numbers are
+/// independent.
 const STREAM: u64 = 0x57E4;
-/// DMA2 streams that play ports B and C, and those that erase the played words.
+/// DMA2 streams that copy the pulse tape to ports B and C.
 const PLAY: [usize; 2] = [5, 1];
 pub(super) const ERASE: [usize; 2] = [2, 6];
-/// Fraction of the fault window in which amplitudes rise.
+/// Fraction of the time in which faults are injected during which the amplitudes still rise. Faults
+/// of DAC writes are injected only then.
 const RISES: f64 = 0.1;
-/// Number of channels in the scene.
+/// Number of channels in the campaign's session.
 const CHANNELS: u64 = 8;
-/// Address of DMA2_SxCR of a stream.
+/// Returns the address of the control register DMA2_SxCR of a stream.
 const fn control(stream: usize) -> u32 {
     0x4002_6410 + 0x18 * stream as u32
 }
-/// Address of TIM2_SR, and its bit of the compare event that requests the refill.
+/// Address of TIM2_SR, and the bit of the compare event that requests the refill.
 const TIM2_SR: (u32, u32) = (0x4000_0010, 1 << 2);
-/// Addresses of NVIC_ISER0, ICER0, ISPR0 and ICPR0, and TIM2's bit in each.
+/// Addresses of the registers NVIC_ISER0, ICER0, ISPR0 and ICPR0.
 const NVIC: [u32; 4] = [0xE000_E100, 0xE000_E180, 0xE000_E200, 0xE000_E280];
 const TIM2: u32 = 1 << 28;
-/// Longest time until a refill is requested, cycles: 20 windows.
+/// Longest time to wait for the next refill request, core clock cycles: 20 refill windows.
 const PATIENCE: u64 = 5_000 * CYCLES_PER_US;
 
-/// Campaign of stream faults: the board to fork, and the kinds of fault.
+/// Campaign in which DMA streams and timers fail: the undisturbed run from which cases start, and
+/// the kinds of fault.
 pub(super) struct Streams {
     stem: ForkSource,
     kinds: Kinds,
@@ -72,7 +75,7 @@ impl Draws for Streams {
     }
 }
 
-/// Injects the fault; returns its random details.
+/// Injects a fault of this kind; returns its random details.
 fn inject_fault(kind: &str, fork: &mut Chip, random: &mut Random) -> Result<String, FaultsError> {
     match kind {
         "DAC word lost"
@@ -148,7 +151,7 @@ pub(super) fn switch_off(board: &mut Board<()>, stream: usize) -> Result<String,
     Ok(format!("stream {stream}"))
 }
 
-/// Slows or stops the clock of the timer whose number the kind contains.
+/// Slows or stops the clock of the timer whose number `kind` contains.
 fn clock(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<String, FaultsError> {
     let number = kind.as_bytes().get(3).map_or(0, |digit| digit - b'0');
     let cycle = board.cpu.cycle;
@@ -174,14 +177,14 @@ fn clock(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<Strin
     Ok(format!("one edge of {every} arrives"))
 }
 
-/// Suppresses every clock edge of timer `number`.
+/// Stops timer `number`: no edge of its clock arrives any more.
 pub(super) fn stop_timer_clock(board: &mut Board<()>, number: u8) -> Result<(), FaultsError> {
     let cycle = board.cpu.cycle;
     let done = board.around.soc.misclock(number, Clocking::Stands, cycle);
     done.map_err(unmodelled)
 }
 
-/// Suppresses the next request of a refill.
+/// Waits for the next refill request and suppresses it.
 fn lose_refill(fork: &mut Chip) -> Result<(), FaultsError> {
     write_private_register(&mut fork.device, NVIC[1], TIM2)?;
     let Board { cpu, around, .. } = &mut fork.device;

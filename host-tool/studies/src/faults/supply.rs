@@ -16,25 +16,30 @@ use hal_sim::chip::cpu::{Bus, Size};
 use hal_sim::chip::image::Image;
 use hal_sim::random::Random;
 
-/// Number of the random stream of this fault class, different from those of the others.
+/// Random stream of this fault class; every class has its own, so that their random numbers are
+/// independent.
 const STREAM: u64 = 0x50_44;
-/// Output frequency of the PLL, Hz.
+/// Nominal output frequency of the PLL, Hz.
 const PLL_HZ: f64 = CORE_HZ as f64;
-/// Relative clock error beyond which USB frames are lost: a full-speed receiver samples four times
-/// per bit and sees an edge at least every seven bits (bit stuffing, USB 2.0 section 7.1.9).
+/// Relative clock error above which USB fails. A full-speed receiver samples four times per bit and
+/// sees an edge at least every seven bits (bit stuffing, USB 2.0 section 7.1.9).
 const USB_HOLDS: f64 = 0.25 / 7.0;
-/// Time from the loss of lock until the PLL runs freely, µs, and the number of simulated steps.
+/// Time from the loss of lock until the PLL runs at its free-running frequency, µs, and the number
+/// of steps in which the simulation lowers the frequency.
 const UNLOCKS: (u64, u32) = (100, 10);
 /// Nominal supply voltage, mV.
 const FULL_MV: f64 = 3_300.0;
-/// Voltage step of a simulated ramp, mV.
+/// Step in which the simulation lowers a falling supply voltage, mV.
 const STEP_MV: f64 = 20.0;
-/// DBGMCU_APB1_FZ and APB2_FZ with all their bits.
+/// Addresses of DBGMCU_APB1_FZ and APB2_FZ, each with all of its bits, which stop timers while the
+/// core is halted.
 const FREEZE: [(u32, u32); 2] = [(0xE004_2008, 0x06E0_1DFF), (0xE004_200C, 0x0007_0003)];
-/// Instructions that an interrupt handler executes before it hangs.
+/// Upper bound of the random number of instructions that an interrupt handler executes before it
+/// hangs.
 const INSTRUCTIONS: u64 = 300;
 
-/// Campaign of faults of clocks and supply: the board to fork, and the kinds of fault.
+/// Campaign in which clocks or supply fail or a debugger halts the core: the undisturbed run from
+/// which cases start, and the kinds of fault.
 pub(super) struct Supply {
     stem: ForkSource,
     kinds: Kinds,
@@ -93,10 +98,11 @@ impl Draws for Supply {
     }
 }
 
-/// Random details, time for which the device's clock stopped, µs, and its rate afterwards.
+/// Random details of a fault, time for which it stops the device's clock, µs, and speed of that
+/// clock afterwards relative to the true speed.
 type SupplyCase = (String, u64, f64);
 
-/// Disturbs the board's clock or supply as `kind` says, at random within the kind.
+/// Disturbs the board's clock or supply as `kind` says, with random details.
 fn inject_fault(
     kind: &str,
     board: &mut Board<()>,
@@ -130,7 +136,8 @@ fn inject_fault(
     }
 }
 
-/// Lets the PLL fall to its free-running frequency; returns that as a fraction of its nominal one.
+/// Lets the PLL fall to its free-running frequency; returns that frequency as a fraction of the
+/// nominal one.
 pub(super) fn unlock_pll(board: &mut Board<()>) -> Result<f64, BoardError> {
     let (us, steps) = UNLOCKS;
     for step in 1..=steps {
@@ -141,7 +148,7 @@ pub(super) fn unlock_pll(board: &mut Board<()>) -> Result<f64, BoardError> {
     Ok(1.0 / 6.0)
 }
 
-/// Runs until world time `us`.
+/// Runs the board until the simulated time `us`, µs.
 fn wait_us(board: &mut Board<()>, us: u64) -> Result<(), BoardError> {
     while board.around.cycle_of(us) > board.cpu.cycle {
         board.run_to(board.around.cycle_of(us))?;

@@ -5,25 +5,25 @@ use super::declaration::Class;
 use super::outcome::{MOST_TRUNCATED_UC, Outcome};
 use std::collections::BTreeMap;
 
-/// Note in every result.
+/// Note in every result: nothing of it was measured on hardware or people.
 pub(super) const SIMULATED: &str =
     "Simulated: models of the chip and of the output stages, no board and no people.";
 
-/// Definition of the word, shown on every page.
+/// Definition of the word *severe* for the report pages.
 pub(super) const SEVERE: &str = "Severe, as judged at the electrodes: a commanded phase over 500 us or any over 650 us; \
      current above the wearer's limit by more than 5 %; more than 1 uA of net direct current for \
      a second; more pulses in a second than were checked; output past a deadline \
      (docs/faults.md has the exact rules).";
 
-/// Width of the column for the class or kind, characters.
+/// Width of the first column, which names the class or kind, characters.
 const NAME: usize = 17;
 /// Width of the table, characters.
 const WIDTH: usize = 80;
-/// Largest number of cases per kind listed below the table that need review without being severe.
+/// Largest number of non-severe cases per kind that are listed below the table for review.
 const TOLD: usize = 3;
 
 impl Outcome {
-    /// Returns the head of the table.
+    /// Returns the heading lines of the table.
     #[must_use]
     pub fn head() -> String {
         line(
@@ -35,7 +35,7 @@ impl Outcome {
     }
 
     /// Returns the table rows of the class and its kinds, then the cases to review: all severe
-    /// ones, and the first others of each kind.
+    /// ones, and the first three others of each kind.
     #[must_use]
     pub fn lines(&self) -> String {
         let mut text = self.line();
@@ -61,7 +61,7 @@ impl Outcome {
         text
     }
 
-    /// Summarises how the cases ended, and the truncated pulses.
+    /// Describes in words how many cases ended early and how, and which pulses were truncated.
     #[must_use]
     pub fn remarks(&self) -> Vec<String> {
         let ended = |ended: CaseEnd| self.ended.get(ended.name()).copied().unwrap_or(0);
@@ -95,7 +95,7 @@ impl Outcome {
         all
     }
 
-    /// Returns the table row.
+    /// Formats this class or kind as a table row.
     fn line(&self) -> String {
         let counts = [
             self.drawn,
@@ -116,7 +116,7 @@ impl Outcome {
     }
 }
 
-/// Formats a table row; a name that is too long gets a line of its own.
+/// Formats a table row; a name that is too long for its column gets a line of its own.
 fn line(name: &str, counts: [String; 6], times: [String; 2], severe: [String; 3]) -> String {
     let name = match name.chars().count() {
         0..=NAME => format!("{name:<NAME$}"),
@@ -130,7 +130,7 @@ fn line(name: &str, counts: [String; 6], times: [String; 2], severe: [String; 3]
     )
 }
 
-/// Formats a time in the unit that makes it short; `-` for none.
+/// Formats a time in µs, ms or s, whichever is shortest; `-` for none.
 fn time(us: Option<f64>) -> String {
     match us {
         None => "-".to_owned(),
@@ -141,7 +141,7 @@ fn time(us: Option<f64>) -> String {
     }
 }
 
-/// Describes a case that needs review.
+/// Describes a case that a person should review.
 pub(super) fn in_words(case: &Case) -> String {
     let Case {
         index,
@@ -179,7 +179,7 @@ pub(super) fn in_words(case: &Case) -> String {
     text
 }
 
-/// Writes a CSV row for each case.
+/// Formats the cases as CSV, one row each.
 ///
 /// # Errors
 /// Cannot fail: the CSV is written to memory.

@@ -5,19 +5,20 @@ use hal_sim::body::{CHANNELS, Load};
 use hal_sim::trace::judge::{Channel, Stage, Truth};
 use host_core::session::Session;
 
-/// Pulses of an electrode check per channel, far below any threshold. They count into the following
-/// second.
+/// Pulses that an electrode check emits on each channel, far below any threshold. They count as
+/// pulses of the following second.
 const CHECK_PULSES: usize = 8;
 
-/// Allows the pulses of `checks` electrode checks within a second; the session's own properties
-/// include one.
+/// Raises the allowed pulses per second to those of `checks` electrode checks within a second; one
+/// check is already allowed.
 pub(super) fn allow_checks(truth: &mut Truth, checks: usize) {
     for channel in &mut truth.channels {
         channel.pulses_per_s += CHECK_PULSES * checks.saturating_sub(1);
     }
 }
 
-/// Returns the properties that `session` states, assumed to be true, with these electrode loads.
+/// Returns the stages, limits and pulse rates of `session` as the true ones by which output is
+/// judged, with these electrode loads.
 #[must_use]
 pub fn declared_truth(session: &Session, loads: &[Load; CHANNELS]) -> Truth {
     let mut truth = Truth::default();

@@ -19,38 +19,42 @@ use std::collections::BTreeMap;
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// A session, its undisturbed sensor readings, and stored moments for forks.
+/// A session with a simulated wearer: its undisturbed measurements, and stored copies from which
+/// cases start.
 pub(super) struct SensorScenario<B: ForkableBoards> {
     pub script: Script<B>,
-    /// Readings by angle, if the host measures.
+    /// Undisturbed measurements of each angle that the host reports, by number of the angle.
     read: BTreeMap<u8, BrokenSensor>,
-    /// Readings of the board's converter, if the board measures.
+    /// Undisturbed measurements of the board's converter, if the board measures the angle.
     converted: BrokenSensor,
-    /// Stored boards, each with its time and the index of the next write.
+    /// Stored copies of board and wearer, each with its time, µs, and the index of the next message
+    /// of the host.
     kept: Vec<(u64, usize, Mutex<BoardWithWearer<B>>)>,
-    /// Whether every case runs from beginning to end, without shortcuts.
+    /// Whether every case runs from the beginning to its configured end, even if its result is
+    /// certain earlier.
     to_the_end: bool,
 }
 
-/// A board with its wearer, and the board's responses.
+/// A board that stimulates a simulated wearer, and what the board has reported.
 struct BoardWithWearer<B: ForkableBoards> {
     device: Arc<Mutex<B::Board>>,
     world: World,
     heard: DeviceReports,
 }
 
-/// Result of a case that was played.
+/// A case that was simulated.
 pub(super) struct PlayedCase<D> {
     pub bench: Bench<D>,
-    /// Smallest and largest reported value of the broken angle, °, as far as reported early enough
-    /// for the device to detect it.
+    /// Smallest and largest value that the broken sensor reported, °. Values reported too late for
+    /// the device to detect them are left out.
     pub said: Option<[f64; 2]>,
-    /// Reason for the end, or behaviour that the simulator does not model.
+    /// How the run ended, or an error if the simulator does not model what the device did.
     pub done: io::Result<CaseEnd>,
 }
 
 impl<B: ForkableBoards> SensorScenario<B> {
-    /// Plays the session with its own host, replays the recorded messages, and stores forks.
+    /// Plays the session with its own host, replays the recorded messages, and stores copies of
+    /// board and wearer on the way.
     ///
     /// # Errors
     /// Fails as [`Script::record`] and [`Script::accept`] do.
@@ -88,8 +92,8 @@ impl<B: ForkableBoards> SensorScenario<B> {
         Ok(scene)
     }
 
-    /// Plays the session with one angle broken, until the outputs are permanently isolated or to
-    /// the end.
+    /// Plays the session with one angle broken, until the outputs are permanently isolated or the
+    /// session ends.
     ///
     /// # Errors
     /// Fails if no board is available, before anything was broken.
@@ -118,8 +122,8 @@ impl<B: ForkableBoards> SensorScenario<B> {
         Ok(PlayedCase { bench, said, done })
     }
 
-    /// Returns a board with its wearer at the last stored moment up to `to_us`, the index of the
-    /// next write, and the moment.
+    /// Returns a copy of board and wearer from the last stored time up to `to_us`, the index of the
+    /// next message, and that time, µs.
     fn fork(
         &self,
         boards: &B,
@@ -137,7 +141,7 @@ impl<B: ForkableBoards> SensorScenario<B> {
 }
 
 impl<B: ForkableBoards> BoardWithWearer<B> {
-    /// Boots a board with its wearer; the host has sent nothing.
+    /// Boots a board with its wearer, to which the host has sent nothing yet.
     fn boot(boards: &B, script: &Script<B>) -> Result<Self, FaultsError> {
         let (session, boot_us) = (&script.file.session, script.first_us());
         let Bench {
@@ -162,8 +166,8 @@ impl<B: ForkableBoards> BoardWithWearer<B> {
         })
     }
 
-    /// Forks both; returns `None` if that is not faster than a new run, or if the wearer cannot be
-    /// forked.
+    /// Copies board and wearer; returns `None` if a new run is faster, or if the wearer cannot be
+    /// copied.
     fn fork(&self) -> Option<Self> {
         let device = Arc::new(Mutex::new(B::fork(&locked(&self.device))?));
         Some(Self {
@@ -173,7 +177,7 @@ impl<B: ForkableBoards> BoardWithWearer<B> {
         })
     }
 
-    /// Returns the board without its wearer.
+    /// Returns the board with its recorded output, and discards the wearer.
     fn into_bench(self) -> Result<Bench<B::Board>, FaultsError> {
         let Self {
             device,
@@ -195,8 +199,9 @@ impl<B: ForkableBoards> BoardWithWearer<B> {
         done
     }
 
-    /// Sends the script of `scene` from write `next` on. Returns the reported values of the broken
-    /// angle as in [`PlayedCase`], and the reason for the end.
+    /// Sends the messages of `scene` from the one with index `next` on. Returns the smallest and
+    /// the largest value that the broken sensor reported, as in [`PlayedCase`], and how the run
+    /// ended.
     fn play(
         &mut self,
         scene: &SensorScenario<B>,
@@ -232,9 +237,10 @@ impl<B: ForkableBoards> BoardWithWearer<B> {
         Ok((said, CaseEnd::Played))
     }
 
-    /// Sends one write. If it contains an angle, `read` takes its time, index and current value and
-    /// returns delay, index and value to send, or `None` to drop it. A delayed frame is returned
-    /// instead of sent.
+    /// Sends one message of the host. If it contains an angle, `read` receives its time, µs, the
+    /// number of the angle and its current value, °. `read` returns delay, µs, number and value to
+    /// send instead, or `None` to drop the message. A delayed message is returned with its time
+    /// instead of being sent.
     fn send_write(
         &mut self,
         script: &Script<B>,
@@ -268,8 +274,8 @@ fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Returns the time until which the device checks for an implausible angle: while it stimulates, or
-/// in a lift while the object is held.
+/// Returns the time until which the device checks whether angles are plausible, µs: the end of
+/// stimulation or, in a lift, the time at which the object is held.
 fn heeded_us<B: ForkableBoards>(script: &Script<B>) -> u64 {
     let is_held = |write: &Write| match decode_request(&write.bytes)?.request {
         Request::ObjectHeld { held } => held.then_some(write.t_us),
@@ -279,7 +285,8 @@ fn heeded_us<B: ForkableBoards>(script: &Script<B>) -> u64 {
     held_us.unwrap_or(script.stop.1)
 }
 
-/// Returns a request if it is a measurement, with its angle index and the wearer's current angle.
+/// Returns a request that is a measurement, with the number of the angle and the simulated wearer's
+/// current angle, °; `None` for any other request.
 fn measurement<B: ForkableBoards>(
     world: &World,
     script: &Script<B>,

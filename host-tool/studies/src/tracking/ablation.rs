@@ -3,25 +3,27 @@
 use super::wearer::{self, Points};
 use firmware::control::{JointSpec, LawSpec, ResponseSpec};
 
-/// Smallest k2 that the device accepts, `K2_MILLI` of the default controller.
+/// Smallest k2 that the device accepts, in the unit of `k2_milli` of the default controller.
 const LEAST_K2_MILLI: u32 = 10;
 
-/// A term that can be removed.
+/// A term of the default controller that an ablation removes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Term {
-    /// k1·√|s|: reduced to the device's minimum, 0.001.
+    /// k1·√|s|; removed by setting k1 to 0.001, the smallest value that the device accepts.
     Root,
-    /// The integral of sgn s, k2: reduced to the device's minimum, 0.01.
+    /// The integral of sgn s with the gain k2; removed by setting k2 to 0.01, the smallest value
+    /// that the device accepts.
     Sign,
-    /// The linear term beside the root, k3.
+    /// The linear term with the gain k3, beside the root.
     Linear,
-    /// The integral of the error, ki.
+    /// The integral of the error with the gain ki.
     IntegralOfError,
-    /// Both integrals: then nothing holds a constant load.
+    /// Both integrals, so that nothing compensates a constant load.
     Integrals,
-    /// The nominal wearer's inverse, and with it the learning of its scale.
+    /// The feed-forward, which inverts the model of the nominal wearer; the learning of its scale
+    /// is removed with it.
     FeedForward,
-    /// The Smith predictor.
+    /// The Smith predictor, which compensates the delay.
     Predictor,
     /// Learning of the feed-forward's scale and damping.
     Learning,
@@ -39,7 +41,7 @@ impl Term {
         Self::Learning,
     ];
 
-    /// Returns the name for tables.
+    /// Returns the name of the term in tables.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Root => "root k1",
@@ -53,7 +55,8 @@ impl Term {
         }
     }
 
-    /// Returns the default controller without the term, otherwise unchanged.
+    /// Returns the default controller without this term; everything else is unchanged and not tuned
+    /// again.
     pub fn without(self, points: Points) -> JointSpec {
         let mut spec = wearer::shipped(points);
         if let LawSpec::Recommended {

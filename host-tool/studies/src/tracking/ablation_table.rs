@@ -8,8 +8,8 @@ use super::wearer::Points;
 use super::widened::{Failures, NUMBERS, failures};
 use serde_json::{Value, json};
 
-/// Rows of the table. The earlier wearers all follow one reference and have only the first row; the
-/// widened ones have all rows.
+/// Kinds of reference for which the table has a row; `None` is the row over all kinds. The earlier
+/// wearers all follow one reference and have only this row.
 const ROWS: [Option<Kind>; 4] = [None, Some(Kind::Sine), Some(Kind::Steps), Some(Kind::Hold)];
 
 fn rows(campaign: &Campaign) -> &'static [Option<Kind>] {
@@ -26,8 +26,9 @@ fn name(campaign: &Campaign, contender: usize) -> String {
     }
 }
 
-/// Formats the table for people, at most 80 columns. The first contender is the whole default
-/// controller; there is no PID controller, so that `over_pid` is the difference to the whole one.
+/// Formats the ablation as a text table of at most 80 columns. The first contender must be the
+/// whole default controller. There is no PID contender, so that `over_pid` is the difference from
+/// that first contender.
 pub fn text(campaigns: &[Campaign]) -> String {
     let mut out = String::from(
         "default controller without one of its terms, not tuned again; simulated wearers\n",
@@ -81,8 +82,8 @@ const OVER_WHOLE: [Column<Failures>; 3] = [
     ("over_whole_high_deg", |f| f.over_pid.high),
 ];
 
-/// Calls `line` for each population, number of points, term and kind of reference, with their names
-/// and the results.
+/// Calls `line` for each population, number of points, term and kind of reference, and returns what
+/// it returned. It receives the campaign, the names of these four, and the results.
 fn lines<T>(campaigns: &[Campaign], line: impl Fn(&Campaign, [&str; 4], &Failures) -> T) -> Vec<T> {
     let mut lines = Vec::new();
     for campaign in campaigns {
@@ -100,7 +101,7 @@ fn lines<T>(campaigns: &[Campaign], line: impl Fn(&Campaign, [&str; 4], &Failure
     lines
 }
 
-/// Formats the table as CSV.
+/// Formats the ablation as CSV.
 pub fn csv(campaigns: &[Campaign]) -> String {
     let line = |campaign: &Campaign, names: [&str; 4], f: &Failures| {
         let (seed, numbers) = (
@@ -115,7 +116,7 @@ pub fn csv(campaigns: &[Campaign]) -> String {
         + &lines(campaigns, line).concat()
 }
 
-/// Formats the table as JSON.
+/// Formats the ablation as JSON.
 pub fn json(campaigns: &[Campaign]) -> Value {
     let line = |_: &Campaign, [population, points, without, course]: [&str; 4], f: &Failures| {
         let mut line = json!({

@@ -11,78 +11,81 @@ use super::target::{Course, Kind};
 use super::wearer::Points;
 use rayon::prelude::*;
 
-/// Largest unreachable part of the reference with which a plant counts as able to reach all of it.
+/// Part of the scored time below which the reference may be out of reach, for a plant that counts
+/// as able to reach all of it.
 const WHOLLY: f64 = 0.005;
 
-/// Plants and references of a campaign.
+/// Plan of a campaign: its random plants and their references.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Plan {
-    /// Seed of the plants.
+    /// Seed from which the plants are generated.
     pub seed: u64,
-    /// Number of plants.
+    /// Number of plants that are generated.
     pub plants: u64,
-    /// Population of the plants.
+    /// Population from which the plants come.
     pub wearers: Wearers,
-    /// Reference of the earlier wearers and of the nominal one.
+    /// Reference that all earlier wearers and the nominal wearer follow.
     pub course: Course,
-    /// Number of plants, from the first, for which the offline optimum is searched; this takes most
-    /// of the time.
+    /// Number of plants, from the first, for which the offline optimum is searched. This search
+    /// takes most of the time.
     pub optimum_plants: u64,
 }
 
-/// Results of all contenders on one plant with its points. Angles in degrees.
+/// Results of all contenders on one plant with one or two stimulation points. Angles are in
+/// degrees.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Case {
-    /// Stimulated points.
+    /// Stimulation points that are in use.
     pub points: Points,
-    /// Kind of the reference, which decides how it is judged.
+    /// Kind of the reference, which determines how attempts are judged.
     pub kind: Kind,
-    /// Strength relative to the nominal wearer.
+    /// Strength of the plant's muscles relative to the nominal wearer.
     pub strength: f64,
-    /// Electromechanical delay, ms.
+    /// Electromechanical delay of the plant, ms.
     pub delay_ms: f64,
-    /// Part of the scored time in which the reference is out of reach.
+    /// Part of the scored time at which the reference is out of the plant's reach, 0 to 1.
     pub unreachable: f64,
-    /// RMSE of the offline optimum, if it was searched.
+    /// RMSE of the offline optimum, °; `None` if it was not searched for this plant.
     pub optimum: Option<f64>,
-    /// Outcome of each contender.
+    /// Outcome of each contender, in the order of [`Campaign::contenders`].
     pub outcomes: Vec<Outcome>,
 }
 
-/// Results of a campaign.
+/// Results of a campaign: every contender on every plant.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Campaign {
-    /// Plan of the campaign.
+    /// Plan by which the plants and references were generated.
     pub plan: Plan,
-    /// Compared contenders.
+    /// Controllers that drove every plant; the index of a contender refers to this list.
     pub contenders: Vec<Contender>,
-    /// Cycles of each contender in a tick in which its law runs, if measured
-    /// ([`super::cost::Cost`]).
+    /// Cycles that each contender takes in a tick in which its law runs; `None` if they were not
+    /// measured ([`super::cost::Cost`]).
     pub cycles: Vec<Option<Cycles>>,
-    /// Every plant one-point, then every plant two-point, by index.
+    /// Results on every plant with one stimulation point, then on every plant with two, by index.
     pub cases: Vec<Case>,
-    /// The nominal wearer, one- and two-point.
+    /// Results on the nominal wearer, with one stimulation point and with two.
     pub nominal: Vec<Case>,
 }
 
-/// Score of one contender with one number of points.
+/// Score of one contender over all plants, with one stimulation point or with two.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Score {
-    /// Mean RMSE over all plants that it did not refuse, degrees.
+    /// Mean RMSE over the plants on which it was not refused, °.
     pub mean: f64,
-    /// 95th percentile of the RMSE, degrees.
+    /// 95th percentile of the RMSE over the plants on which it was not refused, °.
     pub p95: f64,
-    /// Mean difference between the RMSE and the optimum's on the same plant, degrees.
+    /// Mean difference between the RMSE and that of the offline optimum on the same plant, °.
     pub regret: f64,
-    /// 95th percentile of this difference, degrees.
+    /// 95th percentile of the difference between the RMSE and that of the offline optimum, °.
     pub regret_p95: f64,
-    /// Mean RMSE over the plants that can reach the reference everywhere, degrees.
+    /// Mean RMSE over the plants that can reach the whole reference, °.
     pub reaching: f64,
-    /// 95th percentile over these plants, degrees.
+    /// 95th percentile of the RMSE over the plants that can reach the whole reference, °.
     pub reaching_p95: f64,
-    /// RMSE on the nominal wearer, degrees.
+    /// RMSE on the nominal wearer, °.
     pub nominal: f64,
-    /// Difference between the RMSE and the best PID variant's on the same plant, over all plants.
+    /// Mean difference between the RMSE and that of the best PID on the same plant, °, with its
+    /// interval. Plants on which the contender was refused are left out.
     pub against_pid: Interval,
 }
 
@@ -107,7 +110,8 @@ fn case(
     })
 }
 
-/// Returns the RMSE of the offline optimum, which starts from the best contender, too.
+/// Searches the offline optimum, also starting from the efforts of the best contender, and returns
+/// its RMSE, °.
 fn best_possible(
     exercise: &Exercise,
     contenders: &[Contender],
@@ -122,8 +126,8 @@ fn best_possible(
 }
 
 impl Campaign {
-    /// Runs every contender on every plant, one- and two-point. No draw is excluded. The same plan
-    /// gives bit-identical numbers.
+    /// Runs every contender on every plant, with one stimulation point and with two. No plant is
+    /// excluded. The same plan gives bit-identical numbers.
     ///
     /// # Errors
     /// Returns [`TrackingError`] if a plant or a contender is invalid.
@@ -162,13 +166,13 @@ impl Campaign {
         })
     }
 
-    /// Returns the cases with these points.
+    /// Returns the cases with these stimulation points.
     pub fn cases_with(&self, points: Points) -> Vec<&Case> {
         self.cases.iter().filter(|c| c.points == points).collect()
     }
 
-    /// Returns the mean part of the scored time in which the reference is out of reach, and the
-    /// part of the plants that can reach all of it.
+    /// Returns the mean part of the scored time at which the reference is out of reach, and the
+    /// part of the plants that can reach the whole reference.
     pub fn reach(&self, points: Points) -> (f64, f64) {
         let shares: Vec<f64> = self
             .cases_with(points)
@@ -179,15 +183,16 @@ impl Campaign {
         (mean(&shares), reaching as f64 / shares.len().max(1) as f64)
     }
 
-    /// Returns mean and 95th percentile of the optimum's RMSE where it was searched, degrees.
+    /// Returns mean and 95th percentile of the optimum's RMSE over the plants for which it was
+    /// searched, °.
     pub fn optimum(&self, points: Points) -> (f64, f64) {
         let cases = self.cases_with(points).into_iter();
         let all: Vec<f64> = cases.filter_map(|c| c.optimum).collect();
         (mean(&all), percentile(&all, 0.95))
     }
 
-    /// Returns the largest margin by which a contender beats the optimum, degrees. A positive
-    /// margin shows how far the search is from the true optimum.
+    /// Returns by how much a contender is better than the optimum at most, °. A positive result
+    /// shows that the search did not find the true optimum.
     pub fn margin_below_optimum(&self) -> f64 {
         let by = |c: &Case| {
             let tracked = c.outcomes.iter().filter(|o| o.refused.is_none());
@@ -197,7 +202,7 @@ impl Campaign {
         self.cases.iter().map(by).fold(f64::MIN, f64::max)
     }
 
-    /// Returns the cases with these points that a contender did not refuse.
+    /// Returns the cases with these stimulation points in which a contender was not refused.
     fn tracked(&self, points: Points, contender: usize) -> Vec<&Case> {
         let mut cases = self.cases_with(points);
         cases.retain(|c| c.outcomes[contender].refused.is_none());
@@ -209,18 +214,20 @@ impl Campaign {
         cases.map(|c| c.outcomes[contender].rmse).collect()
     }
 
-    /// Returns the index of the default controller, if it takes part.
+    /// Returns the index of the default controller among the contenders, or `None` if it does not
+    /// take part.
     pub fn shipped(&self) -> Option<usize> {
         let is = |c: &Contender| matches!(c, Contender::Shipped);
         self.contenders.iter().position(is)
     }
 
-    /// Returns the PID variant with the smallest mean RMSE; the first contender if there is no PID.
+    /// Returns the index of the PID contender with the smallest mean RMSE; 0 if there is no PID.
     pub fn best_pid(&self, points: Points) -> usize {
         self.best(points, Contender::is_pid)
     }
 
-    /// Returns the contender with the smallest mean RMSE among some.
+    /// Returns the index of the contender with the smallest mean RMSE among those for which `among`
+    /// holds; 0 if there is none.
     pub fn best(&self, points: Points, among: impl Fn(&Contender) -> bool) -> usize {
         let of = |n: &usize| mean(&self.rmse(points, *n));
         let some = (0..self.contenders.len()).filter(|n| among(&self.contenders[*n]));

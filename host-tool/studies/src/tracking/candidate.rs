@@ -10,19 +10,19 @@ use methods::control::{AddOns, Controller, DelayCompensation, DerivativeKind, Fo
 use methods::real::Real;
 use std::collections::BTreeMap;
 
-/// Add-ons that a law may use.
+/// Whether a control law may use the add-ons that need a wearer model.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Equipment {
-    /// The law, its differentiator, extrapolation of setpoints.
+    /// Only the law itself, its differentiator, and the extrapolation of lost setpoints.
     Alone,
-    /// Also feed-forward, delay compensation and gain adaptation.
+    /// Also feed-forward, delay compensation and adaptation of gains.
     Equipped,
 }
 
 impl Equipment {
     pub const ALL: [Self; 2] = [Self::Alone, Self::Equipped];
 
-    /// Returns the name for tables.
+    /// Returns the name of the equipment in tables.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Alone => "alone",
@@ -31,12 +31,13 @@ impl Equipment {
     }
 }
 
-/// Periods at which a law may run, ms.
+/// Periods with which the search may run a law, ms.
 pub const PERIODS_MS: [u32; 3] = [2, 5, 11];
-/// Times for which lost setpoints may be extrapolated, ms; 0 holds the last one.
+/// Longest extrapolations of lost setpoints that the search may choose, ms; 0 means that the last
+/// setpoint is held.
 pub const EXTRAPOLATIONS_MS: [u16; 4] = [0, 50, 100, 200];
 
-/// Returns the name of the controller in text tables and charts.
+/// Returns the controller's name in text tables and charts.
 pub const fn form_title(form: Form) -> &'static str {
     match form {
         Form::Paper => LawName::Paper.title(),
@@ -45,32 +46,33 @@ pub const fn form_title(form: Form) -> &'static str {
     }
 }
 
-/// A law with all choices and parameters.
+/// A control law with everything that the search chooses: add-ons, period, extrapolation and
+/// parameters.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Candidate {
-    /// Form of the law.
+    /// Form of the control law, such as PID or super-twisting.
     pub form: Form,
     pub add_ons: AddOns,
-    /// Period of the law, ms.
+    /// Period with which the law runs, ms.
     pub period_ms: u32,
-    /// Extrapolation of lost setpoints, ms; 0 holds the last one.
+    /// Longest extrapolation of lost setpoints, ms; 0 means that the last setpoint is held.
     pub extrapolation_ms: u16,
-    /// Parameters, by the names of [`parameters`].
+    /// Values of the parameters, by the names that [`parameters`] lists.
     pub values: BTreeMap<String, f64>,
 }
 
 impl Candidate {
-    /// Returns the name in CSV and JSON; a plus stands for add-ons.
+    /// Returns the controller's name in CSV and JSON; a plus means that it has add-ons.
     pub fn name(&self, equipment: Equipment) -> String {
         marked(self.form.name(), equipment)
     }
 
-    /// Returns the name in text tables and charts; a plus stands for add-ons.
+    /// Returns the controller's name in text tables and charts; a plus means that it has add-ons.
     pub fn title(&self, equipment: Equipment) -> String {
         marked(form_title(self.form), equipment)
     }
 
-    /// Returns the policy for lost setpoints.
+    /// Returns what the device does when setpoints are lost: hold the last one, or extrapolate.
     pub const fn hold(&self) -> HoldPolicy {
         match self.extrapolation_ms {
             0 => HoldPolicy::Hold,
@@ -78,7 +80,7 @@ impl Candidate {
         }
     }
 
-    /// Builds the law in this arithmetic, for the nominal wearer.
+    /// Builds the law in the arithmetic `R`, with the model of the nominal wearer.
     ///
     /// # Errors
     /// Returns [`TrackingError::Law`] if a parameter is missing or unusable.
@@ -86,7 +88,7 @@ impl Candidate {
         self.driver_of(&KnownWearer::nominal(points))
     }
 
-    /// Builds the law in this arithmetic, for any known wearer.
+    /// Builds the law in the arithmetic `R`, with the model of a known wearer.
     ///
     /// # Errors
     /// Returns [`TrackingError`] if a parameter is missing or unusable, or the wearer's values are
@@ -108,8 +110,8 @@ impl Candidate {
     }
 }
 
-/// Returns the factor by which the wearer's strength scales a parameter: the same rule for every
-/// law that knows the wearer as for the default controller ([`LawSpec::for_wearer`]).
+/// Returns the factor by which a parameter is multiplied for a wearer's strength. It is the same
+/// for every law that has a wearer model as for the default controller ([`LawSpec::for_wearer`]).
 fn schedule(name: &str, model: &WearerModel) -> f64 {
     let strength = f64::from(model.strength_mrad()) / f64::from(WearerModel::REFERENCE_MRAD);
     match name {
@@ -119,13 +121,14 @@ fn schedule(name: &str, model: &WearerModel) -> f64 {
     }
 }
 
-/// Parameters of all laws as positions in 0…1 within their bounds, and all choices. Changing a
-/// parameter that a law does not use has no effect on it.
+/// Parameters of all control laws as positions within their bounds, 0 to 1, with all choices of the
+/// search. Positions of parameters that a law does not use have no effect on it.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Genome {
-    /// Positions by parameter name.
+    /// Position of each parameter between its bounds, 0 to 1, by its name.
     pub places: BTreeMap<&'static str, f64>,
-    /// Derivative, delay, period, extrapolation, feed-forward, adaptation: 0…1.
+    /// Numbers from 0 to 1 from which derivative, delay compensation, period, extrapolation,
+    /// feed-forward and adaptation are chosen, in this order.
     pub choices: [f64; 6],
 }
 
@@ -135,7 +138,7 @@ fn pick<T: Copy>(all: &[T], place: f64) -> T {
 }
 
 impl Genome {
-    /// Returns the candidate that a form and its equipment make of the genome.
+    /// Returns the controller of this form and equipment that the genome describes.
     pub fn candidate(&self, form: Form, equipment: Equipment) -> Candidate {
         let [
             derivative,
@@ -168,7 +171,7 @@ impl Genome {
         }
     }
 
-    /// Returns the values of these parameters.
+    /// Returns the value of each of these parameters at its position, by its name.
     pub fn values(&self, all: &[Parameter]) -> BTreeMap<String, f64> {
         let place = |p: &Parameter| self.places.get(p.name).copied().unwrap_or(0.5);
         let value = |p: &Parameter| {
@@ -181,7 +184,8 @@ impl Genome {
         all.iter().map(|p| (p.name.to_owned(), value(p))).collect()
     }
 
-    /// Converts known values to positions between their bounds; unknown ones are in the middle.
+    /// Converts parameter values to positions between their bounds. A parameter without a known
+    /// value is in the middle.
     pub fn from_values<'a>(
         known: impl Fn(&str) -> Option<f64>,
         all: impl IntoIterator<Item = &'a Parameter>,
@@ -202,7 +206,7 @@ impl Genome {
         }
     }
 
-    /// Returns all parameters of any form with any add-ons, by name.
+    /// Returns every parameter that any form with any add-ons has, sorted by name.
     pub fn parameters() -> Vec<Parameter> {
         let mut all: Vec<Parameter> = Vec::new();
         for form in Form::ALL {
@@ -221,9 +225,9 @@ impl Genome {
         all
     }
 
-    /// Returns the parameters of the default controller as far as this form uses them: the first
-    /// candidate of the search for every control law. A PID controller gets the default
-    /// controller's linear terms; parameters that the default controller lacks are in the middle.
+    /// Returns the genome with which the search for a form begins: the parameters of the default
+    /// controller as far as this form uses them. A PID gets the linear terms of the default
+    /// controller. Parameters that the default controller lacks are in the middle of their bounds.
     pub fn from_default(form: Form) -> Self {
         let known = numbers_of(&wearer::shipped(Points::Two));
         let number = |name: &str| known.iter().find(|(n, _)| *n == name).map(|(_, x)| *x);
@@ -234,7 +238,7 @@ impl Genome {
     }
 }
 
-/// Marks the name of a controller with a plus if it has add-ons.
+/// Appends a plus to the name of a controller that has add-ons.
 fn marked(name: &str, equipment: Equipment) -> String {
     match equipment {
         Equipment::Alone => name.to_owned(),
@@ -242,7 +246,8 @@ fn marked(name: &str, equipment: Equipment) -> String {
     }
 }
 
-/// Returns the parameters of a device's super-twisting law, by the names of [`parameters`].
+/// Returns the parameters of the device's super-twisting law, by the names that [`parameters`]
+/// lists.
 pub fn numbers_of(spec: &JointSpec) -> Vec<(&'static str, f64)> {
     let milli = |x: u32| f64::from(x) / 1000.0;
     let mut known = vec![("cutoff_hz", milli(spec.cutoff_mhz))];

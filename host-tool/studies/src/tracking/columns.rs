@@ -3,21 +3,21 @@
 
 use serde_json::Value;
 
-/// A number of a `T`, with its name in tables.
+/// A column of a table: its name, and the function that returns its number from a `T`.
 pub(crate) type Column<T> = (&'static str, fn(&T) -> f64);
 
-/// Returns the names of the columns for the head of a CSV.
+/// Returns the names of the columns for the header of a CSV file, each preceded by a comma.
 pub(crate) fn names<T>(columns: &[Column<T>]) -> String {
     columns.iter().map(|(name, _)| format!(",{name}")).collect()
 }
 
-/// Returns the numbers of one row for a CSV.
+/// Returns the numbers of one row for a CSV file, each preceded by a comma.
 pub(crate) fn cells<T>(columns: &[Column<T>], of: &T) -> String {
     let cell = |(_, number): &Column<T>| format!(",{:.3}", number(of));
     columns.iter().map(cell).collect()
 }
 
-/// Adds the numbers of one row to a JSON object.
+/// Adds the numbers of one row to a JSON object, under the names of their columns.
 pub(crate) fn add_to_json<T>(columns: &[Column<T>], of: &T, line: &mut Value) {
     for (name, number) in columns {
         line[*name] = number(of).into();

@@ -11,20 +11,19 @@ use super::wearer::{self, Points};
 use host_core::session::LawName;
 use methods::control::Form;
 
-/// A controller of the finger.
+/// A controller of the finger that takes part in a campaign.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Contender {
     /// A law in f64 with the parameters that the search found.
     Searched(Equipment, Candidate),
-    /// The default controller (`LawSpec::RECOMMENDED`) in fixed point, with the same code as the
-    /// firmware.
+    /// The default controller (`LawSpec::RECOMMENDED`) in fixed point, by the code of the firmware.
     Shipped,
-    /// The default controller without one of its terms, not tuned again.
+    /// The default controller without one of its terms; the other parameters are not tuned again.
     Ablated(Term),
 }
 
 impl Contender {
-    /// Returns the name in CSV and JSON; a plus stands for add-ons.
+    /// Returns the contender's name in CSV and JSON; a plus means that the law has add-ons.
     pub fn name(&self) -> String {
         match self {
             Self::Searched(equipment, candidate) => candidate.name(*equipment),
@@ -33,7 +32,8 @@ impl Contender {
         }
     }
 
-    /// Returns the name in text tables and charts; a plus stands for add-ons.
+    /// Returns the contender's name in text tables and charts; a plus means that the law has
+    /// add-ons.
     pub fn title(&self) -> String {
         match self {
             Self::Searched(equipment, candidate) => candidate.title(*equipment),
@@ -42,12 +42,12 @@ impl Contender {
         }
     }
 
-    /// Returns whether the contender is a PID, the baseline.
+    /// Returns whether the contender is a PID controller, with which the others are compared.
     pub fn is_pid(&self) -> bool {
         matches!(self, Self::Searched(_, candidate) if candidate.form == Form::Pid)
     }
 
-    /// Returns the name of the arithmetic.
+    /// Returns the name of the arithmetic in which the contender computes.
     pub const fn arithmetic(&self) -> &'static str {
         match self {
             Self::Searched(..) => "f64",
@@ -55,7 +55,7 @@ impl Contender {
         }
     }
 
-    /// Attempts an exercise and returns the outcome.
+    /// Lets the contender attempt an exercise, and judges the attempt.
     ///
     /// # Errors
     /// Returns [`TrackingError`] if the plant or the law is invalid.
@@ -65,7 +65,8 @@ impl Contender {
         Ok(exercise.judge(attempt))
     }
 
-    /// Returns the effort of each pulse in an exercise, −1…1.
+    /// Returns the effort of each pulse while the contender attempts an exercise, −1 (full
+    /// extension) to 1 (full flexion).
     ///
     /// # Errors
     /// Returns [`TrackingError`] if the plant or the law is invalid.

@@ -6,25 +6,25 @@ use hal_sim::images::Image;
 use methods::bench::LawName;
 use methods::control::AddOns;
 
-/// Measured cycles of every law with every combination of add-ons.
+/// Benchmark rows of every control law with every combination of add-ons.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Cost(Vec<Row>);
 
-/// Mean core clock cycles in a tick in which a law runs.
+/// Mean core clock cycles of a controller in a tick in which its law runs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Cycles {
-    /// Total.
+    /// Cycles of law, differentiator and add-ons together.
     pub whole: u64,
-    /// The law without add-ons and without its differentiator.
+    /// Cycles of the law without add-ons and without its differentiator.
     pub law: u64,
-    /// The differentiator alone.
+    /// Cycles of the differentiator alone.
     pub differentiator: u64,
-    /// The add-ons: predictor, preview, learning.
+    /// Cycles of the add-ons: predictor, preview and learning.
     pub add_ons: u64,
 }
 
 impl Cost {
-    /// Runs the image `laws` on the chip simulator.
+    /// Runs the image `laws` on the chip simulator and measures the cycles of all laws.
     pub fn on_chip() -> Result<Self, BenchError> {
         let mut rows = rows_on_chip(Image::Laws)?;
         let markers = LawName::Markers.to_string();
@@ -36,9 +36,9 @@ impl Cost {
         Ok(Self(rows))
     }
 
-    /// Returns a contender's cycles: laws in f32, the device's own in fixed point. Excludes the
-    /// parts that are the same for all: setpoint track, feed-forward and mapping to amplitudes. The
-    /// ablated default is not measured.
+    /// Returns the cycles of a contender: those of its law in f32, or of the device's own code in
+    /// fixed point. They exclude what all contenders have in common: setpoint track, feed-forward
+    /// and mapping to amplitudes. Returns `None` for an ablation, which is not measured.
     pub fn contender_cycles(&self, contender: &Contender) -> Option<Cycles> {
         let (whole, alone, differentiator) = match contender {
             Contender::Searched(_, c) => {

@@ -10,8 +10,9 @@ use std::collections::BTreeMap;
 /// Name of the default controller in CSV and JSON.
 pub const NAME: &str = "device default";
 
-/// Searched parameters, in the units and, except for the predictor's time constants, within the
-/// bounds of the laws in floats. Structure, period, extrapolation and b stay as shipped.
+/// Parameters of the default controller that the search varies. Units and, except for the
+/// predictor's time constants, bounds are those of the laws in floating point. Structure, period,
+/// extrapolation and b are not searched.
 pub const PARAMETERS: [Parameter; 13] = [
     log("lambda_per_s", 1.0, 40.0),
     log("kd_s_per_rad", 0.005, 1.0),
@@ -29,7 +30,8 @@ pub const PARAMETERS: [Parameter; 13] = [
     log("adapt_damping_per_rad2", 0.001, 3.0),
 ];
 
-/// Returns the shipped parameters, for a wearer of the reference strength.
+/// Returns the parameters of the shipped default controller, for a wearer of the reference
+/// strength.
 pub fn shipped() -> BTreeMap<&'static str, f64> {
     let reference = JointSpec {
         law: LawSpec::RECOMMENDED,
@@ -39,8 +41,8 @@ pub fn shipped() -> BTreeMap<&'static str, f64> {
     numbers_of(&reference).into_iter().collect()
 }
 
-/// Returns the joint with these parameters in thousandths, scaled by the nominal wearer's strength
-/// as the shipped one is; a missing parameter has its shipped value.
+/// Returns the joint with these parameters, rounded to thousandths and scaled by the strength of
+/// the nominal wearer as the shipped one is. A missing parameter has its shipped value.
 pub fn joint(numbers: &BTreeMap<String, f64>, points: Points) -> JointSpec {
     let shipped = shipped();
     let milli = |name: &str| {

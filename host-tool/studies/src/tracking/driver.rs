@@ -11,15 +11,16 @@ use firmware::units::{Amplitude, Angle, Micros};
 use methods::control::{Controller, Input, Law};
 use methods::real::Real;
 
-/// The controller between frames and amplitudes. Angles in degrees.
+/// A controller that receives setpoints and measured angles in frames, and computes the amplitudes
+/// of the pulses. Angles are in degrees.
 pub trait Driver {
-    /// Passes a setpoint that is valid from `at` and arrives at `now`.
+    /// Passes a setpoint that is valid from `at` on and arrives at `now`.
     fn setpoint(&mut self, now: Micros, at: Micros, degrees: f64);
     /// Passes an angle that was measured at `at` and arrives at `now`.
     fn measurement(&mut self, now: Micros, at: Micros, degrees: f64);
-    /// Runs one millisecond's tick.
+    /// Runs the tick of one millisecond and returns the amplitudes for the next pulses.
     fn tick(&mut self, now: Micros) -> Volts;
-    /// Returns the reason why the driver has refused or stopped, if it has.
+    /// Returns the reason why the device has refused or stopped; `None` while it works.
     fn refused(&self) -> Option<&str> {
         None
     }
@@ -39,11 +40,11 @@ pub(super) fn volts(amplitudes: &[(u8, Amplitude)]) -> Volts {
     all
 }
 
-/// A driver whose volts are recorded in each tick.
+/// A driver that records the amplitudes of another driver.
 pub struct RecordedDriver {
-    /// Recorded driver.
+    /// Driver whose amplitudes are recorded.
     pub driver: Box<dyn Driver>,
-    /// One entry for each tick so far.
+    /// Amplitudes of every tick so far.
     pub volts: Vec<Volts>,
 }
 
@@ -67,7 +68,7 @@ impl Driver for RecordedDriver {
     }
 }
 
-/// The device's own code in fixed point.
+/// The device's own joint code in fixed point.
 #[derive(Debug)]
 pub struct Device {
     joint: Joint,
@@ -77,7 +78,7 @@ pub struct Device {
 }
 
 impl Device {
-    /// Builds a joint with this specification.
+    /// Builds the device's joint for this specification.
     ///
     /// # Errors
     /// Returns [`TrackingError::Joint`] with the first invalid field.
@@ -90,12 +91,13 @@ impl Device {
         })
     }
 
-    /// Returns the detected limit cycles, in order.
+    /// Returns the limit cycles that the joint has detected, in order of time.
     pub fn limit_cycles(&self) -> &[LimitCycle] {
         &self.limit_cycles
     }
 
-    /// On the board, a limit cycle that no lower gain ends is a fault.
+    /// Records a limit cycle. If the joint cannot lower its gain further, it counts as refused,
+    /// because the board would report a fault.
     fn note(&mut self, found: LimitCycle) {
         self.limit_cycles.push(found);
         if found.gain_milli.is_none() {
@@ -118,8 +120,8 @@ impl Driver for Device {
             .accept_measurement(&mut self.state, now, at, angle(degrees));
     }
 
-    /// Silent before the first measurement, and for good after a fault of the joint, which `safety`
-    /// latches on the board.
+    /// Returns no amplitudes before the first measurement, nor ever after a fault of the joint,
+    /// which the board would latch.
     fn tick(&mut self, now: Micros) -> Volts {
         if self.refused.is_some() {
             return [0.0; 3];
@@ -144,7 +146,8 @@ impl Driver for Device {
     }
 }
 
-/// A law in floats behind the device's setpoint track, feed-forward and mapping.
+/// A control law in floating point, with the setpoint track, feed-forward and mapping of the
+/// device.
 #[derive(Debug)]
 pub struct Floating<R> {
     law: Controller<R>,
@@ -159,7 +162,7 @@ pub struct Floating<R> {
 }
 
 impl<R: Real> Floating<R> {
-    /// Runs this law every `period_ms`.
+    /// Builds a driver that runs this law every `period_ms`.
     ///
     /// # Errors
     /// Returns [`TrackingError::Joint`] if the law needs a lead above half a second.

@@ -9,22 +9,23 @@ use super::trial::{Attempt, RIPPLE_FROM_MS, TRIAL_MS};
 use super::wearer::Points;
 use hal_sim::body::RandomFingerSpec;
 
-/// RMSE to the reachable reference above which a law fails a wearer, degrees.
+/// RMSE from the reachable reference above which a law counts as failed on a wearer, °.
 pub const FAILS_DEG: f64 = 3.0;
-/// Largest allowed ripple of a hold, RMS, degrees.
+/// Largest RMS ripple that is allowed while an angle is held, °.
 pub const RIPPLE_DEG: f64 = 0.2;
 
-/// Population of a campaign's wearers.
+/// Population from which a campaign's wearers come.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Wearers {
-    /// [`RandomFingerSpec::random`]; all follow the campaign's reference.
+    /// Wearers of [`RandomFingerSpec::random`], who all follow the reference of the campaign.
     Earlier,
-    /// [`RandomFingerSpec::random_wide_range`]; wearer `n` follows [`Course::widened`].
+    /// Wearers of the wide ranges of [`RandomFingerSpec::random_wide_range`]. Wearer `n` follows
+    /// the reference [`Course::widened`].
     Widened,
 }
 
 impl Wearers {
-    /// Returns plant `index` of campaign `seed`.
+    /// Returns plant `index` of the campaign with this seed.
     pub fn plant(self, seed: u64, index: u64) -> Plant {
         let earlier = Plant::random(seed, index);
         match self {
@@ -36,7 +37,8 @@ impl Wearers {
         }
     }
 
-    /// Returns the reference of plant `index`; `everyone`, if all follow the same.
+    /// Returns the reference of plant `index`: `everyone` for the earlier wearers, an own one for a
+    /// widened wearer.
     pub fn course(self, everyone: Course, seed: u64, index: u64) -> Course {
         match self {
             Self::Earlier => everyone,
@@ -44,7 +46,7 @@ impl Wearers {
         }
     }
 
-    /// Returns the name for tables.
+    /// Returns the name of the population in tables.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Earlier => "earlier",
@@ -53,52 +55,54 @@ impl Wearers {
     }
 }
 
-/// A task for a law.
+/// A task for a control law: a plant with its reference.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Exercise {
-    /// Plant to drive.
+    /// Finger and link that the law drives.
     pub plant: Plant,
-    /// Stimulated points.
+    /// Stimulation points that are in use.
     pub points: Points,
-    /// Kind of the reference.
+    /// Kind of the reference, which determines how an attempt is judged.
     pub kind: Kind,
-    /// Reference at each millisecond, degrees.
+    /// Reference at each millisecond of the trial, °.
     pub wanted: Vec<f64>,
-    /// Part of the reference that this plant can hold.
+    /// Reference as far as this plant can follow it; attempts are judged against it.
     pub reachable: Reachable,
     scored: Vec<bool>,
 }
 
-/// Deviation of the true angle from its own mean in the last 3 s of a hold, after the last
-/// disturbance, without the sensor's noise.
+/// Ripple of a held angle: deviation of the true angle from its own mean in the last 3 s, which
+/// start 3 s after the last disturbance. It does not contain the noise of the sensor.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Ripple {
-    /// Root mean square, degrees; [`RIPPLE_DEG`] is its bound.
+    /// Root mean square of the deviation, °; [`RIPPLE_DEG`] is the largest allowed.
     pub rms_deg: f64,
-    /// Maximum minus minimum, degrees.
+    /// Difference between the largest and the smallest angle, °.
     pub peak_to_peak_deg: f64,
 }
 
-/// Outcome of an attempt.
+/// Outcome of a control law's attempt at an exercise.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Outcome {
-    /// RMSE to the reachable reference over the scored part, degrees, also after a refusal.
+    /// RMSE from the reachable reference over the scored time, °, even if the device refused or
+    /// stopped.
     pub rmse: f64,
-    /// Ripple, of a hold only.
+    /// Ripple of the held angle; `None` if the reference is not a hold.
     pub ripple: Option<Ripple>,
-    /// The reason why the device refused or stopped, if it did.
+    /// Reason why the device refused or stopped; `None` if it did not.
     pub refused: Option<String>,
 }
 
 impl Outcome {
-    /// Returns whether the RMSE exceeds [`FAILS_DEG`] without a refusal.
+    /// Returns whether the law failed on this wearer: its RMSE exceeds [`FAILS_DEG`] although it
+    /// was not refused.
     pub fn has_failed(&self) -> bool {
         self.refused.is_none() && self.rmse > FAILS_DEG
     }
 }
 
 impl Exercise {
-    /// Builds a plant's exercise for a reference.
+    /// Creates the exercise of a plant with these points and this reference.
     ///
     /// # Errors
     /// Returns [`TrackingError`] if the plant is invalid.
@@ -114,7 +118,8 @@ impl Exercise {
         })
     }
 
-    /// Returns the RMSE of these angles over the scored part, degrees.
+    /// Returns the RMSE between these angles, one per millisecond, and the reachable reference over
+    /// the scored time, °.
     pub fn rmse(&self, angles: &[f32]) -> f64 {
         let pairs = angles.iter().zip(&self.reachable.angles).zip(&self.scored);
         let (sum, n) = pairs
@@ -125,7 +130,7 @@ impl Exercise {
         (sum / f64::from(n.max(1))).sqrt()
     }
 
-    /// Computes the outcome of an attempt.
+    /// Judges an attempt at this exercise.
     pub fn judge(&self, attempt: Attempt) -> Outcome {
         Outcome {
             rmse: self.rmse(&attempt.angles),

@@ -9,28 +9,28 @@ use methods::control::{AddOns, DelayCompensation, DerivativeKind, Form};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// The committed table, docs/charts/control_gains.csv.
+/// Text of the committed table, docs/charts/control_gains.csv.
 pub const COMMITTED: &str = include_str!("../../../../docs/charts/control_gains.csv");
 
-/// One line of the table: a law, and its cost on the training plants.
+/// A line of the table: a control law with its equipment, and its cost on the training plants.
 pub type Row = (Equipment, SearchResult<Candidate>);
-/// The default controller: its parameters by name, and its cost.
+/// The line of the default controller: its parameters by name, and its cost on the training plants.
 pub type Default = SearchResult<BTreeMap<String, f64>>;
 
-/// The table cannot be read.
+/// The table of gains cannot be read.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error(
     "E563 control_gains.csv, line {line}: {what}; write the table again with `flexor chart \
      control --search`"
 )]
 pub struct GainsError {
-    /// Line number, from 1.
+    /// Number of the line in the table, from 1.
     pub line: u64,
-    /// Description of the problem.
+    /// Field that is wrong, or a description of the problem.
     pub what: String,
 }
 
-/// A line as it stands in the table.
+/// A line of the table with its fields as text.
 #[derive(Serialize, Deserialize)]
 struct Line {
     law: String,
@@ -46,7 +46,7 @@ struct Line {
     numbers: String,
 }
 
-/// Formats the results of a search with `evaluations` evaluations as a table.
+/// Formats the results of a search as a table; `evaluations` is the number of evaluations per law.
 pub fn write(rows: &[Row], default: Option<&Default>, evaluations: usize) -> String {
     let mut out = csv::Writer::from_writer(Vec::new());
     for (equipment, found) in rows {
@@ -95,7 +95,7 @@ fn joined(numbers: &BTreeMap<String, f64>) -> String {
     pairs.collect::<Vec<_>>().join(" ")
 }
 
-/// Reads the line of the default controller, if the table has one.
+/// Reads the line of the default controller; `None` if the table has none.
 ///
 /// # Errors
 /// Returns [`GainsError`] with the line and the field.
@@ -113,7 +113,7 @@ pub fn read_default(table: &str) -> Result<Option<Default>, GainsError> {
     Ok(found)
 }
 
-/// Reads the laws in floats.
+/// Reads the lines of all laws in floating point.
 ///
 /// # Errors
 /// Returns [`GainsError`] with the line and the field.
@@ -133,7 +133,7 @@ fn unreadable(line: u64, field: &str) -> GainsError {
     GainsError { line, what }
 }
 
-/// Reads the lines of a table with their line numbers.
+/// Returns the lines of a table, each with its number from 1.
 fn lines(table: &str) -> impl Iterator<Item = Result<(u64, Line), GainsError>> {
     let reader = csv::Reader::from_reader(table.as_bytes());
     (2..).zip(reader.into_deserialize()).map(|(line, read)| {
@@ -157,7 +157,7 @@ fn numbers(text: &str) -> Result<BTreeMap<String, f64>, &'static str> {
     text.split_whitespace().map(pair).collect()
 }
 
-/// Finds an option by its written name, or returns the name of the invalid field.
+/// Returns the option that is written as `text`, or `field` as an error if there is none.
 fn named<T: Copy>(
     all: &[T],
     written: impl Fn(T) -> String,
@@ -170,7 +170,7 @@ fn named<T: Copy>(
         .ok_or(field)
 }
 
-/// Parses one line, or returns the name of the invalid field.
+/// Parses the line of a law, or returns the name of the first invalid field.
 fn row(line: &Line) -> Result<Row, &'static str> {
     let values = numbers(&line.numbers)?;
     let delays = DelayCompensation::ALL;

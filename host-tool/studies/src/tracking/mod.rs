@@ -34,18 +34,39 @@ use firmware::range::OutOfRange;
 use hal_sim::body::InvalidSpec;
 use methods::control::ParameterError;
 
-/// The reason why a trial cannot be run.
+/// Reason why a trial cannot be run.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum TrackingError {
     /// The plant's finger is invalid.
-    #[error("E560 {0}")]
+    #[error("E560 a simulated finger is impossible: {0}")]
     Plant(InvalidSpec),
-    /// The device refuses the joint.
-    #[error("E561 the device refuses the joint: {0:?}")]
+    /// The device refuses the specification of the joint.
+    #[error("E561 the device refuses the joint: {}", describe_joint_mistake(.0))]
     Joint(SpecError),
-    /// The parameters are invalid for the law.
-    #[error("E562 these parameters do not fit the control law: {0:?}")]
+    /// A parameter is missing or invalid for the control law.
+    #[error("E562 these values do not define the control law: {}", describe_law_mistake(.0))]
     Law(ParameterError),
+}
+
+/// Returns the reason why the device refuses a joint, in words.
+fn describe_joint_mistake(error: &SpecError) -> String {
+    match error {
+        SpecError::Range(field) => field.to_string(),
+        SpecError::ChannelTwice { channel } => {
+            format!("two of its stimulation points use channel {}", channel + 1)
+        }
+    }
+}
+
+/// Returns the reason why values do not form a control law, in words.
+fn describe_law_mistake(error: &ParameterError) -> String {
+    match error {
+        ParameterError::Count { wanted } => format!("give {wanted} values, one per parameter"),
+        ParameterError::Value { name } => format!(
+            "`{name}` must be a finite number of at least 0, and above 0 if its search range is \
+             logarithmic"
+        ),
+    }
 }
 
 impl From<InvalidSpec> for TrackingError {

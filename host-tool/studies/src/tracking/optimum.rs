@@ -15,31 +15,32 @@ use super::wearer::{self, Points};
 use firmware::control::Mapping;
 use hal_sim::body::{Body, RandomFinger, RandomFingerSpec};
 
-/// Number of pulse periods for which the effect of one pulse is followed: 1.2 s.
+/// Number of pulse periods for which the effect of one pulse on the angle is followed: 1.2 s.
 const MEMORY: usize = 60;
-/// Approximate length of delay and muscle response in pulse periods; one start looks that far
-/// ahead.
+/// Approximate duration of delay and muscle response, in pulse periods. One of the starts of
+/// learning anticipates the reference by this time.
 const MUSCLE_PERIODS: usize = 10;
-/// Number of learning rounds from each start.
+/// Largest number of learning rounds from each start.
 const ROUNDS: u32 = 20;
-/// Number of rounds with less than a hundredth of improvement after which learning ends.
+/// Number of successive rounds that improve the cost by less than a hundredth, after which learning
+/// ends.
 const PATIENCE: u32 = 4;
-/// Smallest slope of torque over effort, as a part of its mean, so that learning does not get stuck
-/// below a threshold.
+/// Smallest slope of torque over effort that learning uses, as a fraction of the mean slope. It
+/// prevents learning from getting stuck below a threshold, where the true slope is 0.
 const LEAST_SLOPE: f64 = 0.3;
 
-/// The best result found.
+/// The best offline result that was found for a plant.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Optimum {
-    /// RMSE over the scored part, degrees.
+    /// RMSE from the target over the scored time, °.
     pub rmse: f64,
-    /// The true angle at each millisecond, degrees.
+    /// True angle at each millisecond, °.
     pub angles: Vec<f32>,
 }
 
-/// Searches the efforts with which this plant follows `target` (its reachable part, one angle per
-/// millisecond) best, from three starts of its own and from `known` efforts, one per pulse in −1…1,
-/// if there are any.
+/// Searches the efforts with which this plant follows `target` best. `target` is the reachable
+/// reference, one angle per millisecond. Learning starts three times from efforts computed from the
+/// plant, and once from the efforts `known`, one per pulse from −1 to 1, if they are given.
 ///
 /// # Errors
 /// Fails if the plant's finger is invalid.
@@ -76,8 +77,8 @@ pub fn optimum(
     Ok(found.swap_remove(0))
 }
 
-/// Returns the best result over the scored part within [`ROUNDS`] rounds from these efforts.
-/// Learning itself uses the whole trial.
+/// Learns from the given first efforts for at most [`ROUNDS`] rounds, and returns the best result
+/// over the scored time. Learning itself uses the whole trial.
 fn learn(
     learner: &Learner,
     play: &impl Fn(&[f64]) -> Result<Vec<f32>, TrackingError>,
@@ -117,7 +118,8 @@ fn learn(
     Ok(best)
 }
 
-/// Returns the true angle at each millisecond while these efforts, one per pulse, play.
+/// Simulates the plant with these efforts, one per pulse, for `ms` milliseconds, and returns the
+/// true angle at each millisecond, °.
 fn run(
     spec: &RandomFingerSpec,
     mapping: &Mapping,
@@ -138,16 +140,16 @@ fn run(
     Ok(angles)
 }
 
-/// Returns the mean of each pulse period.
+/// Returns the mean of the angles in each pulse period; `angles` has one per millisecond.
 fn by_period(angles: impl Iterator<Item = f64>) -> Vec<f64> {
     let all: Vec<f64> = angles.collect();
     let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
     all.chunks(PULSE_EVERY_MS).map(mean).collect()
 }
 
-/// Returns how a pulse with 1 N·m more steady torque changes the mean angle of its own and each
-/// following period, degrees. Measured on the plant without dry friction, between two efforts whose
-/// torques differ by `more` N·m.
+/// Returns how one pulse with 1 N·m more steady torque changes the mean angle of its own and of
+/// each following period, °. It is measured on the plant without dry friction, by changing one
+/// pulse from effort `from` to effort `to`, whose torques differ by `more` N·m.
 fn kernel(
     spec: &RandomFingerSpec,
     mapping: &Mapping,
@@ -173,12 +175,13 @@ fn kernel(
         .collect())
 }
 
-/// Returns the torque of the spring at this angle, N·m.
+/// Returns the torque of the joint's spring at this angle, N·m.
 fn spring(spec: &RandomFingerSpec, degrees: f64) -> f64 {
     spec.finger.stiffness_nm_per_rad * (degrees - spec.finger.rest_deg).to_radians()
 }
 
-/// Settled torque by effort, −1…1, half way through the range of motion.
+/// Steady torque, N·m, at equally spaced efforts from −1 to 1, with the joint half way through its
+/// range.
 struct Torques(Vec<f64>);
 
 impl Torques {
@@ -194,7 +197,8 @@ impl Torques {
         n as f64 * Self::WIDTH - 1.0
     }
 
-    /// Returns the slope at this effort; see [`LEAST_SLOPE`].
+    /// Returns the slope of torque over effort at this effort, N·m, and at least [`LEAST_SLOPE`] of
+    /// the mean slope.
     fn slope(&self, effort: f64) -> f64 {
         let place = ((effort + 1.0) / Self::WIDTH) as usize;
         let n = place.min(Self::STEPS - 1);
@@ -202,8 +206,8 @@ impl Torques {
         ((self.0[n + 1] - self.0[n]) / Self::WIDTH).max(LEAST_SLOPE * all)
     }
 
-    /// Returns two efforts around this torque whose torques differ by a thirtieth of the whole
-    /// range, and their difference, N·m.
+    /// Returns two efforts around the one for this torque, whose torques differ by about a
+    /// thirtieth of the whole range, and that difference, N·m.
     fn around(&self, torque_nm: f64) -> (f64, f64, f64) {
         let all = self.0[Self::STEPS] - self.0[0];
         let low = self.0.partition_point(|t| *t < torque_nm).saturating_sub(1);
@@ -213,7 +217,7 @@ impl Torques {
         (Self::effort(low), Self::effort(high), more)
     }
 
-    /// Returns the smallest effort for this torque.
+    /// Returns the smallest effort that gives at least this torque; 1 if none does.
     fn effort_for(&self, torque_nm: f64) -> f64 {
         Self::effort(self.0.partition_point(|t| *t < torque_nm).min(Self::STEPS))
     }
@@ -226,8 +230,8 @@ struct Learner {
 }
 
 impl Learner {
-    /// Returns the first efforts for learning: those that would hold each angle of the reference,
-    /// `ahead` periods early, against this friction.
+    /// Returns efforts from which learning starts: those that would hold each angle of the
+    /// reference against the spring and against `friction_nm`, `ahead` pulse periods early.
     fn initial_efforts(&self, spec: &RandomFingerSpec, friction_nm: f64, ahead: usize) -> Vec<f64> {
         let last = self.wanted.len() - 1;
         let wanted = |n: usize| self.wanted[(n + ahead).min(last)];
@@ -252,7 +256,7 @@ impl Learner {
         self.errors(angles).iter().map(|e| e * e).sum()
     }
 
-    /// Returns the efforts after one damped Gauss-Newton step.
+    /// Returns the efforts after one damped Gauss-Newton step from the errors of these angles.
     fn correct_efforts(&self, efforts: &[f64], angles: &[f32], damping: f64) -> Vec<f64> {
         let errors = self.errors(angles);
         // Gradient of each effort: the errors correlated with the kernel.
@@ -282,8 +286,9 @@ impl Learner {
         moved.collect()
     }
 
-    /// Returns S·HᵀH·S + damping, H being the Toeplitz matrix of the kernel. HᵀH itself is Toeplitz
-    /// except for its last rows, where the trial ends; ignoring that only shortens the last steps.
+    /// Returns the matrix S·HᵀH·S + damping of the Gauss-Newton step, where S contains the slopes
+    /// and H is the Toeplitz matrix of the kernel. HᵀH is itself Toeplitz except for its last rows,
+    /// where the trial ends. Treating these alike only shortens the last steps.
     fn normal_equations(&self, slopes: &[f64], damping: f64) -> Banded {
         let correlation: Vec<f64> = (0..MEMORY)
             .map(|lag| {
@@ -307,13 +312,15 @@ impl Learner {
     }
 }
 
-/// A symmetric positive definite band matrix: each row from the diagonal backwards.
+/// A symmetric positive definite band matrix. Each row contains the entries from the diagonal to
+/// the left edge of the band.
 struct Banded {
     rows: Vec<Vec<f64>>,
 }
 
 impl Banded {
-    /// Solves the system for this right-hand side, by Cholesky decomposition within the band.
+    /// Solves the linear system with this right-hand side, by Cholesky decomposition within the
+    /// band.
     fn solve(mut self, mut right: Vec<f64>) -> Vec<f64> {
         for row in 0..self.rows.len() {
             let (done, rest) = self.rows.split_at_mut(row);

@@ -3,24 +3,25 @@
 use hal_sim::body::RandomFingerSpec;
 use hal_sim::body::random_finger::Draws;
 
-/// Frames of the host's glove per second (Hamana 2022 §II-B).
+/// Number of frames that the host sends per second, each with a setpoint and a measured angle (the
+/// rate of the glove in Hamana 2022 §II-B).
 pub const FRAME_HZ: f64 = 90.0;
 
-/// Properties of the link that carries setpoints and measurements.
+/// Delays and losses of the link that carries setpoints and measurements to the device.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Line {
-    /// Largest delay of the glove's sampling after the stated time, µs.
+    /// Largest delay of a measurement after the time that its frame states, µs.
     pub sampling_jitter_us: f64,
-    /// Shortest transport time to the device, µs.
+    /// Shortest time from host to device, µs.
     pub transport_us: f64,
-    /// Largest additional transport time, µs.
+    /// Largest random addition to that time, µs.
     pub transport_jitter_us: f64,
-    /// Part of the setpoints that is lost; no measurement is lost.
+    /// Part of the setpoints that is lost, 0 to 1; no measurement is lost.
     pub loss: f64,
 }
 
 impl Line {
-    /// On time, without loss, 2 ms of transport.
+    /// A link without jitter and losses that needs 2 ms.
     pub const NOMINAL: Self = Self {
         sampling_jitter_us: 0.0,
         transport_us: 2000.0,
@@ -28,8 +29,9 @@ impl Line {
         loss: 0.0,
     };
 
-    /// Generates a random link, uniform: samples up to 2 ms late, 1 to 4 ms of transport, up to 8
-    /// ms more, up to 54 % of the setpoints lost (the worst link of our earlier study).
+    /// Generates a random link with uniform values: measurements up to 2 ms late, 1 to 4 ms of
+    /// transport, up to 8 ms in addition, and up to 54 % of the setpoints lost, as on the worst
+    /// link of our earlier study.
     fn random(draws: &mut Draws) -> Self {
         Self {
             sampling_jitter_us: draws.uniform(0.0, 2000.0),
@@ -40,19 +42,18 @@ impl Line {
     }
 }
 
-/// A wearer and a link. The same values give a bit-identical trial.
+/// A simulated wearer's finger with its link. The same values give a bit-identical trial.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Plant {
-    /// The simulated finger.
     pub finger: RandomFingerSpec,
     /// The link between finger and device.
     pub line: Line,
-    /// Seed of noise, jitter and losses.
+    /// Seed of sensor noise, jitter and losses.
     pub seed: u64,
 }
 
 impl Plant {
-    /// Returns the wearer of the nominal file with a perfect link.
+    /// Returns the nominal wearer's finger with a perfect link.
     pub fn nominal(seed: u64) -> Self {
         Self {
             finger: RandomFingerSpec::nominal(),
@@ -61,7 +62,8 @@ impl Plant {
         }
     }
 
-    /// Returns plant `index` of campaign `seed`; see [`RandomFingerSpec::random`].
+    /// Returns plant `index` of the campaign with this seed: a finger of
+    /// [`RandomFingerSpec::random`] with a random link.
     pub fn random(seed: u64, index: u64) -> Self {
         Self {
             finger: RandomFingerSpec::random(seed, index),

@@ -8,31 +8,32 @@ use firmware::arithmetic::fixed_point::Q;
 use firmware::control::{Effort, Mapping};
 use hal_sim::body::random_finger::Reach;
 
-/// A reference, as far as one plant can follow it.
+/// A reference as far as one plant can follow it, whatever the control law.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Reachable {
-    /// Angle that is scored against at each millisecond, degrees: the reference, clipped to the
-    /// range that the plant can hold inside the nominal wearer's amplitudes, as fatigued as
-    /// following it so far has made the plant ([`Reach`]). No control law takes part.
+    /// Reachable reference at each millisecond, °: the reference, clipped to the angles that the
+    /// plant can hold with the nominal wearer's amplitudes. The plant is assumed to be as fatigued
+    /// as following the reachable reference has made it so far ([`Reach`]).
     pub angles: Vec<f64>,
-    /// Part of the scored time at which the reference is further than [`REACH_MARGIN_DEG`] out of
-    /// reach.
+    /// Part of the scored time at which the reference is more than [`REACH_MARGIN_DEG`] outside
+    /// these angles, 0 to 1.
     pub unreachable: f64,
 }
 
-/// Distance that counts as out of reach, degrees.
+/// Distance from the reachable angles above which a reference counts as out of reach, °.
 pub const REACH_MARGIN_DEG: f64 = 0.5;
-/// Time between two computations of the reachable range, ms.
+/// Interval at which the range of reachable angles is computed, ms.
 const EVERY_MS: usize = 20;
 
-/// Returns the volts of the nominal wearer's amplitudes at this effort, −1…1.
+/// Returns the amplitudes to which the nominal wearer's mapping turns this effort, −1 to 1; larger
+/// efforts are clipped.
 pub(super) fn volts_at(mapping: &Mapping, effort: f64) -> Volts {
     let effort = Effort::Fraction(Q::from_num(effort.clamp(-1.0, 1.0)));
     super::driver::volts(&mapping.amplitudes(effort).0)
 }
 
 impl Reachable {
-    /// Computes the part of a reference that this plant can follow with these points.
+    /// Computes the part of the reference `wanted` that this plant can follow with these points.
     ///
     /// # Errors
     /// Never fails: the nominal wearer is valid (tested).

@@ -15,38 +15,39 @@ use methods::control::Form;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Seed of the training plants and of the search itself. Campaigns refuse this seed.
+/// Seed of the training plants and of the search itself. Campaigns refuse it, so that no law is
+/// judged on its training plants.
 pub const TRAINING_SEED: u64 = 0x7EAC;
-/// Numbers of earlier and of widened wearers on which every evaluation runs, besides the nominal
-/// wearer. Each is stimulated at one point and at two points.
+/// Number of earlier and number of widened wearers on which every candidate is evaluated, besides
+/// the nominal wearer. Each is stimulated at one point and at two.
 pub const TRAINING_PLANTS: (u64, u64) = (7, 12);
-/// Number of exercises after which an evaluation stops if the cost so far is hopeless. A stopped
-/// evaluation counts as an evaluation.
+/// Number of exercises after which the evaluation of a hopeless candidate is stopped. It still
+/// counts as an evaluation.
 const EARLY_CHECK: usize = 14;
-/// A cost is hopeless if it exceeds that of the worst parent by this factor.
+/// Factor by which a candidate's cost must exceed that of the worst parent to be hopeless.
 const HOPELESS_FACTOR: f64 = 1.3;
-/// Number of best candidates that are the parents of the next ones.
+/// Number of best candidates from which the next ones are varied.
 const PARENTS: usize = 6;
-/// Number of candidates that are tried at once. It does not depend on the number of cores, because
-/// the next candidates depend on it.
+/// Number of candidates that are evaluated at the same time. It does not depend on the number of
+/// cores, because it affects which candidates follow.
 const BATCH: usize = 8;
 
-/// Exercises on which all laws are trained.
+/// The exercises on which all control laws are trained.
 #[derive(Debug)]
 pub struct Training {
     exercises: Vec<(Wearers, Exercise)>,
 }
 
-/// The best parameters that a search found for one law.
+/// The best candidate that a search found for one control law.
 #[derive(Clone, PartialEq, Debug)]
 pub struct SearchResult<T> {
-    /// The law with these parameters.
+    /// The control law with the parameters found.
     pub candidate: T,
-    /// Cost of the candidate as [`Training::cost`] defines it, degrees.
+    /// Cost of the candidate, °, as [`Training::cost`] defines it.
     pub cost: f64,
 }
 
-/// Sum of squared RMSE (degrees²) and number of exercises, for earlier and for widened wearers.
+/// For earlier and for widened wearers: sum of the squared RMSE, °², and number of exercises.
 #[derive(Clone, Copy, Default)]
 struct Sums([(f64, u32); 2]);
 
@@ -61,8 +62,8 @@ impl Sums {
         *n += 1;
     }
 
-    /// Returns the geometric mean of the two quadratic means, degrees. A reduction of either by a
-    /// hundredth has the same effect.
+    /// Returns the cost, °: the geometric mean of the two quadratic means of the RMSE. Reducing
+    /// either of them by one percent has the same effect.
     fn cost(&self) -> f64 {
         let mean = |(sum, n): (f64, u32)| sum / f64::from(n.max(1));
         let [earlier, widened] = self.0.map(mean);
@@ -71,10 +72,11 @@ impl Sums {
 }
 
 impl Training {
-    /// Creates the training plants: the nominal one, then widened and earlier wearers in turn.
+    /// Creates the training exercises: those of the nominal wearer first, then those of widened and
+    /// earlier wearers in turn.
     ///
     /// # Errors
-    /// [`TrackingError`] if a plant is not valid.
+    /// Returns [`TrackingError`] if a plant is not valid.
     pub fn new() -> Result<Self, TrackingError> {
         let (earlier, widened) = TRAINING_PLANTS;
         let nominal = (
@@ -100,12 +102,12 @@ impl Training {
         Ok(Self { exercises })
     }
 
-    /// Returns the cost of a law, degrees: the geometric mean of two quadratic means of the RMSE,
-    /// one over the earlier and one over the widened training plants, with one and two points.
-    /// Returns infinity if `is_hopeless` holds for the cost of the first exercises.
+    /// Returns the cost of a law, °. It is the geometric mean of two quadratic means of the RMSE,
+    /// one over the earlier and one over the widened training plants, each with one point and with
+    /// two. Returns infinity as soon as `is_hopeless` holds for the cost of the first exercises.
     ///
     /// # Errors
-    /// [`TrackingError`] if the candidate is not a valid law.
+    /// Returns [`TrackingError`] if the candidate is not a valid law.
     pub fn cost(
         &self,
         driver: impl Fn(Points) -> Result<Box<dyn Driver>, TrackingError>,
@@ -124,10 +126,10 @@ impl Training {
     }
 
     /// Searches the best parameters of a law in floating point, with exactly `evaluations`
-    /// evaluations. Reports the completed part, 0 to 1, to `progress`.
+    /// evaluations. `progress` receives the finished part, 0 to 1.
     ///
     /// # Errors
-    /// [`TrackingError`] if a candidate is not a valid law.
+    /// Returns [`TrackingError`] if a candidate is not a valid law.
     pub fn search(
         &self,
         form: Form,
@@ -150,10 +152,10 @@ impl Training {
     }
 
     /// Searches the best parameters, by name, of the default controller in fixed point, with
-    /// exactly `evaluations` evaluations. Reports the completed part, 0 to 1, to `progress`.
+    /// exactly `evaluations` evaluations. `progress` receives the finished part, 0 to 1.
     ///
     /// # Errors
-    /// [`TrackingError`] if the device refuses parameters within their bounds.
+    /// Returns [`TrackingError`] if the device refuses parameters within their bounds.
     pub fn search_default(
         &self,
         evaluations: usize,
@@ -174,9 +176,10 @@ impl Training {
         }))
     }
 
-    /// Returns the best candidate and its cost. Tries `first`, then random candidates for the rest
-    /// of the first third of the evaluations, then candidates ever closer to the best. Evaluates
-    /// one batch at a time; the result does not depend on the order in which a batch is completed.
+    /// Returns the best candidate and its cost. The first candidate is `first`. The rest of the
+    /// first third of the evaluations tries random candidates, and all further ones vary the best
+    /// candidates less and less. The result does not depend on the order in which the candidates of
+    /// a batch are finished.
     fn best(
         &self,
         names: &[&'static str],
@@ -224,7 +227,7 @@ impl Training {
     }
 }
 
-/// Returns a genome that is uniformly random within all bounds.
+/// Returns a genome in which every position and choice is uniformly random from 0 to 1.
 fn random_genome(names: &[&'static str], draws: &mut Draws) -> Genome {
     Genome {
         places: names
@@ -235,7 +238,8 @@ fn random_genome(names: &[&'static str], draws: &mut Draws) -> Genome {
     }
 }
 
-/// Returns a random variation of one of the parents. Better parents are chosen more often.
+/// Returns a random variation of one of the parents, with positions changed by up to `spread`.
+/// Better parents are chosen more often.
 fn mutated(parents: &[(f64, Genome)], spread: f64, draws: &mut Draws) -> Genome {
     let rank = draws.uniform(0.0, 1.0).powi(2) * parents.len() as f64;
     let (_, parent) = &parents[(rank as usize).min(parents.len() - 1)];

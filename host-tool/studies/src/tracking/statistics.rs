@@ -3,10 +3,10 @@
 use hal_sim::body::random_finger::Draws;
 use host_core::statistics;
 
-/// Number of resamples of a bootstrap.
+/// Number of bootstrap resamples of a confidence interval.
 const RESAMPLES: usize = 4000;
 
-/// Returns [`statistics::mean`], or NaN for an empty sample; NaN is printed as such and sorts last.
+/// Returns [`statistics::mean`], or NaN for an empty sample. NaN is printed as such and sorts last.
 pub fn mean(values: &[f64]) -> f64 {
     statistics::mean(values).unwrap_or(f64::NAN)
 }
@@ -16,18 +16,19 @@ pub fn percentile(values: &[f64], part: f64) -> f64 {
     statistics::quantile(values, part).unwrap_or(f64::NAN)
 }
 
-/// A mean with its 95 % interval.
+/// A mean with both ends of its 95 % confidence interval.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Interval {
     pub mean: f64,
-    /// Lower end of the interval.
+    /// Lower end of the confidence interval.
     pub low: f64,
-    /// Upper end of the interval.
+    /// Upper end of the confidence interval.
     pub high: f64,
 }
 
-/// Returns the mean of `ours` - `theirs` with its 95 % percentile-bootstrap interval (Efron &
-/// Tibshirani 1993, ch. 13) over the pairs. Deterministic.
+/// Returns the mean of the paired differences `ours` - `theirs`, with its 95 % percentile bootstrap
+/// interval over the pairs (Efron & Tibshirani 1993, ch. 13). The resamples are the same in every
+/// run.
 pub fn paired(ours: &[f64], theirs: &[f64]) -> Interval {
     let differences: Vec<f64> = ours.iter().zip(theirs).map(|(a, b)| a - b).collect();
     let n = differences.len();

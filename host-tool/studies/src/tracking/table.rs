@@ -11,17 +11,21 @@ use super::widened::failures;
 use hal_sim::body::random_finger::TWO_POINTS_NM;
 use serde_json::{Value, json};
 
-/// Goal of the default controller: mean RMSE two-point, on plants in reach, degrees.
+/// Goal of the default controller with two stimulation points: largest mean RMSE over the plants
+/// that can reach the whole reference, °.
 pub const TWO_POINT_MEAN: f64 = 1.0;
-/// Goal: 95th percentile of the same RMSE, degrees.
+/// Goal of the default controller with two stimulation points: largest 95th percentile of the RMSE
+/// over the plants that can reach the whole reference, °.
 pub const TWO_POINT_P95: f64 = 1.6;
-/// Goal: RMSE two-point on the nominal wearer, degrees.
+/// Goal of the default controller with two stimulation points: largest RMSE on the nominal wearer,
+/// °.
 const NOMINAL: f64 = 1.0;
-/// Goal: upper end of the interval of the RMSE difference to the best PID variant, degrees.
+/// Goal of the default controller: largest upper end of the confidence interval of its RMSE minus
+/// that of the best PID, °.
 const OVER_PID_DEG: f64 = 0.05;
 
 impl Course {
-    /// Returns the description for tables.
+    /// Returns the description of the reference in tables.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Sine => "45 ± 40° at 0.2 Hz",
@@ -33,25 +37,25 @@ impl Course {
     }
 }
 
-/// One goal and its measured value.
+/// A goal of the default controller, with its measured value.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Goal {
-    /// Description of the goal.
+    /// Description of the goal for the table.
     pub name: String,
-    /// Measured value, degrees.
+    /// Value that the campaign yielded, °.
     pub value: f64,
-    /// Largest value that reaches the goal, degrees.
+    /// Largest value at which the goal is met, °.
     pub at_most: f64,
 }
 
 impl Goal {
-    /// Returns whether the goal is reached.
+    /// Returns whether the measured value meets the goal.
     pub fn is_hit(&self) -> bool {
         self.value <= self.at_most
     }
 }
 
-/// Returns the goals of the shipped contender; empty if it does not take part.
+/// Returns the goals of the default controller; empty if it does not take part in the campaign.
 pub fn goals(campaign: &Campaign) -> Vec<Goal> {
     let Some(shipped) = campaign.shipped() else {
         return Vec::new();
@@ -83,7 +87,7 @@ pub fn goals(campaign: &Campaign) -> Vec<Goal> {
     goals
 }
 
-/// Formats a campaign for people, at most 80 columns.
+/// Formats the results of a campaign as text of at most 80 columns.
 pub fn text(campaign: &Campaign) -> String {
     let mut out = String::new();
     write_text(&mut out, campaign);
@@ -204,7 +208,7 @@ const OVER_PID: [Column<Score>; 3] = [
     ("over_pid_high_deg", |s| s.against_pid.high),
 ];
 
-/// Formats one CSV line for each contender and number of points.
+/// Formats the results of a campaign as CSV, with a line for each contender and number of points.
 pub fn csv(campaign: &Campaign) -> String {
     let mut out = format!(
         "points,law,arithmetic,cycles,seed,plants,unreachable_pct,optimum_deg{}{},law_cycles,\
@@ -238,7 +242,7 @@ pub fn csv(campaign: &Campaign) -> String {
     out
 }
 
-/// Formats a campaign as JSON.
+/// Formats the results of a campaign as JSON.
 pub fn json(campaign: &Campaign) -> Value {
     let points = Points::ALL.map(|points| {
         let (unreachable, reaching) = campaign.reach(points);
@@ -281,7 +285,7 @@ pub fn json(campaign: &Campaign) -> Value {
     })
 }
 
-/// Formats the results of a search for people.
+/// Formats the results of a search as text; `evaluations` is the number of evaluations per law.
 pub fn search_text(rows: &[Row], default: Option<&Default>, evaluations: usize) -> String {
     let mut out = format!(
         "{evaluations} evaluations for each controller; cost: geometric mean of the\n\
@@ -310,7 +314,7 @@ pub fn search_text(rows: &[Row], default: Option<&Default>, evaluations: usize) 
     out
 }
 
-/// Formats the results of a search as JSON.
+/// Formats the results of a search as JSON; `evaluations` is the number of evaluations per law.
 pub fn search_json(rows: &[Row], default: Option<&Default>, evaluations: usize) -> Value {
     let one = |(equipment, found): &Row| {
         json!({

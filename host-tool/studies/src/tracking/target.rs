@@ -4,58 +4,58 @@ use super::trial::SCORED_FROM_MS;
 use hal_sim::body::random_finger::Draws;
 use std::f64::consts::TAU;
 
-/// Time after a jump of the reference that is not judged, ms: delay and muscle need it, whatever
-/// the law. An overshoot or a swing that lasts longer counts.
+/// Time after a jump of the reference that is not judged, ms. Delay and muscle need it under any
+/// law; overshoot or oscillation that lasts longer is judged.
 pub const SETTLING_MS: usize = 1000;
-/// Angle at rest, from which steps and holds start, degrees.
+/// Angle at which the finger rests, and from which steps and holds start, °.
 const REST_DEG: f64 = 5.0;
 
-/// A course of the reference.
+/// A reference: its angle as a function of time.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Course {
-    /// 45 ± 40° at 0.2 Hz (Hamana 2022, experiment 4; the offset is assumed).
+    /// A sine of 45 ± 40° at 0.2 Hz (Hamana 2022, experiment 4; the offset is assumed).
     Sine,
-    /// 45 ± at most 40°: four sines between 0.05 and 0.4 Hz with random phases and frequencies,
-    /// whose amplitudes sum to 40°.
+    /// The sum of four sines between 0.05 and 0.4 Hz around 45°, with random phases, frequencies
+    /// and amplitudes. The amplitudes sum to 40°.
     Smooth {
         /// Seed of the phases, frequencies and amplitudes.
         seed: u64,
     },
-    /// 45 ± 40° at this frequency.
+    /// A sine of 45 ± 40° at another frequency.
     SineAt {
-        /// Frequency, Hz.
+        /// Frequency of the sine, Hz.
         hz: f64,
     },
-    /// Jumps to angles in 10…80° that stay for 2.5 to 5 s.
+    /// Jumps between random angles of 10 to 80°, each of which stays for 2.5 to 5 s.
     Steps {
-        /// Seed of the angles and times, with `index`.
+        /// Seed that determines angles and times together with `index`.
         seed: u64,
-        /// Index of the draw.
+        /// Index of the wearer, from 0.
         index: u64,
     },
-    /// Smoothly from rest to one angle between 1 and 4 s; then constant.
+    /// A smooth rise from rest, from 1 to 4 s, to an angle that then stays constant.
     Hold {
-        /// Angle to hold, degrees.
+        /// Angle that is held, °.
         deg: f64,
     },
 }
 
-/// Kind of reference; references of a kind are judged alike.
+/// Kind of reference. All references of a kind are judged in the same way.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Kind {
-    /// One sine, or several.
+    /// A sine, or a sum of several.
     Sine,
-    /// Jumps between constant angles.
+    /// Constant angles with jumps between them.
     Steps,
-    /// One constant angle.
+    /// A smooth rise to an angle that then stays constant.
     Hold,
 }
 
 impl Kind {
-    /// All kinds; widened wearer `n` follows number `n` modulo 3.
+    /// All kinds; wearer `n` of the widened population follows number `n` modulo 3.
     pub const ALL: [Self; 3] = [Self::Sine, Self::Steps, Self::Hold];
 
-    /// Returns the name for tables.
+    /// Returns the name of the kind in tables.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Sine => "sine",
@@ -66,8 +66,8 @@ impl Kind {
 }
 
 impl Course {
-    /// Returns the reference of widened wearer `index` of campaign `seed`: a sine of 0.1 to 0.5 Hz,
-    /// steps or a hold at 15 to 75°, in turn.
+    /// Returns the reference of wearer `index` in the widened population: a sine of 0.1 to 0.5 Hz,
+    /// steps, or a hold at 15 to 75°, in turn.
     pub fn widened(seed: u64, index: u64) -> Self {
         let mut draws = Draws::new(seed, index, 8);
         match index % 3 {
@@ -81,7 +81,7 @@ impl Course {
         }
     }
 
-    /// Returns the kind, which decides how the reference is judged.
+    /// Returns the kind of this reference, which determines how it is judged.
     pub const fn kind(self) -> Kind {
         match self {
             Self::Sine | Self::Smooth { .. } | Self::SineAt { .. } => Kind::Sine,
@@ -130,14 +130,15 @@ fn steps(seed: u64, index: u64, ms: usize) -> Vec<f64> {
     angles
 }
 
-/// Half a cosine from 1 to 4 s.
+/// Returns a smooth rise from rest to the angle `deg`, °: half a cosine from 1 to 4 s.
 fn rise(deg: f64, t: f64) -> f64 {
     let way = ((t - 1.0) / 3.0).clamp(0.0, 1.0);
     REST_DEG + (deg - REST_DEG) * 0.5 * (1.0 - (way * TAU / 2.0).cos())
 }
 
-/// Returns whether each millisecond of a reference is judged: from [`SCORED_FROM_MS`] on, except
-/// for [`SETTLING_MS`] after each jump of a degree or more within a millisecond.
+/// Returns for each millisecond of a reference whether it is scored. Scored is all time from
+/// [`SCORED_FROM_MS`] on, except for [`SETTLING_MS`] after each jump of 1° or more within a
+/// millisecond.
 pub fn scored(wanted: &[f64]) -> Vec<bool> {
     let mut judged_from = SCORED_FROM_MS;
     let mut before = wanted.first().copied().unwrap_or(0.0);

@@ -9,24 +9,27 @@ use hal_sim::body::random_finger::Draws;
 use hal_sim::body::{Body, Drive, Pulse, RandomFinger};
 use std::collections::VecDeque;
 
-/// Length of a trial, ms.
+/// Length of a simulated trial, ms.
 pub const TRIAL_MS: usize = 30_000;
-/// Start of the scored part, ms.
+/// Start of the scored part of a trial, ms.
 pub const SCORED_FROM_MS: usize = 10_000;
-/// Start of the part in which ripple is measured, ms; the last disturbance was 3 s before.
+/// Start of the part of a trial in which ripple is measured, ms. The last disturbance is 3 s
+/// earlier.
 pub const RIPPLE_FROM_MS: usize = 27_000;
-/// Time between pulses, ms (50 Hz, Hamana 2022 §II-D); pulses are 200 µs wide.
+/// Pulse period, ms: 50 Hz (Hamana 2022 §II-D).
 pub const PULSE_EVERY_MS: usize = 20;
+/// Width of every pulse, µs.
 pub(crate) const PULSE_US: u32 = 200;
-/// Device time at the start of a trial: 15 s before the 32-bit microseconds wrap.
+/// Device time at which a trial starts. It is 15 s before the 32-bit counter of microseconds wraps,
+/// so that every trial contains a wrap.
 const START: Micros = Micros::new(u32::MAX - 15_000_000);
 
-/// Returns the device's clock at this time of a trial.
+/// Returns the device time at the time `at_us` of a trial.
 pub(crate) fn device_time(at_us: u64) -> Micros {
     START + us(at_us as u32)
 }
 
-/// A frame in transport.
+/// A frame on its way from host to device.
 #[derive(Clone, Copy, Debug)]
 struct Frame {
     due_us: u64,
@@ -35,7 +38,7 @@ struct Frame {
     measured: f64,
 }
 
-/// Frames of a trial, delivered with the link's delays and losses.
+/// Source of the frames of a trial, with the delays and losses of the link.
 #[derive(Debug)]
 pub(crate) struct Frames {
     line: Line,
@@ -58,13 +61,14 @@ impl Frames {
         frames
     }
 
-    /// Returns the true sampling time of the next frame, µs.
+    /// Returns the true time at which the next frame is sampled, µs.
     fn next_sample_us(&mut self) -> f64 {
         let nominal_us = self.taken as f64 * 1e6 / FRAME_HZ;
         nominal_us + self.luck.uniform(0.0, self.line.sampling_jitter_us)
     }
 
-    /// Samples a frame if it is due. A frame states the time at which it should have been sampled.
+    /// Samples a frame if its time has come. The frame states the time at which it should have been
+    /// sampled.
     pub(crate) fn take(&mut self, now_us: u64, wanted: &[f64], sensed_deg: f64) {
         if self.sample_us > now_us as f64 {
             return;
@@ -84,7 +88,7 @@ impl Frames {
         self.sample_us = self.next_sample_us();
     }
 
-    /// Passes the frames that have arrived to the driver, in order.
+    /// Passes the frames that have arrived by `now_us` to the driver, in order.
     pub(crate) fn deliver(&mut self, now_us: u64, driver: &mut dyn Driver) {
         let now = device_time(now_us);
         while let Some(frame) = self.under_way.front().copied() {
@@ -101,7 +105,7 @@ impl Frames {
     }
 }
 
-/// Plays a pulse of these volts on each channel.
+/// Plays a pulse with these amplitudes on the finger; a channel with 0 V gets none.
 pub(super) fn pulse(finger: &mut RandomFinger, now_us: u64, volts: Volts) {
     for (channel, v) in volts.into_iter().enumerate() {
         if v > 0.0 {
@@ -116,17 +120,17 @@ pub(super) fn pulse(finger: &mut RandomFinger, now_us: u64, volts: Volts) {
     }
 }
 
-/// Result of a trial.
+/// Raw result of a trial.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Attempt {
-    /// The true angle after each millisecond, degrees.
+    /// True angle after each millisecond, °.
     pub angles: Vec<f32>,
-    /// The reason why the device refused or stopped, if it did.
+    /// Reason why the device refused or stopped; `None` if it did not.
     pub refused: Option<String>,
 }
 
-/// Runs a trial in which `driver` makes the plant's finger follow `wanted` (one angle per
-/// millisecond).
+/// Runs a trial in which `driver` makes the plant's finger follow the reference `wanted`, one angle
+/// per millisecond.
 ///
 /// # Errors
 /// Returns [`TrackingError::Plant`] if the plant's finger is invalid.
@@ -155,7 +159,7 @@ pub fn run(
     })
 }
 
-/// Returns the RMSE between angles and a reference over the scored part, degrees.
+/// Returns the RMSE between angles and a reference over the scored part of a trial, °.
 pub fn rmse(angles: &[f32], target: &[f64]) -> f64 {
     let scored = angles.iter().zip(target).skip(SCORED_FROM_MS);
     let (sum, n) = scored.fold((0.0, 0u32), |(sum, n), (a, t)| {

@@ -10,16 +10,16 @@ use firmware::units::Amplitude;
 use hal_sim::body::wearer::Site;
 use hal_sim::body::{FingerSpec, RandomFingerSpec};
 
-/// Amplitude of each channel 0, 1, 2 (A, B, extensor), volts; 0 is no pulse.
+/// Amplitude on the channels of the points A and B and of the extensor, V; 0 means no pulse.
 pub type Volts = [f64; 3];
 
 /// Points at which the flexor is stimulated.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Hash)]
 pub enum Points {
-    /// Point A alone.
+    /// One point, A.
     One,
-    /// A and B as a conducted pair. Its strength is assumed, as a range
-    /// ([`hal_sim::body::random_finger::TWO_POINTS_NM`]); its thresholds are table 7's
+    /// The points A and B as a conducted pair. Its strength is assumed to lie in a range
+    /// ([`hal_sim::body::random_finger::TWO_POINTS_NM`]). Its thresholds are those of table 7
     /// ([`hal_sim::body::wearer::Participant::pair_thresholds_v`]).
     Two,
 }
@@ -27,7 +27,7 @@ pub enum Points {
 impl Points {
     pub const ALL: [Self; 2] = [Self::One, Self::Two];
 
-    /// Returns the name for tables.
+    /// Returns the name of the points in tables.
     pub const fn name(self) -> &'static str {
         match self {
             Self::One => "one-point",
@@ -36,23 +36,23 @@ impl Points {
     }
 }
 
-/// Range of angles that a setpoint may ask for, m°: the finger's range.
+/// Range of angles that a setpoint may request, m°: the finger's range of motion.
 const RANGE_MDEG: (i32, i32) = (0, 100_000);
 
-/// Policy of the default controller for lost setpoints.
+/// What the default controller does when setpoints are lost: it extrapolates them for up to 200 ms.
 pub const SHIPPED_HOLD: HoldPolicy = HoldPolicy::Extrapolate { max_ms: 200 };
 
 fn millivolts(volts: f64) -> Amplitude {
     Amplitude::new((volts * 1000.0).round() as u32)
 }
 
-/// Returns the finger of participant P of Hamana 2022 (table 7), as the file describes it; the
+/// Returns the finger of participant P of Hamana 2022 (table 7), which is the nominal one. The
 /// torque of its two points together is assumed.
 pub fn nominal() -> FingerSpec {
     RandomFingerSpec::nominal().finger
 }
 
-/// Returns the nominal wearer's model for feed-forward.
+/// Returns the nominal wearer's model for the device's feed-forward, with the lead `lead_ms`.
 pub fn model(points: Points, lead_ms: u16) -> WearerModel {
     let finger = nominal();
     let micro = |x: f64| (x * 1e6).round() as u32;
@@ -73,7 +73,8 @@ pub fn model(points: Points, lead_ms: u16) -> WearerModel {
     }
 }
 
-/// Returns the joint of the nominal wearer for the device, with this law.
+/// Returns the nominal wearer's joint as the device is configured for it, with `law` and without a
+/// wearer model.
 pub fn joint(law: LawSpec, points: Points, hold: HoldPolicy) -> JointSpec {
     let finger = nominal();
     let from = |site: Site, threshold_v: f64| PointSpec {
@@ -104,8 +105,8 @@ pub fn joint(law: LawSpec, points: Points, hold: HoldPolicy) -> JointSpec {
     }
 }
 
-/// Returns the default controller: [`LawSpec::RECOMMENDED`] with everything that the nominal wearer
-/// file configures, scaled by that wearer's strength.
+/// Returns the joint of the nominal wearer with the default controller: [`LawSpec::RECOMMENDED`]
+/// and everything that the wearer file configures, scaled by the wearer's strength.
 pub fn shipped(points: Points) -> JointSpec {
     let model = model(points, LawSpec::RECOMMENDED.default_lead_ms());
     JointSpec {
@@ -119,17 +120,17 @@ pub fn shipped(points: Points) -> JointSpec {
     }
 }
 
-/// Knowledge of laws in floats about the wearer.
+/// What a law in floating point knows about its wearer.
 #[derive(Clone, PartialEq, Debug)]
 pub struct KnownWearer {
-    /// Points and range of angles; its law is not used.
+    /// Stimulation points and range of angles. The control law in it is not used.
     pub joint: JointSpec,
-    /// Strength, spring and rest, for feed-forward; its lead is not used.
+    /// Strength, spring and rest angle for the feed-forward. The lead in it is not used.
     pub model: WearerModel,
 }
 
 impl KnownWearer {
-    /// Returns the nominal wearer's file.
+    /// Returns what the file of the nominal wearer contains.
     pub fn nominal(points: Points) -> Self {
         Self {
             joint: joint(LawSpec::RECOMMENDED, points, HoldPolicy::Hold),
@@ -137,7 +138,7 @@ impl KnownWearer {
         }
     }
 
-    /// Returns the mapping from an effort to amplitudes.
+    /// Returns the mapping from an effort to this wearer's amplitudes.
     ///
     /// # Errors
     /// Fails if the device refuses the points.
@@ -145,10 +146,10 @@ impl KnownWearer {
         self.joint.mapping().map_err(Into::into)
     }
 
-    /// Returns the wearer's inverse with this lead.
+    /// Returns the feed-forward, which inverts the wearer's model, with the lead `lead_ms`.
     ///
     /// # Errors
-    /// Fails if the model is out of range, or the lead is above half a second.
+    /// Fails if the model is out of range, or if the lead is above half a second.
     pub fn feed_forward(&self, lead_ms: u16) -> Result<FeedForward, TrackingError> {
         let (low, high) = (self.joint.angle_min_mdeg, self.joint.angle_max_mdeg);
         let model = WearerModel {
@@ -168,7 +169,7 @@ pub fn mapping(points: Points) -> Result<Mapping, TrackingError> {
     KnownWearer::nominal(points).mapping()
 }
 
-/// Returns the effort, −1…1, that the nominal wearer's mapping turns into these volts.
+/// Returns the effort, −1 to 1, that the nominal wearer's mapping turns into these amplitudes.
 pub fn effort_of(points: Points, [a, _, extensor]: Volts) -> f64 {
     let spec = joint(LawSpec::RECOMMENDED, points, HoldPolicy::Hold);
     let share = |point: &PointSpec, volts: f64| {

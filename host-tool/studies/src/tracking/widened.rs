@@ -8,40 +8,42 @@ use super::target::Kind;
 use super::wearer::Points;
 use serde_json::{Value, json};
 
-/// Largest part of the wearers that the device may refuse.
+/// Largest part of the widened wearers that the default controller may refuse: a goal.
 pub const REFUSED_AT_MOST: f64 = 0.10;
 
-/// Results of one contender on some of the wearers.
+/// Results of one contender on a group of wearers.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Failures {
-    /// Number of wearers.
+    /// Number of wearers in the group.
     pub wearers: usize,
-    /// Number of wearers that the device refuses.
+    /// Number of these wearers on whom the device refused or stopped.
     pub refused: usize,
-    /// Number of refused wearers on whom the best PID stays within [`FAILS_DEG`].
+    /// Number of `refused` wearers on whom the best PID did not fail, so that the refusal was
+    /// unnecessary.
     pub refused_needlessly: usize,
-    /// Number of wearers that are not refused and exceed [`FAILS_DEG`].
+    /// Number of wearers on whom the RMSE exceeds [`FAILS_DEG`] without a refusal.
     pub failed: usize,
-    /// Mean RMSE of the wearers not refused, degrees.
+    /// Mean RMSE over the wearers without a refusal, °.
     pub mean: f64,
-    /// Median of the RMSE, degrees.
+    /// Median RMSE over the wearers without a refusal, °.
     pub median: f64,
-    /// 95th percentile of the RMSE, degrees.
+    /// 95th percentile of the RMSE over the wearers without a refusal, °.
     pub p95: f64,
-    /// Largest RMSE, degrees.
+    /// Largest RMSE over the wearers without a refusal, °.
     pub worst: f64,
-    /// 95th percentile of the ripple of holds, RMS, degrees; NaN without holds.
+    /// 95th percentile of the RMS ripple of held angles, °; NaN if the group has no holds.
     pub ripple_p95: f64,
-    /// 95th percentile of the peak-to-peak ripple of holds, degrees.
+    /// 95th percentile of the peak-to-peak ripple of held angles, °; NaN if the group has no holds.
     pub swing_p95: f64,
-    /// Number of holds whose ripple is above [`RIPPLE_DEG`].
+    /// Number of holds whose RMS ripple exceeds [`RIPPLE_DEG`].
     pub restless: usize,
-    /// RMSE minus that of the best PID on the same wearer, degrees.
+    /// Mean difference between the RMSE and that of the best PID on the same wearer, °, with its
+    /// interval.
     pub over_pid: Interval,
 }
 
 /// Computes the results of a contender on the wearers with these points, for one kind of reference
-/// or all.
+/// or for all (`None`).
 pub fn failures(
     campaign: &Campaign,
     points: Points,
@@ -80,7 +82,7 @@ pub fn failures(
     }
 }
 
-/// Returns all kinds together (`None`), then each kind.
+/// Returns `None`, which stands for all kinds of reference together, then each kind.
 fn kinds() -> impl Iterator<Item = Option<Kind>> {
     std::iter::once(None).chain(Kind::ALL.map(Some))
 }
@@ -89,7 +91,7 @@ fn kind_name(kind: Option<Kind>) -> &'static str {
     kind.map_or("all", Kind::name)
 }
 
-/// Columns of RMSE and ripple in the tables.
+/// Columns of the tables that contain RMSE and ripple.
 pub(super) const NUMBERS: [Column<Failures>; 6] = [
     ("mean_deg", |f| f.mean),
     ("median_deg", |f| f.median),
@@ -99,7 +101,7 @@ pub(super) const NUMBERS: [Column<Failures>; 6] = [
     ("swing_p95_deg", |f| f.swing_p95),
 ];
 
-/// Formats the results for people, at most 80 columns.
+/// Formats the results on widened wearers as text of at most 80 columns.
 pub fn text(campaign: &Campaign) -> String {
     let plan = campaign.plan;
     let mut out = format!(
@@ -149,7 +151,7 @@ pub fn text(campaign: &Campaign) -> String {
     out
 }
 
-/// Compares the default controller with its goals.
+/// Describes whether the default controller meets its goals with these points.
 fn verdict(campaign: &Campaign, points: Points) -> String {
     let Some(shipped) = campaign.shipped() else {
         return String::new();
@@ -185,7 +187,7 @@ fn verdict(campaign: &Campaign, points: Points) -> String {
     out
 }
 
-/// Counts the reasons for which a contender refused.
+/// Returns each reason for which a contender was refused, with its number of wearers.
 fn refusals(campaign: &Campaign, points: Points, contender: usize) -> Vec<(String, usize)> {
     let mut counts = std::collections::BTreeMap::new();
     for case in campaign.cases_with(points) {
@@ -196,7 +198,8 @@ fn refusals(campaign: &Campaign, points: Points, contender: usize) -> Vec<(Strin
     counts.into_iter().collect()
 }
 
-/// Formats one CSV line for each contender, number of points and kind of reference.
+/// Formats the results on widened wearers as CSV, with a line for each contender, number of points
+/// and kind of reference.
 pub fn csv(campaign: &Campaign) -> String {
     let mut out = "points,law,arithmetic,course,seed,wearers,failed,refused,refused_needlessly"
         .to_owned()
@@ -228,7 +231,7 @@ pub fn csv(campaign: &Campaign) -> String {
     out
 }
 
-/// Formats the results as JSON.
+/// Formats the results on widened wearers as JSON.
 pub fn json(campaign: &Campaign) -> Value {
     let points = Points::ALL.map(|points| {
         let laws = campaign
