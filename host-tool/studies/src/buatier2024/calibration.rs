@@ -18,7 +18,7 @@ pub const CHANNELS: usize = ARMS * ELECTRODES;
 /// Joint whose angle determines each stimulated muscle: biceps, triceps, anterior and posterior
 /// deltoid.
 const JOINT_OF: [usize; ELECTRODES] = [ELBOW, ELBOW, SHOULDER, SHOULDER];
-/// Smallest peak activation that counts as active.
+/// Peak activation above which a muscle counts as active.
 const LEAST_PEAK: f64 = 1e-3;
 /// The value 1 in millionths, the device's unit.
 const MILLION: f64 = 1e6;
@@ -35,8 +35,8 @@ pub struct Curve {
     pub points: Vec<[f64; 2]>,
     /// Largest activation k.
     pub peak: f64,
-    /// Coefficients a₀ to a₄ per degree (equation 3) of the least-squares quartic of k over its
-    /// scale.
+    /// Coefficients a₀ to a₄ of the least-squares quartic of the activation function C in the angle
+    /// in degrees (equation 3). C is k with the configured scaling.
     pub per_degree: [f64; TERMS],
     /// Residual of the quartic: root mean square, and largest.
     pub left: [f64; 2],
@@ -146,8 +146,9 @@ pub fn curves(study: &Study, stature_m: f64, mass_kg: f64) -> Result<Curves, Lif
     })
 }
 
-/// Returns the quartic with Bernstein coefficients between 0 and 1, so that its values stay in this
-/// range, which is closest to the points and, in the margins, to the fit's values at its ends.
+/// Returns the Bernstein coefficients, in millionths, of the quartic that lies closest to `points`.
+/// All coefficients are between 0 and 1, so the values of the quartic are as well. In the margins
+/// of `range`, it lies close to the values that `fitted` has at its ends.
 fn fit_device_quartic(
     fitted: &Quartic,
     points: &[(f64, f64)],
@@ -192,14 +193,16 @@ fn fit_device_quartic(
     }))
 }
 
-/// Returns the Bernstein polynomials at an angle of a range.
+/// Returns the five Bernstein polynomials of degree four at an angle in the range from `low` to
+/// `high`.
 fn basis([low, high]: [f64; 2], deg: f64) -> [f64; TERMS] {
     let u = ((deg - low) / (high - low)).clamp(0.0, 1.0);
     let last = TERMS as i32 - 1;
     std::array::from_fn(|k| CHOICES[k] * u.powi(k as i32) * (1.0 - u).powi(last - k as i32))
 }
 
-/// Returns root mean square and largest residual of such a quartic.
+/// Returns root mean square and largest residual at `points` of the quartic with these Bernstein
+/// coefficients over `range`.
 fn residuals(bernstein: &[i32; TERMS], range: [f64; 2], points: &[(f64, f64)]) -> [f64; 2] {
     let at = |deg: f64| -> f64 {
         let each = basis(range, deg).into_iter().zip(bernstein);

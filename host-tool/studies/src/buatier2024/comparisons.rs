@@ -10,7 +10,8 @@ use super::whole::compare_whole_device;
 use crate::laboratory::{Row, Share};
 use host_core::statistics;
 
-/// Returns one participant's value for a side of a comparison; `None` if it is missing.
+/// Returns a participant's value of `metric` in the condition and at the height of `side`; `None`
+/// if the condition was not simulated.
 #[must_use]
 pub fn value(study: &Study, person: &Participant, metric: Metric, side: &Side) -> Option<f64> {
     let height = side.height.as_ref().and_then(|name| study.height(name));
@@ -21,8 +22,8 @@ pub fn value(study: &Study, person: &Participant, metric: Metric, side: &Side) -
     )
 }
 
-/// Returns whether the value of `lower` is smaller than that of `higher` for one participant;
-/// `None` if either is missing.
+/// Returns whether a claim holds for one participant: whether its `lower` side has a smaller value
+/// than its `higher` side. `None` if either value is missing.
 #[must_use]
 pub fn holds(study: &Study, person: &Participant, claim: &Claim) -> Option<bool> {
     let side = |side| value(study, person, claim.metric, side);
@@ -40,8 +41,8 @@ fn mean(study: &Study, own: &Replication, metric: Metric, side: &Side) -> f64 {
     statistics::mean(each).unwrap_or(f64::NAN)
 }
 
-/// Returns three times the p of the claim's two conditions in a study (Bonferroni); `None` if the
-/// claim does not compare conditions.
+/// Returns the p between the claim's two conditions in a study, multiplied by three (Bonferroni);
+/// `None` if the claim does not compare two conditions.
 fn p_value(own: &Replication, claim: &Claim) -> Option<f64> {
     let place = |side: &Side| {
         Condition::ALL
@@ -56,8 +57,9 @@ fn p_value(own: &Replication, claim: &Claim) -> Option<f64> {
     Some(own.tests.iter().find(is)?.pairs[pair][1])
 }
 
-/// Returns the shares of participants and of studies in which each claim holds, and of studies in
-/// which its difference is significant with either sign.
+/// Returns three shares for each claim: that of participants for whom the claim holds, that of
+/// studies in which it holds, and that of studies in which the difference is significant with
+/// either sign.
 #[must_use]
 pub(super) fn shares(study: &Study, all: &[Replication]) -> Vec<Share> {
     let mut shares = Vec::new();
@@ -100,7 +102,8 @@ pub(super) fn shares(study: &Study, all: &[Replication]) -> Vec<Share> {
     shares
 }
 
-/// Returns every mean and difference of figure 4, over studies.
+/// Returns rows over studies: every mean of figure 4 beside the printed one, changes of the
+/// metabolic proxy, its fraction of the printed power, and effects of stimulation.
 #[must_use]
 pub(super) fn rows(study: &Study, all: &[Replication]) -> Vec<Row> {
     let mut rows = Vec::new();
@@ -200,7 +203,8 @@ fn changes(study: &Study, all: &[Replication]) -> [Row; 5] {
     ]
 }
 
-/// Returns the share of equation 5 that the proxy could represent.
+/// Returns the metabolic proxy as a percentage of the power that the paper prints (equation 5), for
+/// each condition.
 fn proxy_rows(study: &Study, all: &[Replication]) -> Vec<Row> {
     let rows = Condition::ALL.into_iter().filter_map(|condition| {
         let mut printed = study.printed.iter();
@@ -226,7 +230,8 @@ fn proxy_rows(study: &Study, all: &[Replication]) -> Vec<Row> {
     rows.collect()
 }
 
-/// Describes the effect of stimulation in both modes.
+/// Returns rows about stimulation with resist and assist: durations of lifting and dropping, and
+/// peak torques. The last row counts steps in which muscles were too weak.
 fn stimulation_rows(all: &[Replication]) -> Vec<Row> {
     let mut rows = Vec::new();
     for condition in [Condition::Resist, Condition::Assist] {
@@ -284,8 +289,8 @@ fn stimulation_rows(all: &[Replication]) -> Vec<Row> {
     rows
 }
 
-/// Returns the share of a lift in which the whole device agrees with the fast simulation, for
-/// assist and resist.
+/// Returns a row with the percentage of bursts in which the whole device agrees with the fast
+/// simulation, for a lift with assist and one with resist. A burst is one biphasic pulse.
 ///
 /// # Errors
 /// Fails as the functions of [`super::whole`] do.

@@ -15,7 +15,7 @@ const PARTS: usize = 24;
 pub struct LearntTorque([[f64; JOINTS]; PARTS]);
 
 impl LearntTorque {
-    /// Nothing learnt yet.
+    /// Learnt torque before the first lift: 0 in every section.
     pub const NOTHING: Self = Self([[0.0; JOINTS]; PARTS]);
 }
 
@@ -58,8 +58,9 @@ impl Control {
         self.weak
     }
 
-    /// Computes the intent at step `n` of the movement, for an arm in `state` (flexions, rates)
-    /// whose muscles have these torques at full activation.
+    /// Computes the muscle drives and the intended motion at step `n` of the movement. `state` has
+    /// the arm's flexions, rad, and rates, rad/s; `full_nm` has the torques of its muscles at full
+    /// activation.
     pub fn step(
         &mut self,
         (way, links, learnt): (&LiftTrajectory, &Links, &LearntTorque),
@@ -97,8 +98,9 @@ impl Control {
         }
     }
 
-    /// Returns the feedback torque for an earlier error. Without the delay, it would make the arm
-    /// with the object critically damped at the configured bandwidth.
+    /// Returns the feedback torque for the error that the arm had one feedback delay earlier, N m.
+    /// Without the delay, this feedback would make the arm with the object critically damped at the
+    /// configured bandwidth.
     fn feedback(&self, way: &LiftTrajectory, links: &Links, n: usize) -> [f64; JOINTS] {
         let Some(then) = n.checked_sub(self.late) else {
             return [0.0; JOINTS];
@@ -114,7 +116,7 @@ impl Control {
         })
     }
 
-    /// Adds noise in proportion to the drives.
+    /// Returns the drives with random noise in proportion to each drive.
     fn noisy_drives(&mut self) -> [f64; MUSCLES] {
         let [size, time_s] = self.will.noise;
         let kept = (-1.0 / (RATE_HZ * time_s)).exp();

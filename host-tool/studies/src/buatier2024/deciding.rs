@@ -13,29 +13,30 @@ use serde::{Deserialize, Serialize};
 /// Random stream of the nominal participants.
 const STREAM: u64 = 0xDEC1;
 
-/// One change, and its effect on every claim.
+/// One changed assumption, and its effect on every claim.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ChangeEffect {
     /// Description of the change.
     pub named: String,
     /// Number of participants in whom each claim holds, in the declaration's order.
     pub holds: Vec<usize>,
-    /// Number of participants.
+    /// Number of simulated participants.
     pub of: usize,
 }
 
-/// Results of all changes.
+/// Results of the sensitivity analysis, in which one assumption at a time is changed.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Sensitivity {
-    /// Result without a change.
+    /// Result with no assumption changed.
     pub middle: ChangeEffect,
-    /// Results at the low and the high end of each range.
+    /// Results with one parameter at the low and at the high end of its range, in the order of the
+    /// ranges.
     pub ends: Vec<[ChangeEffect; 2]>,
     /// Results with each ablation of the model.
     pub models: Vec<ChangeEffect>,
 }
 
-/// Returns the ablations of the participant's model, by name.
+/// Returns the ablations of the device's activation model, by name.
 fn models(study: &Study) -> Vec<(&'static str, Study)> {
     let with = |change: &dyn Fn(&mut Study)| {
         let mut other = study.clone();
@@ -165,7 +166,7 @@ impl Sensitivity {
         ends.chain(models.map(|change| &*change.named)).collect()
     }
 
-    /// Returns all results as a table.
+    /// Returns a table with a row for each change and a column for each claim.
     pub(super) fn sheet(&self, study: &Study) -> Sheet {
         let mut heads = vec!["changed assumption".to_owned()];
         heads.extend(study.claims.iter().map(|claim| claim.id.clone()));

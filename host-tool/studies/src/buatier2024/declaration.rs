@@ -10,7 +10,7 @@ pub const DECLARED: &str = include_str!("../../../experiments/buatier.toml");
 /// Number of target heights.
 pub const HEIGHTS: usize = 3;
 
-/// The preregistered study.
+/// Content of the declaration `buatier.toml`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Study {
@@ -37,7 +37,7 @@ pub struct Study {
     /// Random ranges of a participant's parameters.
     #[serde(rename = "range")]
     pub ranges: Vec<Range>,
-    /// Statements to judge.
+    /// Statements of the paper that are judged.
     #[serde(rename = "claim")]
     pub claims: Vec<Claim>,
     /// Means that the paper prints.
@@ -54,9 +54,9 @@ pub struct Protocol {
     pub target_sets: usize,
     /// Number of lifts in a target set.
     pub repetitions: usize,
-    /// Pulse rate.
+    /// Pulse rate, Hz.
     pub frequency_hz: u32,
-    /// Width of one phase.
+    /// Width of one phase of a pulse, µs.
     pub width_us: u32,
     /// Significance level of the tests.
     pub level: f64,
@@ -66,13 +66,13 @@ pub struct Protocol {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Places {
-    /// Start position on the table, forward and up.
+    /// Start position on the table, forward and up from the shoulder.
     pub start: [f64; 2],
-    /// Forward distance of the point above the target.
+    /// Forward distance from the shoulder to the point above the target.
     pub over_x: f64,
-    /// Height of that point above the target.
+    /// Height of the point [`Self::over_x`] above the target.
     pub over_z: f64,
-    /// Forward distance of the target.
+    /// Forward distance from the shoulder to the target.
     pub target_x: f64,
     /// Target heights, as fractions of the reach.
     pub heights: [Height; HEIGHTS],
@@ -93,13 +93,13 @@ pub struct Height {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExoskeletonSpec {
-    /// Update rate of the object and of the hands' god-objects.
+    /// Update rate of the object and of its god-objects, the points at which the hands hold it, Hz.
     pub object_hz: u32,
-    /// Inertia that the exoskeleton adds at elbow and shoulder.
+    /// Inertia that the exoskeleton adds at elbow and shoulder, kg m².
     pub added_inertia_kg_m2: [f64; 2],
 }
 
-/// Scaling of the activation function C.
+/// Scaling that turns the activation k of static optimisation into the activation function C.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Scale {
@@ -133,15 +133,15 @@ pub struct Model {
     pub overlap: f64,
     /// Ratio of antagonist to agonist activation.
     pub co_contraction: f64,
-    /// Scaling of C.
+    /// Scaling of the activation function C.
     pub scale: Scale,
-    /// Conversion of C to a current.
+    /// Conversion of the activation function C to a current.
     pub form: Form,
     /// Margin added at both ends of the joint ranges, degrees.
     pub margin_deg: f64,
     /// Velocity dead band of the phase detector, °/s.
     pub dead_band_deg_s: f64,
-    /// Cut-off frequency of its differentiator, Hz.
+    /// Cut-off frequency of the differentiator in the phase detector, Hz.
     pub cutoff_hz: f64,
     /// Longest time for which an object may be held, s.
     pub longest_hold_s: f64,
@@ -151,11 +151,11 @@ pub struct Model {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MovementCriteria {
-    /// Sampling rate of the recordings.
+    /// Sampling rate of the recordings, Hz.
     pub rate_hz: u32,
     /// Order of the low-pass filter.
     pub filter_order: usize,
-    /// Cut-off frequency of the low-pass filter.
+    /// Cut-off frequency of the low-pass filter, Hz.
     pub filter_hz: f64,
 }
 
@@ -196,15 +196,16 @@ impl Condition {
     }
 }
 
-/// Measured quantity.
+/// Quantity in which conditions are compared.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Metric {
-    /// Metabolic proxy, W/kg.
+    /// Metabolic proxy: power of the arm muscles per body mass, W/kg.
     Power,
-    /// Matching error, m.
+    /// Matching error: distance of the hands from their targets at the release, m.
     Error,
-    /// SPARC, dimensionless.
+    /// SPARC, a dimensionless measure of smoothness: below 0, and closer to 0 for smoother
+    /// movement.
     Smoothness,
 }
 
@@ -220,11 +221,10 @@ impl Metric {
     }
 }
 
-/// One side of a comparison.
+/// Condition and target height on one side of a comparison.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Side {
-    /// Condition of this side.
     pub condition: Condition,
     /// Name of the target height; `None` for the mean over all heights.
     pub height: Option<String>,
@@ -244,9 +244,9 @@ pub struct Claim {
     pub lower: Side,
     /// The side that should be larger.
     pub higher: Side,
-    /// Whether the paper says that the claim holds.
+    /// Whether the paper says that the claim holds; `None` if it says nothing.
     pub paper: Option<bool>,
-    /// Whether the paper calls the difference significant.
+    /// Whether the paper calls the difference significant; `None` if it says nothing.
     pub significant: Option<bool>,
 }
 
@@ -254,9 +254,8 @@ pub struct Claim {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PrintedMean {
-    /// Measured quantity.
+    /// Quantity whose mean is printed.
     pub metric: Metric,
-    /// Condition of the mean.
     pub condition: Condition,
     /// Name of the target height; `None` for all heights.
     pub height: Option<String>,
@@ -275,7 +274,7 @@ impl Study {
         Self::parse(DECLARED)
     }
 
-    /// Parses a declaration.
+    /// Parses and checks the text of a declaration.
     ///
     /// # Errors
     /// Fails as [`Self::load_embedded`] does.
@@ -364,7 +363,7 @@ impl Study {
         wrong
     }
 
-    /// Returns the index of the height with this name.
+    /// Returns the index of the height with this name; `None` if there is none.
     #[must_use]
     pub fn height(&self, name: &str) -> Option<usize> {
         self.way
@@ -373,7 +372,7 @@ impl Study {
             .position(|height| height.name == name)
     }
 
-    /// Returns the pulse period, µs.
+    /// Returns the pulse period in whole microseconds, rounded down.
     #[must_use]
     pub const fn period_us(&self) -> u64 {
         1_000_000 / self.protocol.frequency_hz as u64

@@ -15,17 +15,23 @@ pub enum LiftError {
     /// The trajectory needs more torque than the muscles have.
     #[error(transparent)]
     Reach(#[from] OutOfReach),
-    /// Activation is not a function of the angle.
+    /// No quartic describes the activation as a function of the angle.
     #[error(transparent)]
     Quartic(#[from] NoQuartic),
-    /// A lift cannot be judged.
+    /// A lift cannot be judged, because its recording cannot be filtered or has no smoothness.
     #[error(transparent)]
     Motion(#[from] MotionError),
     /// A randomly generated arm is invalid.
-    #[error("E769 a random wearer is impossible; change the range of this field in buatier.toml")]
-    Arm(#[from] InvalidSagittal),
+    #[error(
+        "E769 a randomly generated wearer is impossible: {0}; change the range of this field in \
+         buatier.toml"
+    )]
+    Arm(InvalidSagittal),
     /// The device refuses the modulation of a joint.
-    #[error("E767 the device refuses the modulation of joint {0}: {1}")]
+    #[error(
+        "E767 the device refuses the modulation of joint {0}: {1}; change the ranges in \
+         buatier.toml that lead to this value"
+    )]
     Refused(u8, String),
     /// The whole device refuses a request, or its link fails.
     #[error(transparent)]
@@ -44,9 +50,28 @@ pub enum LiftError {
     Statistics(String, StatisticsError),
 }
 
+// There is no `#[from]`: the message contains this error in full, so the error must not be listed
+// again as its cause.
+impl From<InvalidSagittal> for LiftError {
+    fn from(error: InvalidSagittal) -> Self {
+        Self::Arm(error)
+    }
+}
+
 impl LiftError {
     /// Creates the error for a modulation that the device refuses.
     pub(super) fn refused(joint: u8, why: ModulationError) -> Self {
-        Self::Refused(joint, format!("{why:?}"))
+        let why = match why {
+            ModulationError::Range(field) => field.to_string(),
+            ModulationError::ChannelTwice { channel } => {
+                format!("both of its muscles use channel {}", channel + 1)
+            }
+            ModulationError::Share { channel, phase, .. } => format!(
+                "`{}` of channel {} leaves 0 to 1 at some angle",
+                phase.field(),
+                channel + 1
+            ),
+        };
+        Self::Refused(joint, why)
     }
 }

@@ -24,8 +24,8 @@ const MUSCLES: [&str; 4] = [
 const SHOWN_S: f64 = 30.0;
 /// Scale of k in plots, which show thousandths because the k of the triceps is small.
 const THOUSAND: f64 = 1e3;
-/// Smallest angle between the last point of one height's trajectory and the first of the next,
-/// degrees. Successive points of one trajectory are nearer.
+/// Difference of successive angles from which on the second one belongs to the trajectory of the
+/// next height, degrees. Successive angles of one trajectory are nearer.
 const NEXT_HEIGHT_DEG: f64 = 3.0;
 /// Number of simulation steps per point of a plotted line.
 const STEPS_PER_POINT: usize = 10;

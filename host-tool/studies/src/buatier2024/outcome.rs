@@ -11,7 +11,7 @@ use host_core::record::sha256;
 
 /// Name of the study in commands.
 pub const NAME: &str = "buatier";
-/// Notes in every result.
+/// Note in every result that the wearers are simulated.
 const SIMULATED: &str =
     "Simulated: random wearers with mostly assumed parameters; no evidence about people.";
 const MEANING: &str = "Each result is a median with the 5th and 95th percentile: of the studies' \
@@ -32,7 +32,7 @@ const MODEL: &str = "The paper does not state the quartics, the scale of k, I0, 
                      stimulation in the drop phase therefore depends on the assumed \
                      co-contraction.";
 
-/// The command's information about the run.
+/// Information about the run that only the command knows.
 #[derive(Clone, Debug)]
 pub struct RunInfo {
     /// Seed of the draws.

@@ -17,17 +17,18 @@ pub struct VoluntaryMotion {
     pub timing: Timing,
     /// Time from the end of the movement to the release, s.
     pub settle_s: f64,
-    /// Initial misjudgement of the object's weight, as a fraction of it.
+    /// Initial misjudgement of the object's weight, as a fraction of the weight; above 0 if the
+    /// object is judged too heavy.
     pub judged_load: f64,
     /// Delay of proprioception and vision, s.
     pub delay_s: f64,
-    /// Bandwidth of the feedback, rad/s, times the delay.
+    /// Bandwidth of the feedback in rad/s, multiplied by the delay in s.
     pub bandwidth: f64,
     /// Fraction of a lift's feedback that is feed-forward in the next lift.
     pub learning: f64,
     /// Ratio of antagonist to agonist activation.
     pub co_contraction: f64,
-    /// Standard deviation of a drive as a fraction of it, and its time constant, s.
+    /// Standard deviation of a drive as a fraction of the drive, and its time constant, s.
     pub noise: [f64; 2],
     /// Standard deviation of the perceived target position, per day and per lift, m.
     pub aim_m: [f64; 2],
@@ -54,13 +55,14 @@ pub struct LiftWearer {
     pub one_day: bool,
 }
 
-/// Stiffness R of elbow and shoulder: 8.67 + 6.18·|τ| and 10.8 + 3.18·|τ|, here the constants, N
-/// m/rad (Gomi and Osu 1998, from memory).
+/// Stiffness of elbow and shoulder without torque, N m/rad. With a torque of τ N m, the stiffness
+/// is 8.67 + 6.18·|τ| and 10.8 + 3.18·|τ| (Gomi and Osu 1998, from memory).
 const STIFFNESS_NM_PER_RAD: [f64; JOINTS] = [8.67, 10.8];
-/// Slopes of the same stiffness over the torque, 1/rad.
+/// Increase of the stiffness of elbow and shoulder per torque, 1/rad.
 const STIFFNESS_PER_RAD: [f64; JOINTS] = [6.18, 3.18];
-/// Random streams of a participant in addition to that of the ranges.
+/// Random stream of a participant's thresholds and tolerated currents.
 const CHANNELS_STREAM: u64 = 1;
+/// Random stream of a participant's errors in the perceived target positions.
 const AIM_STREAM: u64 = 2;
 
 /// Returns the random parameters of participant `index`, one for each range.

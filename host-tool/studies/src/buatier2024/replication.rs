@@ -15,11 +15,13 @@ const PERSONS: u64 = 0x11F7;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Replication {
     pub people: Vec<Participant>,
-    /// Tests of power, then of error and smoothness at each height, each followed by its mean.
+    /// Tests of power; then of the error at each height and of its mean; then of the smoothness at
+    /// each height and of its mean.
     pub tests: Vec<Tested>,
 }
 
-/// Returns the tested metrics and heights.
+/// Returns the tested metrics in the order of [`Replication::tests`], each with a height, or with
+/// `None` for the mean over heights.
 #[must_use]
 pub(super) fn families() -> Vec<(Metric, Option<usize>)> {
     let by_height = |metric| (0..HEIGHTS).map(move |height| (metric, Some(height)));

@@ -50,7 +50,8 @@ impl Object {
         })
     }
 
-    /// Advances the object by `h_s` under the reaction of the hands; the table supports it.
+    /// Advances the object by `h_s`, s, under gravity and the forces of the hands. The object
+    /// cannot sink below the table.
     pub fn step(&mut self, h_s: f64, hands: &[([f64; 2], [f64; 2]); ARMS]) {
         let mut force = [0.0, -self.spec.mass_kg * GRAVITY_M_S2];
         for hand in hands {

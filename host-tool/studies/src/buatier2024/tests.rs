@@ -21,12 +21,12 @@ pub struct Tested {
     pub means: [[f64; 2]; 3],
     /// p of the Shapiro–Wilk test in each condition.
     pub normal_p: [f64; 3],
-    /// p of Mauchly's test.
+    /// p of Mauchly's test of sphericity.
     pub sphericity_p: f64,
     /// F of the condition and its p, which has the Greenhouse–Geisser correction if sphericity
     /// fails.
     pub anova: [f64; 2],
-    /// Greenhouse–Geisser ε.
+    /// Greenhouse–Geisser ε: factor of the degrees of freedom in the corrected test, at most 1.
     pub epsilon: f64,
     /// Paired t, and p times three (Bonferroni), for each of [`PAIRS`].
     pub pairs: [[f64; 2]; 3],
@@ -87,7 +87,7 @@ pub fn test_metric(
     })
 }
 
-/// Returns mean and standard error.
+/// Returns the mean and its standard error.
 #[must_use]
 pub(super) fn mean_and_error(of: &[f64]) -> [f64; 2] {
     let n = of.len() as f64;

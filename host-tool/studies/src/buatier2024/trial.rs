@@ -20,9 +20,11 @@ use host_core::analysis::{SavitzkyGolay, Sparc, matching_error};
 const STEP_MS: usize = 5;
 /// Resolution of the encoders, degrees.
 const ENCODER_DEG: f64 = 0.01;
-/// Random streams of a lift.
+/// Random stream of the perceived target position in a lift.
 const AIM: u64 = 0;
+/// Random stream of the encoders' noise in a lift.
 const ENCODER: u64 = 1;
+/// Random stream of the noise of muscle drives in a lift.
 const DRIVE: u64 = 2;
 
 /// Accuracy, smoothness, energy and duration of one lift.
@@ -44,7 +46,7 @@ pub struct LiftResult {
     pub weak: u64,
 }
 
-/// Recording of a lift.
+/// Recording of a lift, for figures and for the comparison with the whole device.
 #[derive(Clone, Debug, Default)]
 pub struct Trace {
     /// Position of both hands, m from the shoulder, 200 times per second.
@@ -99,7 +101,8 @@ impl<'a> Worker<'a> {
         self.links.reach_m()
     }
 
-    /// Returns the intended movement, whose target is `off_m` from the true one.
+    /// Returns the intended movement to a height. Its target is `off_m` from the true target, m
+    /// forward and up.
     #[must_use]
     pub fn planned_trajectory(&self, height: usize, off_m: [f64; 2]) -> LiftTrajectory {
         let mut places = waypoints(self.study, self.links.reach_m(), height);
@@ -209,7 +212,8 @@ impl<'a> Worker<'a> {
         }
     }
 
-    /// Returns the reading of an encoder at a tick, degrees.
+    /// Returns the reading of an encoder with noise and limited resolution at millisecond `tick`,
+    /// degrees.
     fn encoder(&self, seed: u64, tick: usize, (arm, joint): (usize, usize)) -> f64 {
         let place = (tick * ARMS + arm) * JOINTS + joint;
         let noise = self.person.encoder_deg * random::standard_normal(seed, place as u64);

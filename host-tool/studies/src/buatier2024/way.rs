@@ -3,7 +3,7 @@
 use super::declaration::Study;
 use hal_sim::body::sagittal::{JOINTS, Links};
 
-/// Steps per second.
+/// Number of trajectory steps per second.
 pub(super) const RATE_HZ: f64 = 200.0;
 
 /// Durations of the two parts of a movement.
@@ -26,7 +26,7 @@ pub struct LiftTrajectory {
     pub rates: Vec<[f64; JOINTS]>,
     /// Angular acceleration of elbow and shoulder, rad/s².
     pub accelerations: Vec<[f64; JOINTS]>,
-    /// Position of the hand, m.
+    /// Position of the hand, forward and up from the shoulder, m.
     pub hand_m: Vec<[f64; 2]>,
     /// Acceleration of the hand, forward and up, m/s².
     pub hand_m_s2: Vec<[f64; 2]>,
@@ -104,13 +104,13 @@ impl LiftTrajectory {
         }
     }
 
-    /// Returns the number of steps.
+    /// Returns the number of points of the trajectory, including start and end.
     #[must_use]
     pub fn len(&self) -> usize {
         self.flexions.len()
     }
 
-    /// Always returns `false`.
+    /// Always returns `false`, because a trajectory has at least one point.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.flexions.is_empty()

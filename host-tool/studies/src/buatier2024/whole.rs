@@ -24,6 +24,7 @@ use std::collections::BTreeMap;
 
 /// Full scale of the output stages, µA, in the form of [`StageSpec::Current`].
 const FULL_SCALE_UA: u32 = 100_000;
+/// Largest code of the DAC.
 const CODES: u64 = 65_535;
 /// Interphase gap, µs.
 const GAP_US: u16 = 50;
@@ -35,15 +36,17 @@ const WORD_US: u64 = 1_000;
 const HELD_EVERY: usize = 20;
 /// Largest lag and step of the search for the best lag, µs.
 const LAGS_US: (u64, usize) = (8_000, 50);
-/// Rise time of an amplitude, which affects only the first burst.
+/// Rise time of an amplitude, ms. It affects only the first burst.
 const RISE_MS: u16 = 1;
 
-/// Comparison of the whole device's bursts in a lift with those of the fast simulation.
+/// Comparison of the whole device's bursts in a lift with those of the fast simulation. A burst is
+/// one biphasic pulse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct DeviceComparison {
     /// Bursts of the fast simulation, without each channel's first, in which the amplitude rises.
     pub bursts: usize,
-    /// Bursts of the device at the same time and within one DAC code of these.
+    /// Bursts of the fast simulation that the device emits at the same time and within one DAC
+    /// code.
     pub same: usize,
     /// Bursts that only the device has.
     pub alone: usize,
@@ -56,8 +59,8 @@ type Course = Vec<[Amplitude; CHANNELS]>;
 /// DAC codes of first phases, by channel and time, µs from the start.
 type Bursts = BTreeMap<(u8, u64), u64>;
 
-/// Simulates a lift of a participant to a height, whose seed determines all randomness: first with
-/// the fast simulation, then with its encoder readings on the whole device.
+/// Simulates one lift of a participant: first with the fast simulation, then with its encoder
+/// readings on the whole device. `lift` is the index of the height and the seed of all randomness.
 ///
 /// # Errors
 /// Fails if the lift cannot be simulated, or with E759 if the device stops.
@@ -190,7 +193,7 @@ fn set_up(
     Ok(())
 }
 
-/// Returns the offset of a channel's train, µs.
+/// Returns the offset of a channel's train from the start of the period, µs.
 fn offset_us(channel: u8) -> u64 {
     APART_US * (1 + u64::from(channel))
 }

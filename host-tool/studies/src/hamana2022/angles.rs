@@ -10,7 +10,8 @@ use host_core::statistics::paired_t;
 
 const DIGITS: [&str; 5] = ["thumb", "index", "middle", "ring", "little"];
 
-/// Computes the rows of every finger at each intensity, % of the finger's range, and the claims.
+/// Evaluates experiment 3: returns a row for every participant, intensity and finger (flexion as a
+/// percentage of the finger's range), and the share of draws in which each claim holds.
 pub(super) fn intensities(sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
     let (mut rows, mut shares) = (Vec::new(), Vec::new());
     for (who, _) in people(sessions) {
@@ -56,14 +57,16 @@ pub(super) fn intensities(sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
     (rows, shares)
 }
 
-/// Pronation angles of the forearm, °.
+/// Pronations at which the posture experiment measures, °. At 0° the skin lies over the muscles as
+/// it did in the searches for points and voltages.
 pub(super) const LIES_DEG: [f64; 3] = [0.0, 45.0, 90.0];
 
-/// Angle of the index finger with one point and with two, by pronation, °.
+/// Angles of the index finger, °. The first index is 0 for one point and 1 for two points, the
+/// second is the index of the pronation in [`LIES_DEG`].
 pub(super) type IndexAngles = [[f64; 3]; 2];
 
-/// Returns the mean angles over the trials of a posture session. Of the points A and B, one point
-/// is the one that bends the finger further at 0°.
+/// Returns the mean angles over the trials of a posture session; `None` if a condition has no
+/// trials. The angles with one point are those of A or B, whichever bends the finger further at 0°.
 pub(super) fn index_angles(session: &Session) -> Option<IndexAngles> {
     let of = |points: Points| {
         let at = LIES_DEG.map(|lies| {
@@ -78,8 +81,8 @@ pub(super) fn index_angles(session: &Session) -> Option<IndexAngles> {
     Some([better, of(Pattern::default_two_point().points)?])
 }
 
-/// Computes the rows of the index finger's angle at each pronation with one and with two points,
-/// and the claims.
+/// Evaluates the posture experiment: returns rows with the index finger's angle at each pronation,
+/// with one point and with two, and the share of draws in which each claim holds.
 pub(super) fn postures(protocol: &Protocol, sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
     let (mut rows, mut shares) = (Vec::new(), Vec::new());
     let mut all = Vec::new();
@@ -101,9 +104,9 @@ pub(super) fn postures(protocol: &Protocol, sessions: &[Session]) -> (Vec<Row>, 
     (rows, shares)
 }
 
-/// Compares 0° with 90° by paired t-tests over all draws of all participants, with one and with two
-/// points. Bao 2018's abstract finds no significant effect of rotation; Hamana 2022 finds that one
-/// point loses angle.
+/// Compares the index finger's angles at 0° and at 90° of pronation by paired t-tests over all
+/// draws of all participants, with one point and with two. Bao 2018's abstract finds no significant
+/// effect of rotation; Hamana 2022 finds that the angle with one point becomes smaller.
 fn rotation(bent: &[[[f64; 3]; 2]]) -> Vec<Row> {
     let mut rows = Vec::new();
     for (method, name) in ["one point", "two points"].into_iter().enumerate() {
@@ -132,7 +135,8 @@ fn rotation(bent: &[[[f64; 3]; 2]]) -> Vec<Row> {
     rows
 }
 
-/// Judges the claims about angles by number of points and pronation.
+/// Judges the paper's three claims about the index finger's angle: one point bends it most at 0°,
+/// two points bend it more than one at 90°, and two points reach the preregistered angle at 45°.
 fn posture_claims(
     who: &str,
     is_printed: bool,

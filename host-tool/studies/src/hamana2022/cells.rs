@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 /// Name of the study and of its command.
 pub const TWO_POINTS: &str = "two-points";
-/// Notes that accompany every result.
+/// Disclaimer under the printed table and in the notes of the report.
 pub const SIMULATED: &str =
     "Simulated: random forearms with assumed parameters; no evidence about people.";
 const MEANING: &str = "Ours is the median; low and high are the 5th and 95th percentiles over the \
@@ -30,7 +30,9 @@ const COUNTED: &str = "A draw has no numbers if its searches find no two points,
                        no voltages. Its row in draws.csv gives the reason, and the list below \
                        counts such draws. Claims are judged in the other draws only.";
 
-/// All cells of the population, or a single one.
+/// The cells of the study that a run computes: all of them, or a single one. A cell is a
+/// combination of recruitment rule, return impedance and operating point, applied to many random
+/// wearers.
 pub struct Cells {
     population: Population,
     all: Vec<Cell>,
@@ -38,8 +40,8 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// Loads the declared cells, or only cell number `only`. Returns `None` if there is no such
-    /// cell.
+    /// Loads all preregistered cells, or only cell number `only`, counted from 0. Returns `None` if
+    /// there is no cell with this number.
     ///
     /// # Errors
     /// Returns E621 if the declaration cannot be read.
@@ -78,19 +80,21 @@ impl Cells {
         Err(LaboratoryError::Merge(why).into())
     }
 
-    /// Returns the number of cells.
+    /// Returns the number of cells that the run computes: 1 if a single cell was chosen.
     #[must_use]
     pub fn count(&self) -> usize {
         self.all.len()
     }
 
-    /// Returns the ranges and claims of the random wearers.
+    /// Returns the preregistered population: the random ranges of the wearers, and the claims that
+    /// are judged for them.
     #[must_use]
     pub const fn population(&self) -> &Population {
         &self.population
     }
 
-    /// Summarises the leading cells of which every wearer has been computed.
+    /// Summarises the cells in their order, up to the first cell of which a wearer is not yet
+    /// computed. `units` has the computed wearers by unit number; each cell has `draws` wearers.
     #[must_use]
     pub fn summaries(&self, draws: u64, units: &BTreeMap<u64, DrawOutcome>) -> Vec<Summary> {
         let cells = self.all.iter().zip(0..);
@@ -103,7 +107,8 @@ impl Cells {
         cells.map_while(summary).collect()
     }
 
-    /// Returns the cell and the wearer's index of a unit.
+    /// Returns the cell of a unit and the index of the wearer in that cell. There is no cell if the
+    /// sweep has fewer units.
     fn place(&self, draws: u64, unit: u64) -> (Option<&Cell>, u64) {
         let nth = usize::try_from(unit / draws.max(1)).unwrap_or(usize::MAX);
         (self.all.get(nth), unit % draws.max(1))
@@ -261,7 +266,7 @@ impl Drawing for Cells {
     }
 }
 
-/// A run of the study by a command, with one row of `draws.csv` for each draw.
+/// One run of the study: its cells, its seed and its number of wearers per cell.
 pub struct CellsRun {
     cells: Cells,
     seed: u64,
@@ -269,7 +274,8 @@ pub struct CellsRun {
 }
 
 impl CellsRun {
-    /// Creates a run with this seed and number of wearers per cell, or with the declared ones.
+    /// Creates a run with this seed and this number of wearers per cell. `None` takes the
+    /// preregistered value.
     #[must_use]
     pub fn new(cells: Cells, (seed, draws): (Option<u64>, Option<u64>)) -> Self {
         let population = &cells.population;

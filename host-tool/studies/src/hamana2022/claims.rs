@@ -5,24 +5,24 @@ use super::trials::{Outcome, Postures};
 use super::voltages::{SELECTIVE, Voltages};
 use host_core::statistics::mean;
 
-/// Smallest ratio of two torques that counts as "exceeds".
+/// Ratio of two torques above which the first counts as larger.
 const MORE: f64 = 1.05;
-/// Ratios that count as equal.
+/// Ratios of two torques that count as equal.
 const ALIKE: std::ops::RangeInclusive<f64> = 0.9..=1.15;
-/// Phase difference from which on a pattern counts as long, µs. Patterns can be isolated from there
-/// on (figure 5).
+/// Smallest phase difference of a pattern that the claims about torque use, µs. Isolated patterns
+/// exist only from this phase difference on (figure 5).
 const LONG_US: u32 = 1_000;
 
 /// Torques of a wearer that the claims compare, N·m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Torques {
-    /// Two points, conducted, with a phase difference of at least 1 ms.
+    /// Mean over the conducted two-point patterns with a phase difference of at least 1 ms.
     pub two: f64,
-    /// Two points, isolated, with a phase difference of at least 1 ms.
+    /// Mean over the isolated two-point patterns; their phase difference is at least 1 ms.
     pub apart: f64,
-    /// The stronger of the two points alone, conducted.
+    /// Torque of A or B alone, conducted, whichever is larger.
     pub one: f64,
-    /// The stronger of the two points alone, isolated.
+    /// Torque of A or B alone, isolated, whichever is larger.
     pub one_isolated: f64,
 }
 
@@ -56,15 +56,16 @@ impl Torques {
     }
 }
 
-/// Phase differences at which claims compare individuation, µs: both together, then all from 500 µs
-/// on.
+/// Phase differences at which claims compare individuation, µs: 0, at which both points are pulsed
+/// at the same time, then all phase differences of the paper from 500 µs on.
 pub const PHASES_US: [u32; 6] = [0, 500, 1_000, 2_000, 5_000, 10_000];
-/// Indices in [`PHASES_US`] of both points together and of 2000 µs.
+/// Index in [`PHASES_US`] of 0 µs, at which both points are pulsed at the same time.
 pub(super) const TOGETHER: usize = 0;
+/// Index in [`PHASES_US`] of 2000 µs.
 pub(super) const LATE: usize = 3;
 
-/// Mean individuation of the conducted patterns at each of [`PHASES_US`]; `None` if every trial was
-/// left out.
+/// Mean individuation index of the conducted patterns at each of [`PHASES_US`]; `None` where the
+/// paper's rule excludes every trial.
 pub type Individuations = [Option<f64>; PHASES_US.len()];
 
 /// Computes the [`Individuations`] from the outcomes of all patterns.
@@ -81,7 +82,7 @@ fn individuation(outcomes: &[Outcome], after_us: u32) -> Option<f64> {
 }
 
 /// Judges the claims of `hamana-population.toml` in their order; `None` stands for a claim that
-/// cannot be judged. `postures` are those with one point and with two.
+/// cannot be judged. `postures` has the angles with one point, then those with two.
 #[must_use]
 pub fn judge_claims(
     torques: &Torques,

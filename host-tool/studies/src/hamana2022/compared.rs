@@ -10,9 +10,11 @@ use super::sessions::{Session, claim, people, row};
 use crate::laboratory::{Row, Share};
 use std::collections::BTreeMap;
 
-/// Ratios of one point conducted to isolated that count as equal, as in `hamana-population.toml`.
+/// Ratios of the torque of one conducted point to that of one isolated point that count as equal,
+/// as in `hamana-population.toml`.
 const ALIKE: std::ops::RangeInclusive<f64> = 0.9..=1.15;
-/// Computes a row for each quantity, and the share of draws in which each claim holds.
+/// Returns a row for each quantity, beside the printed value if there is one, and the share of
+/// draws in which each claim holds.
 #[must_use]
 pub fn compare_with_paper(
     experiment: Experiment,
@@ -115,8 +117,9 @@ fn patterns(
     (rows, pattern_claims(is_torque, protocol, &all))
 }
 
-/// Computes the rows of one point for each participant. Only the averages of table 4 are known,
-/// because its cells are a picture.
+/// Computes for each participant the torques of A and B alone, conducted and isolated, as fractions
+/// of the torque of the participant's strongest pattern. These rows have no printed values: the
+/// paper's table 4 is a picture, of which only the averages are known.
 fn table_4(sessions: &[Session]) -> Vec<Row> {
     let mut rows = Vec::new();
     for (who, _) in people(sessions) {

@@ -8,17 +8,19 @@ use hal_sim::body::hand::Hand;
 use hal_sim::body::hand::digits::VISIBLE_DEG;
 use hal_sim::body::hand::spec::{B, E};
 
-/// Range of coupling factors that is searched. Assumed, and wide: the half-space model of two
-/// places of a random forearm differs up to tenfold, whereas the thresholds of A and B in table 7
-/// differ by less than half. Only thresholds are fitted by it.
+/// Range of coupling factors that is searched. Assumed, and wide: in the half-space model, two
+/// places of a random forearm differ up to tenfold, whereas the thresholds of A and B in table 7
+/// differ by less than half. The factors are fitted to thresholds only.
 const COUPLINGS: [f64; 2] = [0.02, 50.0];
-/// Number of steps of the coarse search. It is needed because a stronger coupling need not bend a
-/// finger further: it also reaches other fingers.
+/// Number of steps of the coarse search that precedes the bisection. Bisection alone could miss the
+/// weakest coupling: a stronger coupling also reaches other fingers, so it need not bend the index
+/// finger further.
 const LOOKS: u32 = 12;
 const BISECTIONS: u32 = 12;
 
-/// Gives `hand` the weakest couplings of B and E at which each has a visible effect from these
-/// voltages on, V, if they are known. Returns `false` if no coupling in the range does.
+/// Sets the couplings of point B and of the extensor's point in `hand`. Each becomes the weakest
+/// coupling that has a visible effect at `b_v` or `extensor_v`, V; `None` leaves it unchanged.
+/// Returns `false` if no coupling in the range has this threshold.
 ///
 /// # Errors
 /// Fails if the hand's circuit cannot be solved.

@@ -14,9 +14,10 @@ pub struct Departure {
     pub says: String,
     /// Largest current that the limiter of an output stage lets through, mA.
     pub limiter_ma: Option<f64>,
-    /// Value of [`HandSpec::return_factor`].
+    /// Replaces [`HandSpec::return_factor`], the factor of the return electrode's skin impedance.
     pub return_factor: Option<f64>,
-    /// Value of [`HandSpec::scatter`].
+    /// Replaces [`HandSpec::scatter`], the factor of the spread of thresholds within a pool of
+    /// motor units.
     pub scatter: Option<f64>,
     /// Factor of the skin's impedance in the population: of its resistances and of the reactance of
     /// its capacitance.
@@ -28,7 +29,7 @@ pub struct Departure {
 }
 
 impl Departure {
-    /// Applies the ablation to `spec`.
+    /// Returns `spec` with the values of the forearm that this ablation changes.
     #[must_use]
     pub fn apply_to(&self, mut spec: HandSpec) -> HandSpec {
         spec.limiter_a = self.limiter_ma.map_or(spec.limiter_a, |ma| 1e-3 * ma);

@@ -8,7 +8,7 @@ use host_core::session::SessionError;
 /// The reason why a study of two points cannot be carried out.
 #[derive(Debug, thiserror::Error)]
 pub enum TwoPointsError {
-    /// The declaration is invalid.
+    /// A declaration file of these studies cannot be parsed or lacks a value: the mistake.
     #[error("E621 the declaration of the two-point study is wrong: {0}")]
     Declaration(String),
     /// No wearer has this name.
@@ -21,7 +21,7 @@ pub enum TwoPointsError {
     #[error("E627 --ablation `{0}` does not exist; choose one of {1}")]
     NoDeparture(String, String),
     /// A wearer file lacks values that these studies need: the file, and the values.
-    #[error("E625 {0}: {1}")]
+    #[error("E625 the wearer file {0} cannot be used here: {1}")]
     Wearer(String, String),
     /// A wearer file has mistakes or cannot be read.
     #[error(transparent)]
@@ -32,21 +32,29 @@ pub enum TwoPointsError {
     /// The device cannot be opened.
     #[error(transparent)]
     Device(#[from] OpenError),
-    /// A random hand is invalid.
+    /// The random parameters of a hand are impossible.
     #[error(
-        "E622 a randomly generated hand is impossible; change the range of the named field in \
+        "E622 a randomly generated hand is impossible: {0}; change the range of this field in \
          hamana-population.toml"
     )]
-    Hand(#[from] InvalidHand),
+    Hand(InvalidHand),
     /// The circuit of a random hand cannot be solved.
     #[error(
         "E623 the circuit of a randomly generated hand cannot be solved (an error in the program; \
          please report it)"
     )]
     Network(#[from] InvalidSegment),
-    /// The sweep failed.
+    /// A sweep cannot be run, stored or merged.
     #[error(transparent)]
     Laboratory(#[from] LaboratoryError),
+}
+
+// There is no `#[from]`: the message contains this error in full, so the error must not be listed
+// again as its cause.
+impl From<InvalidHand> for TwoPointsError {
+    fn from(error: InvalidHand) -> Self {
+        Self::Hand(error)
+    }
 }
 
 impl TwoPointsError {

@@ -15,41 +15,43 @@ use serde::{Deserialize, Serialize};
 /// Text of the declaration `host-tool/experiments/hamana.toml`.
 pub const EXPERIMENTS: &str = include_str!("../../../experiments/hamana.toml");
 
-/// Content of the declaration.
+/// Content of the declaration `hamana.toml`: numbers of trials, thresholds of the claims, and
+/// results that the paper prints.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Protocol {
-    /// Number of trials of each condition.
+    /// Number of trials of each condition in experiments 1 to 3.
     pub trials: u64,
     /// Number of trials of each condition in the posture experiment.
     pub posture_trials: u64,
-    /// Voltage above the largest selective voltage in equation 3, V.
+    /// Voltage that equation 3 adds to the largest selective voltages, V.
     pub over_v: f64,
-    /// Individuation index that counts as selective.
+    /// Individuation index above which a stimulation counts as selective.
     pub selective: f64,
     /// p below which a difference counts as significant.
     pub significant: f64,
     /// Angle that two points should reach at 45° of pronation, °.
     pub posture_deg: f64,
-    /// Printed results of the paper's tests.
+    /// Results of the paper's statistical tests, with which the simulated ones are compared.
     pub paper: PrintedTests,
 }
 
-/// Printed results of the paper's tests.
+/// Results of the paper's statistical tests, as printed.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PrintedTests {
-    /// Tests of experiment 1.
+    /// Tests of experiment 1, which measures individuation.
     pub selectivity: Tests,
-    /// Tests of experiment 2.
+    /// Tests of experiment 2, which measures torque.
     pub torque: Tests,
-    /// Averages of one point, conducted and isolated (table 4).
+    /// Average torques of one point, conducted and isolated, as fractions of the torque of the
+    /// strongest pattern (table 4).
     pub one_point: [f64; 2],
-    /// t of each pattern against one point (table 5).
+    /// t of the comparison of each two-point pattern with one point (table 5), by pattern number.
     pub table_5: [f64; 14],
 }
 
-/// Statistic and p of two tests.
+/// Statistic and p of the two tests that the paper makes in experiments 1 and 2.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Tests {
@@ -77,41 +79,42 @@ pub enum Experiment {
 pub struct Condition {
     /// Name in rows and figures.
     pub name: String,
-    /// Pattern of the pulses.
+    /// Points that are pulsed, their timing, and their state between pulses.
     pub pattern: Pattern,
     /// Voltages of A and B, V.
     pub volts: [f64; 2],
-    /// Pronation of the forearm, °.
+    /// Pronation of the forearm, °; 0 in the searches for points and voltages.
     pub pronated_deg: f64,
 }
 
 /// Measurements of one stimulation.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct StimulationResult {
-    /// Index of the condition, from 0.
+    /// Index of the condition in [`Experiment::conditions`], from 0.
     pub condition: usize,
     /// Index of the trial, from 0.
     pub trial: u64,
-    /// Position within the trial, from 0.
+    /// Position in the random order of the trial, from 0.
     pub place: usize,
     /// Isometric torque about the joint of the index finger, N·m.
     pub torque_nm: f64,
-    /// Flexion of the free digits above rest, as fractions of their ranges (equation 2).
+    /// Flexion of the free digits from rest as fractions of their ranges, thumb first (equation 2).
     pub flexed: [f64; DIGITS],
-    /// Angle of the free index finger, °.
+    /// Angle of the free index finger, 0 to 100°; a relaxed finger is at 10°.
     pub index_deg: f64,
-    /// Individuation index (equation 1); `None` if the paper's rule leaves the trial out.
+    /// Individuation index (equation 1); `None` if the paper's rule excludes this stimulation.
     pub individuation: Option<f64>,
 }
 
-/// Seed of a session's order, skin shifts and contraction strengths.
+/// Mixed into the hand's seed for the random order, skin shifts and contraction strengths of a
+/// session.
 const SESSION: u64 = 0x7123;
 
 impl Protocol {
-    /// Parses the committed declaration.
+    /// Parses the declaration `hamana.toml` that is part of the program.
     ///
     /// # Errors
-    /// Fails if it cannot be parsed.
+    /// Fails if the declaration cannot be parsed.
     pub fn load_embedded() -> Result<Self, TwoPointsError> {
         toml::from_str(EXPERIMENTS).map_err(|e| TwoPointsError::Declaration(e.to_string()))
     }
@@ -127,8 +130,8 @@ impl Protocol {
 }
 
 impl Experiment {
-    /// Returns the conditions for a wearer with these voltages. The intensity at `ratio` is missing
-    /// if both points together bend the finger at no ratio.
+    /// Returns the conditions of this experiment for a wearer with these voltages. Intensity c of
+    /// experiment 3 is missing if `voltages.ratio` is `None`.
     #[must_use]
     pub fn conditions(self, voltages: &Voltages, protocol: &Protocol) -> Vec<Condition> {
         let most_v = voltages.most_v;
@@ -166,7 +169,8 @@ impl Experiment {
     }
 }
 
-/// Returns the nine intensities of table 6.
+/// Returns the nine intensities of table 6, without c if `voltages.ratio` is `None`. Intensities g
+/// to i are `over_v` above the largest voltages.
 fn intensities(voltages: &Voltages, over_v: f64) -> Vec<Condition> {
     let (least, most) = (voltages.threshold_v, voltages.most_v);
     let over = most.map(|v| v + over_v);

@@ -12,7 +12,7 @@ use hal_sim::body::hand::{Hand, InvalidHand, MovingHand, Segment};
 use hal_sim::body::{Body, Drive, Lead};
 use serde::{Deserialize, Serialize};
 
-/// Duration of a hold, µs.
+/// Duration of the stimulation during which the finger should keep its angle, µs.
 const HOLD_US: u64 = 10_000_000;
 /// Time between two recorded angles, µs.
 const ROW_US: u64 = 20_000;
@@ -27,7 +27,7 @@ pub struct Hold {
 }
 
 impl Hold {
-    /// Returns the largest angle, °.
+    /// Returns the largest angle of the ten seconds, °.
     #[must_use]
     pub fn greatest_deg(&self) -> f64 {
         self.course_deg.iter().copied().fold(0.0, f64::max)
@@ -102,7 +102,8 @@ impl Wearer {
         }
     }
 
-    /// Holds a pattern for ten seconds and records the index finger; see [`Self::digit_angles`].
+    /// Stimulates a pattern for ten seconds and records the angle of the index finger. The
+    /// arguments are those of [`Self::digit_angles`].
     ///
     /// # Errors
     /// Fails if the hand is invalid.
@@ -119,8 +120,8 @@ impl Wearer {
         })
     }
 
-    /// Holds with one point (the one that bends further, isolated) and with two points, each at the
-    /// largest voltages, in trial `number`.
+    /// Stimulates one point and then two points, each for ten seconds at the largest voltages, in
+    /// trial `number`. The one point is A or B, isolated, whichever bends the finger further.
     ///
     /// # Errors
     /// Fails if the hand is invalid.

@@ -30,12 +30,13 @@ pub struct Participant {
     /// the palmar midline. If they are not known, they are searched.
     #[serde(skip)]
     pub pads_m: Option<[[f64; 2]; 3]>,
-    /// Printed results of the participant.
+    /// Results that the paper prints for this participant; `None` for R and for the person of a
+    /// wearer file.
     pub paper: Option<PrintedResults>,
 }
 
 impl Participant {
-    /// Takes the forearm from a wearer file.
+    /// Creates a participant without printed results from a wearer file.
     ///
     /// # Errors
     /// Fails if the file has no `[forearm]`, or a threshold outside the range of the searches.
@@ -70,13 +71,14 @@ impl Participant {
     }
 }
 
-/// Printed results of one participant.
+/// Results of experiment 4 and of the hold that the paper prints for one participant.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PrintedResults {
     /// Largest voltages of A, B and the extensor's point (table 7), V.
     pub most_v: [f64; 3],
-    /// Smallest ratio of both largest voltages that bends the finger (table 7).
+    /// Smallest fraction of both largest voltages at which both points together bend the finger
+    /// (table 7).
     pub r_th: f64,
     /// Mean RMSE with one point and with two (table 8), °.
     pub rmse_deg: [f64; 2],

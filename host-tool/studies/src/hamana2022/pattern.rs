@@ -12,7 +12,8 @@ pub const WIDTH_US: u32 = 200;
 
 /// Phase differences of the conducted patterns, µs.
 const CONDUCTED_US: [u32; 10] = [0, 50, 100, 150, 200, 500, 1_000, 2_000, 5_000, 10_000];
-/// Number of conducted phase differences that have no isolated counterpart.
+/// Number of conducted phase differences that have no isolated counterpart. They are the first ones
+/// in [`CONDUCTED_US`].
 const SHORT: usize = 6;
 /// Phase differences of the isolated patterns, µs.
 const ISOLATED_US: [u32; 4] = [1_000, 2_000, 5_000, 10_000];
@@ -26,7 +27,8 @@ pub enum Points {
     Two {
         /// Point that is pulsed first, [`A`] or [`B`].
         first: usize,
-        /// Phase difference, µs.
+        /// Time from the pulse of the first point to that of the other point, µs; 0 if both are
+        /// pulsed at the same time.
         after_us: u32,
     },
 }
@@ -36,8 +38,8 @@ pub enum Points {
 pub struct Pattern {
     /// Points that are pulsed, and their timing.
     pub points: Points,
-    /// Whether a point floats while the other is pulsed, instead of being grounded. A point without
-    /// pulses then always floats.
+    /// Whether a point floats while the other is pulsed, instead of being grounded. In an isolated
+    /// pattern, a point without pulses always floats.
     pub isolated: bool,
 }
 
@@ -60,7 +62,7 @@ impl Pattern {
         all
     }
 
-    /// Returns the four patterns of one point.
+    /// Returns the four patterns of one point: A conducted, A isolated, B conducted, B isolated.
     #[must_use]
     pub fn all_one_point() -> [Self; 4] {
         [(A, false), (A, true), (B, false), (B, true)].map(|(point, isolated)| Self {
@@ -90,7 +92,7 @@ impl Pattern {
         }
     }
 
-    /// Returns the phase difference of two points, µs.
+    /// Returns the phase difference of two points, µs; `None` for a pattern of one point.
     #[must_use]
     pub const fn phase_difference_us(&self) -> Option<u32> {
         match self.points {
@@ -99,9 +101,9 @@ impl Pattern {
         }
     }
 
-    /// Returns the number in figure 5, which is the same for both orders; `None` for one point. The
-    /// isolated patterns are 7, 9, 11 and 13, as in the text and table 5; the caption of figure 11
-    /// disagrees.
+    /// Returns the number in figure 5, from 0 to 13; `None` for one point. A before B and B before
+    /// A have the same number. The isolated patterns are 7, 9, 11 and 13, as in the text and table
+    /// 5; the caption of figure 11 disagrees.
     #[must_use]
     pub fn number(&self) -> Option<usize> {
         let after_us = self.phase_difference_us()?;
@@ -133,7 +135,8 @@ impl Pattern {
         }
     }
 
-    /// Returns the start of each point's pulse, µs. The second pulse may begin in the next period.
+    /// Returns when the pulses of A and of B start in the period, µs; `None` for a point without
+    /// pulses.
     fn begins_us(&self) -> [Option<u32>; 2] {
         match self.points {
             Points::One(A) => [Some(0), None],

@@ -9,15 +9,16 @@ use hal_sim::random::Random;
 
 /// Spacing of the places that are tried, along and around the forearm, m.
 const STEP_M: [f64; 2] = [0.012, 0.010];
-/// Interval of the nerves that the first pass considers: every third nerve suffices to rank the
-/// places. The second pass considers all nerves at the best [`TRIED_AGAIN`] places.
+/// The first pass of the search considers only every third nerve, which suffices to rank the
+/// places.
 const LOOKED_AT: usize = 3;
+/// Number of best places of the first pass that a second pass ranks again with all nerves.
 const TRIED_AGAIN: usize = 20;
-/// Fraction of the forearm's length from which on places are tried, and their distance from its
-/// end, m. The return electrode lies there.
+/// Distance from the elbow from which on places are tried, as a fraction of the forearm's length.
 const FROM: f64 = 0.25;
+/// Distance from the wrist within which no places are tried, m. The return electrode lies there.
 const END_M: f64 = 0.060;
-/// Range of places around the forearm, as fractions of its circumference.
+/// Range of places around the forearm from the palmar midline, as fractions of its circumference.
 const AROUND: [f64; 2] = [-0.15, 0.20];
 /// Smallest distance of the centres of two round electrodes, m: 5 mm of skin between them.
 const APART_M: f64 = 0.030;
@@ -36,16 +37,16 @@ struct PadSelectivity {
 }
 
 /// Finds the most selective places of A and B and adds that of the extensor's electrode, all of
-/// this shape. A is the one nearer to the thumb. Returns `None` if no two places bend the index
-/// finger first.
+/// this shape. A is the one nearer to the thumb. Returns `None` if there are no two places at which
+/// the index finger is the first digit to bend.
 #[must_use]
 pub fn search(spec: &HandSpec, field: &Field, units: &[Unit], shape: Shape) -> Option<[Pad; 3]> {
     let (first, second) = most_selective(spec, field, units, shape)?;
     Some(assign_points(spec, (first, second), shape))
 }
 
-/// Finds places as a person would: tries them in random order and takes the first two that bend the
-/// index finger first.
+/// Finds places as a person would: tries them in random order and takes the first two at which the
+/// index finger is the first digit to bend.
 #[must_use]
 pub fn first_found(
     spec: &HandSpec,
@@ -91,7 +92,8 @@ fn most_selective(
     Some((first, second))
 }
 
-/// Assigns two places to A and B and adds the extensor's electrode.
+/// Assigns the place nearer to the thumb to A and the other to B, and adds the extensor's
+/// electrode.
 fn assign_points(spec: &HandSpec, (first, second): (Pad, Pad), shape: Shape) -> [Pad; 3] {
     let (a, b) = match first.y_m >= second.y_m {
         true => (first, second),

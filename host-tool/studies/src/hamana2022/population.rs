@@ -6,7 +6,7 @@ use hal_sim::body::hand::{HandSpec, Rule, SkinSpec, membrane::Membrane};
 use hal_sim::random;
 use serde::Deserialize;
 
-/// Text of the committed declaration.
+/// Text of the declaration `host-tool/experiments/hamana-population.toml`.
 pub const DECLARED: &str = include_str!("../../../experiments/hamana-population.toml");
 
 /// Content of the declaration: random ranges, cells and claims.
@@ -27,11 +27,11 @@ pub struct Population {
     pub jitter_mm: f64,
     /// Relative standard deviation of a contraction's strength.
     pub force_noise: f64,
-    /// Levels of the crossed factors.
+    /// Factors of the study; every combination of their values is a cell.
     pub cells: Cells,
-    /// Mechanisms that are removed one at a time.
+    /// Cells that each lack one mechanism of the model.
     pub ablations: Ablations,
-    /// Cells in which both points have similar thresholds.
+    /// Cells in which B's threshold has the same random range as A's.
     pub balanced: Balanced,
     /// Ranges of the wearers' random parameters.
     #[serde(rename = "range")]
@@ -41,11 +41,11 @@ pub struct Population {
     pub claims: Vec<Claim>,
 }
 
-/// Levels of the crossed factors.
+/// Factors of the study and their values. Every combination of values is a cell.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Cells {
-    /// Names of the recruitment rules.
+    /// Names of the recruitment rules: `potential`, `curvature` or `field`.
     pub rules: Vec<String>,
     /// Factors of the return electrode's impedance.
     pub return_factors: Vec<f64>,
@@ -53,7 +53,7 @@ pub struct Cells {
     pub volts: Vec<f64>,
 }
 
-/// Mechanisms that are removed one at a time.
+/// Mechanisms of the model that are removed one at a time.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ablations {
@@ -61,20 +61,20 @@ pub struct Ablations {
     pub names: Vec<String>,
 }
 
-/// Cells in which B's threshold has the same range as A's, at every return factor of the default
-/// rule.
+/// Additional cells in which B's threshold has the same random range as A's. They have the default
+/// rule and every return factor.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Balanced {
-    /// Factors of the skin's impedance.
+    /// Factors of the skin's impedance; each gives one cell for every return factor.
     pub skins: Vec<f64>,
 }
 
-/// Claim to be judged.
+/// Statement of the paper that is judged for each wearer.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Claim {
-    /// Key in results.
+    /// Identifier in `result.json` and in the columns of `draws.csv`.
     pub id: String,
     /// Wording for the report.
     pub says: String,
@@ -83,17 +83,18 @@ pub struct Claim {
 /// Hand and threshold of a random wearer.
 #[derive(Clone, Debug)]
 pub struct DrawnHand {
-    /// Specification of the hand.
+    /// Parameters of the forearm and hand: random where the population has a range, otherwise
+    /// nominal.
     pub spec: HandSpec,
-    /// Smallest voltage at which point A moves a finger, V.
+    /// Smallest voltage at which point A visibly bends the index finger, V.
     pub threshold_v: f64,
 }
 
 impl Population {
-    /// Parses the committed declaration.
+    /// Parses the declaration `hamana-population.toml` that is part of the program.
     ///
     /// # Errors
-    /// Fails if it cannot be parsed.
+    /// Fails if the declaration cannot be parsed.
     pub fn load_embedded() -> Result<Self, TwoPointsError> {
         toml::from_str(DECLARED).map_err(|e| TwoPointsError::Declaration(e.to_string()))
     }

@@ -13,15 +13,17 @@ use host_core::run::{DeviceName, SessionFile, run};
 use std::fmt::Write;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Dummy loads, Ω. With them, a device can be armed at every voltage of the searches.
+/// Resistance of the dummy load on every channel, Ω. With this load, a device can be armed at every
+/// voltage of the searches.
 const LOAD_OHM: u32 = 3_000;
 /// Limit of a channel, V: the largest voltage of the searches, with a margin.
 const LIMIT_V: f64 = 50.0;
-/// Duration of the session, µs, and the time from which on the amplitudes have risen.
+/// Duration of the session, µs.
 const PLAYED_US: u64 = 600_000;
+/// Time after the start at which the amplitudes have risen, µs.
 const RISEN_US: u64 = 400_000;
-/// Time between the end of a point's grounding and its next pulse, µs: the two windows in which a
-/// device computes the pulse.
+/// Time from the end of a point's grounding to its next pulse, µs. It covers the two windows in
+/// which the device computes the pulse.
 const RENDERED_US: u32 = 500;
 /// Resolution of the converter at a full scale of 60 V, V.
 const STEP_V: f64 = 60.0 / 65_535.0;
@@ -65,8 +67,9 @@ impl Body for Leads {
 }
 
 impl Pattern {
-    /// Returns the start of each point's pulse, µs. A point that is only conducted gets pulses of 0
-    /// V half a period later, because every channel of a group needs a train.
+    /// Returns the points that need a channel, each with the start of its pulse in the period, µs.
+    /// A point that is grounded but never driven gets pulses of 0 V half a period later, because
+    /// every channel of a group needs a train.
     fn offsets_us(&self) -> Vec<(usize, u32)> {
         match self.points {
             Points::One(point) if self.isolated => vec![(point, 0)],
@@ -75,8 +78,8 @@ impl Pattern {
         }
     }
 
-    /// Writes a session that plays the pattern at these voltages and grounds points for as long as
-    /// the device can.
+    /// Returns the text of a session that plays the pattern at these voltages of A and B, V.
+    /// Between pulses, the session grounds points for as long as the device can.
     fn session(&self, volts: [f64; 2]) -> String {
         let mut text = format!(
             "title = \"{}\"\nduration_s = {}\n\
@@ -124,9 +127,10 @@ impl Pattern {
         text
     }
 
-    /// Returns the longest grounding, µs, for a point that is pulsed at `own_us` beside one at
-    /// `other_us`. An isolated point is grounded only between pulses, and a grounding that starts
-    /// again must end before the next pulse.
+    /// Returns the longest grounding after each pulse, µs, for a point that is pulsed at `own_us`
+    /// while the other point is pulsed at `other_us`. An isolated point is grounded in the gaps
+    /// before and after the other point's pulse, and the longer gap decides. The gap that precedes
+    /// the point's own pulse is shortened by [`RENDERED_US`].
     fn grounded_us(&self, own_us: u32, other_us: u32) -> u32 {
         if !self.isolated {
             return PERIOD_US - WIDTH_US - RENDERED_US;
@@ -135,10 +139,12 @@ impl Pattern {
         after(own_us, other_us).max(after(other_us, own_us) - RENDERED_US)
     }
 
-    /// Plays the pattern on `device` at these voltages and returns one period after the rise.
+    /// Plays the pattern on the simulated `device` at these voltages of A and B, V. Returns one
+    /// period of the output, after the amplitudes have risen.
     ///
     /// # Errors
-    /// Fails if the device cannot be opened. Returns E628 if it does not play the pattern.
+    /// Fails if the device cannot be opened. Returns E628 if the device is not simulated, or if the
+    /// session is refused, fails or does not start.
     pub fn play_on_device(
         &self,
         volts: [f64; 2],
@@ -167,9 +173,10 @@ impl Pattern {
         Ok(period(&heard, epoch_us + RISEN_US))
     }
 
-    /// Describes the first difference between `put_out` and the intended pattern at the voltages of
-    /// the output; `None` if they agree. While no point is driven, a point may float where the
-    /// pattern grounds it, because a device cannot ground a point up to its next pulse.
+    /// Describes the first difference between the output `put_out` and the intended pattern; `None`
+    /// if they agree. Compares the driven voltages with `asked_v`, V, then the terminals in every
+    /// microsecond. While no point is driven, a point may float where the pattern grounds it,
+    /// because a device cannot ground a point up to its next pulse.
     #[must_use]
     pub fn find_difference(&self, put_out: &[Segment], asked_v: [f64; 2]) -> Option<String> {
         let volts = driven_v(put_out);
@@ -202,9 +209,10 @@ impl Pattern {
 /// Comparison of patterns on a device with the intended ones, on one wearer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OutputComparison {
-    /// Number of patterns with their voltages.
+    /// Number of different combinations of pattern and voltages that were compared.
     pub patterns: usize,
-    /// Largest difference of a torque, as a fraction of the torque of the index finger's flexors.
+    /// Largest difference between the torque of the output and that of the intended pattern, as a
+    /// fraction of the full torque of the index finger's flexors.
     pub apart: f64,
 }
 
@@ -297,7 +305,8 @@ fn period(heard: &[(u64, usize, Lead)], begin_us: u64) -> Vec<Segment> {
     segments
 }
 
-/// Returns the voltages at which A and B are driven, V; 0 for a point that is not driven.
+/// Returns the amplitudes of the negative pulses at A and B in a period, V; 0 for a point that is
+/// not driven.
 #[must_use]
 pub fn driven_v(period: &[Segment]) -> [f64; 2] {
     [A, B].map(|point| {

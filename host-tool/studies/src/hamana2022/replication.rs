@@ -15,21 +15,23 @@ pub const CONDUCTED: [usize; 10] = [0, 1, 2, 3, 4, 5, 6, 8, 10, 12];
 /// Averages of one participant in one session.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Averages {
-    /// Individuation index, or torque as a fraction of the largest pattern's, by the number in
-    /// figure 5; `None` if every trial was left out.
+    /// Mean of each pattern over the trials, by the number in figure 5: the individuation index in
+    /// experiment 1; the torque in experiment 2, as a fraction of that of the strongest pattern.
+    /// `None` if every trial was left out.
     pub patterns: [Option<f64>; PATTERNS],
-    /// Average of one point, conducted and isolated, of the larger of A and B in each case;
-    /// experiment 2 only.
+    /// Mean torque of one point, conducted and isolated, as a fraction of that of the strongest
+    /// pattern: in each case that of A or B, whichever is larger. `None` in experiment 1.
     pub one_point: Option<[f64; 2]>,
-    /// Averages of A conducted, A isolated, B conducted and B isolated (table 4).
+    /// Mean torques of A conducted, A isolated, B conducted and B isolated, as fractions of that of
+    /// the strongest pattern (table 4). `None` in experiment 1.
     pub points: [Option<f64>; 4],
-    /// Number of trials that were left out.
+    /// Number of stimulations that the paper's rule leaves out; always 0 in experiment 2.
     pub left_out: usize,
-    /// Number of all trials.
+    /// Number of all stimulations of the session, including those left out.
     pub of: usize,
 }
 
-/// Statistic and its p; `None` if the test is impossible.
+/// Statistic and p of a test; `None` if the data do not allow the test.
 pub type Test = Option<[f64; 2]>;
 
 /// Averages and tests over the participants of one draw.
@@ -39,11 +41,11 @@ pub struct Replication {
     pub patterns: [Option<f64>; PATTERNS],
     /// Averages of one point over participants, conducted and isolated.
     pub one_point: Option<[f64; 2]>,
-    /// χ² over the conducted phase differences.
+    /// Friedman test over the conducted phase differences: χ² and p.
     pub friedman: Test,
-    /// t of conducted against isolated, over phase differences.
+    /// Paired t-test of conducted against isolated, over the four phase differences that have both.
     pub isolation: Test,
-    /// t of each pattern against one point conducted, over participants.
+    /// Paired t-tests of each pattern against one conducted point, over participants (table 5).
     pub table_5: [Test; PATTERNS],
     /// Number of participants.
     pub n: usize,
@@ -100,7 +102,7 @@ impl Averages {
 }
 
 impl Replication {
-    /// Computes the averages and tests of these participants; tests that are impossible are `None`.
+    /// Computes the averages and tests over these participants of one draw.
     #[must_use]
     pub fn from_averages(participants: &[Averages]) -> Self {
         let patterns = std::array::from_fn(|number| {

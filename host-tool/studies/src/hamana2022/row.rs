@@ -77,7 +77,7 @@ pub(super) fn format_row(drawn: &DrawOutcome, population: &Population) -> String
     fields.join(",")
 }
 
-/// Parses such a row.
+/// Parses a row that [`format_row`] formatted.
 ///
 /// # Errors
 /// Fails with a description of the first mistake.

@@ -9,13 +9,13 @@ use serde::{Deserialize, Serialize};
 /// Session of one participant in one draw.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Session {
-    /// Name of the participant.
+    /// Name of the participant: P, Q, R or S, or that of a wearer file.
     pub participant: String,
-    /// Whether the paper prints results of this participant in the additional experiment.
+    /// Whether the declaration has printed results of this participant; R has none.
     pub is_printed: bool,
     /// Index of the draw.
     pub draw: u64,
-    /// Conditions of the session.
+    /// Conditions of the session, to which [`StimulationResult::condition`] is an index.
     pub conditions: Vec<Condition>,
     /// Stimulations in the order in which they were applied.
     pub stimulated: Vec<StimulationResult>,
@@ -48,7 +48,8 @@ pub(super) fn claim(
     Share::from_counts(id.to_owned(), claim, paper, (holds, of))
 }
 
-/// Returns the mean of `of` over all stimulations whose condition satisfies `is`.
+/// Returns the mean of `of` over all stimulations whose condition satisfies `is`; `None` if there
+/// are none.
 pub(super) fn mean(
     session: &Session,
     is: impl Fn(&Condition) -> bool,

@@ -12,7 +12,7 @@ use hal_sim::body::hand::field::{Field, Pad, Shape};
 use hal_sim::body::hand::spec::{ROUND_M, SMALL_M};
 use hal_sim::body::hand::{Hand, HandSpec, InvalidHand};
 
-/// Parameters of a cell.
+/// Parameters that all random wearers of a cell share.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
     /// Name of the recruitment rule: the property of the field that charges a nerve.
@@ -24,18 +24,21 @@ pub struct Cell {
     pub volts: f64,
     /// Name of the removed mechanism, if any.
     pub without: Option<String>,
-    /// Factor of the skin's impedance in a cell in which B's threshold has the same range as A's.
+    /// Factor of the skin's impedance in a cell in which B's threshold has the same random range as
+    /// A's. `None` in all other cells, in which only A's threshold is prescribed.
     pub balanced_skin: Option<f64>,
 }
 
 /// Numbers of a random wearer, or the reason why there are none.
 #[derive(Clone, PartialEq, Debug)]
 pub enum DrawOutcome {
-    /// No two places bend the index finger first.
+    /// The forearm has no two places at which the index finger is the first digit to bend.
     NoPoints,
-    /// No coupling in its range gives B or the extensor's point its threshold.
+    /// No coupling factor in the searched range gives B or the extensor's point its known
+    /// threshold.
     NoCoupling,
-    /// The limiter prevents a point from reaching its threshold, so the search finds a lower one.
+    /// A searched threshold is below the known one by at least one step, because the output stage's
+    /// current limiter already acts at lower voltages.
     Held,
     /// A point moves nothing up to the largest voltage, or it moves other digits together with the
     /// index finger.
@@ -49,20 +52,21 @@ pub enum DrawOutcome {
 pub struct Numbers {
     /// Searched thresholds and largest voltages.
     pub voltages: Voltages,
-    /// Whether the electrodes are the small ones.
+    /// Whether the small electrodes are used, because the searches failed with the round ones.
     pub is_small: bool,
-    /// Mean torques.
+    /// Mean torques of the patterns that the claims compare.
     pub torques: Torques,
     /// Mean individuation of the conducted patterns.
     pub individuations: Individuations,
-    /// Angles of the index finger at three pronations, with one point and with two, °.
+    /// Flexion of the index finger from rest at three pronations, with one point and with two, °.
     pub postures: [Postures; 2],
     /// Number of trials that the paper's rule leaves out.
     pub left_out: u64,
 }
 
 impl Numbers {
-    /// Judges each claim from these numbers.
+    /// Judges the claims of the declaration in their order; `None` stands for a claim that cannot
+    /// be judged.
     #[must_use]
     pub fn claims(&self) -> [Option<bool>; 8] {
         judge_claims(
@@ -74,12 +78,12 @@ impl Numbers {
     }
 }
 
-/// Default electrode.
+/// Shape of the default electrode: a circle.
 pub(super) const ROUND: Shape = Shape::Round {
     diameter_m: ROUND_M,
 };
-/// Shapes in the order in which they are tried. The small one is used if no selective points are
-/// found with the round one (Hamana 2022, II-B).
+/// Shapes in the order in which they are tried. The small rectangle is used if the searches for
+/// points and voltages fail with the circle (Hamana 2022, II-B).
 const SHAPES: [Shape; 2] = [
     ROUND,
     Shape::Rectangle {
@@ -95,7 +99,7 @@ pub struct PreparedHand {
     pub hand: Hand,
     /// Voltages that the searches found.
     pub voltages: Voltages,
-    /// Whether the electrodes are the small ones.
+    /// Whether the small electrodes are used, because the searches failed with the round ones.
     pub is_small: bool,
 }
 
@@ -117,8 +121,9 @@ pub struct KnownThresholds {
     pub first_found: bool,
 }
 
-/// Places electrodes on the hand of `spec` with these known thresholds and searches its voltages.
-/// Otherwise returns the reason why that is impossible, for the last shape that could be placed.
+/// Places electrodes on the hand of `spec`, fits the known thresholds and searches the voltages:
+/// first with the round electrodes, then with the small ones. If both fail, returns the reason for
+/// the last shape that could be placed.
 ///
 /// # Errors
 /// Fails if the hand is invalid or its circuit cannot be solved.
@@ -188,7 +193,8 @@ impl KnownThresholds {
 }
 
 impl Population {
-    /// Lists all crossed cells, then the ablations of the default cell, then the balanced cells.
+    /// Lists the cells of all combinations of factors, then the ablations of the default cell, then
+    /// the cells of [`Self::balanced`].
     #[must_use]
     pub fn cells(&self) -> Vec<Cell> {
         let mut all = Vec::new();
@@ -226,7 +232,7 @@ impl Population {
         all
     }
 
-    /// Computes wearer `index` of `cell`.
+    /// Generates wearer `index` of `cell`, searches points and voltages, and measures all patterns.
     ///
     /// # Errors
     /// Fails if the declaration or a hand is invalid.

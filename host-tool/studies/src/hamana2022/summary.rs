@@ -7,7 +7,7 @@ use super::study::{Cell, DrawOutcome, Numbers};
 use crate::laboratory::{Row, Share};
 use host_core::statistics;
 
-/// A cell and its wearers.
+/// A cell and the outcomes of its random wearers.
 #[derive(Clone, Debug)]
 pub struct Summary {
     pub cell: Cell,
@@ -23,7 +23,7 @@ const SHORT: [&str; 8] = [
 /// Wording of the share of draws whose searches succeed; the other shares count only these.
 const FOUND: &str = "points and voltages found; only these draws are judged";
 
-/// Quantity that a claim compares; `None` if a wearer has none.
+/// Function that returns a quantity of a wearer; `None` if the wearer has no value of it.
 type Measure = fn(&Numbers) -> Option<f64>;
 
 const TWO_ONE: &str = "two points over one, torque";
@@ -80,7 +80,7 @@ const MEASURES: [(&str, &str, &str, Measure); 9] = [
 ];
 
 impl Cell {
-    /// Returns the name in the table and in `draws.csv`.
+    /// Returns the name in the table and in `draws.csv`, such as `curvature 1 searched`.
     #[must_use]
     pub fn name(&self) -> String {
         let volts = match self.volts {
@@ -119,8 +119,8 @@ impl Summary {
         )
     }
 
-    /// Counts the wearers for whom all claims hold, and all wearers with numbers. A claim that
-    /// cannot be judged does not hold.
+    /// Counts the wearers for whom every claim holds, and the wearers whose searches succeeded. A
+    /// claim that cannot be judged counts as not holding.
     fn holds_jointly(&self) -> (u64, u64) {
         let all = self
             .complete_draws()
@@ -128,7 +128,7 @@ impl Summary {
         (all.count() as u64, self.complete_draws().count() as u64)
     }
 
-    /// Returns the head of the table.
+    /// Returns the column heads of the table that [`Self::line`] fills.
     #[must_use]
     pub fn head() -> String {
         let claims = SHORT.map(|short| format!("{short:>6}")).concat();
@@ -167,7 +167,7 @@ impl Summary {
         )
     }
 
-    /// Counts the draws without numbers, by reason.
+    /// Describes how many draws have no numbers, by reason.
     #[must_use]
     pub fn missing(&self) -> String {
         let count =
@@ -183,7 +183,7 @@ impl Summary {
         format!("draws without points {no_points}{unlike}, without voltages {no_volts}")
     }
 
-    /// Returns the values of a quantity in ascending order.
+    /// Returns the finite values of a quantity in ascending order.
     fn sorted(&self, of: Measure) -> Vec<f64> {
         let all = self.complete_draws().filter_map(of);
         let mut all: Vec<f64> = all.filter(|value| value.is_finite()).collect();
@@ -203,8 +203,8 @@ impl Summary {
         MEASURES.iter().map(row).collect()
     }
 
-    /// Returns each claim's share, the share of all claims jointly, and that of successful
-    /// searches.
+    /// Returns the share of wearers for whom each claim holds, the share for whom all claims hold,
+    /// and the share whose searches succeed.
     #[must_use]
     pub fn shares(&self, population: &Population) -> Vec<Share> {
         let claims = population.claims.iter().enumerate();

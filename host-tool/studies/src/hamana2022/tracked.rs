@@ -57,18 +57,19 @@ pub struct TrialTracking {
     pub course: Vec<[f64; 3]>,
 }
 
-/// Largest number of rows of a course.
+/// Largest number of rows of [`TrialTracking::course`].
 const ROWS: usize = 600;
 
-/// Control laws that are compared.
+/// Names of the compared controllers in session files: the paper's, then the program's default.
 pub const LAWS: [&str; 2] = ["paper", "recommended"];
 
 /// Threshold and largest voltage of A, B and the extensor's point, V.
 type Ranges = [[f64; 2]; 3];
 
 impl Wearer {
-    /// Returns threshold and largest voltage of A, B and the extensor's point with this method, V;
-    /// `None` if both points together move nothing.
+    /// Returns threshold and largest voltage of A, B and the extensor's point with this method, V.
+    /// With two points, the thresholds are the ratio r times the largest voltages; `None` if both
+    /// points together bend the finger at no ratio.
     #[must_use]
     pub fn ranges_v(&self, method: Method) -> Option<[[f64; 2]; 3]> {
         let Self { voltages, .. } = self;
@@ -83,8 +84,8 @@ impl Wearer {
         Some([of(0), of(1), self.extensor_v])
     }
 
-    /// Limits these ranges to the voltages that the device can apply to the measured load. Returns
-    /// the reason if none remains.
+    /// Returns [`Self::ranges_v`], limited to the voltages that the device can apply to the
+    /// measured load. Returns the reason if nothing remains of the range of a used point.
     fn device_ranges_v(&self, method: Method) -> Result<Result<Ranges, String>, TwoPointsError> {
         let Some(mut ranges) = self.ranges_v(method) else {
             return Ok(Err("both points together move nothing".to_owned()));
@@ -107,7 +108,8 @@ impl Wearer {
         Ok(Ok(ranges))
     }
 
-    /// Runs trial `number`. Returns the reason if the trial has no result.
+    /// Runs trial `number` of experiment 4 on `device`, with this method and controller. Returns
+    /// the reason if the trial has no result.
     ///
     /// # Errors
     /// Fails if the program's own session is invalid.
@@ -159,7 +161,8 @@ fn play_session(
     })
 }
 
-/// Adapts the session `text` to a wearer with these ranges.
+/// Enters a wearer's voltages and the controller `law` into the session `text`; `None` if the
+/// session lacks a field that is replaced.
 fn adapt_session(text: &str, ranges_v: [[f64; 2]; 3], law: &str) -> Option<String> {
     let mut table: Table = text.parse().ok()?;
     let range = |number: &Value| ranges_v.get(usize::try_from(number.as_integer()? - 1).ok()?);

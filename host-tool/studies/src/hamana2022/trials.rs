@@ -13,9 +13,9 @@ use hal_sim::random::standard_normal;
 pub struct Trials {
     /// Number of trials of each pattern.
     pub count: u64,
-    /// Standard deviation of the skin's shift, m.
+    /// Standard deviation of the skin's shift over the muscles between trials, m.
     pub jitter_m: f64,
-    /// Relative standard deviation of a contraction's strength.
+    /// Relative standard deviation of a contraction's strength between stimulations.
     pub force_noise: f64,
     /// Seed of both random variations.
     pub seed: u64,
@@ -33,11 +33,12 @@ pub struct Outcome {
     pub left_out: u64,
 }
 
-/// Angles of the index finger above rest at a pronation of 0, 45 and 90°, °.
+/// Flexion of the index finger from rest at 0, 45 and 90° of pronation, in degrees.
 pub type Postures = [f64; 3];
 
 impl Trials {
-    /// Simulates every pattern at these voltages and returns the skin to its position at rest.
+    /// Simulates all trials of every pattern at these voltages of A and B, V, and returns the means
+    /// of each pattern. Moves the skin back to its position at rest afterwards.
     ///
     /// # Errors
     /// Fails if the hand's circuit cannot be solved.
@@ -78,8 +79,8 @@ impl Trials {
         Ok(outcomes.collect())
     }
 
-    /// Returns how far the index finger bends at each pronation: with the isolated point that bends
-    /// it further at 0°, and with both points in the default pattern.
+    /// Returns how far the index finger bends from rest at each pronation, °: with A or B,
+    /// isolated, whichever bends it further at 0°, and with both points in the default pattern.
     ///
     /// # Errors
     /// Fails if the hand's circuit cannot be solved.

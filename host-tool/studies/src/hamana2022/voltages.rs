@@ -9,10 +9,10 @@ use hal_sim::body::hand::spec::{A, B, E};
 use hal_sim::body::hand::{Hand, Segment};
 use serde::{Deserialize, Serialize};
 
-/// Step of the search, V.
+/// Step by which the searches raise the voltage, V.
 pub(super) const STEP_V: f64 = 2.0;
-/// Voltage at which the search ends, V. The range of the stimulator is an assumption: the largest
-/// voltage in the paper is 40 V.
+/// Largest voltage of the searches in random wearers, V. Assumed; the largest voltage in the paper
+/// is 40 V.
 pub(super) const MOST_V: f64 = 44.0;
 /// Individuation index above which the index finger counts as moving alone (III-A2).
 pub const SELECTIVE: f64 = 0.8;
@@ -23,18 +23,18 @@ const RATIO_STEPS: u32 = 10;
 const WRIST_BARELY_EXTENDED: f64 = 0.1;
 /// Smallest and largest factor of all thresholds that [`calibrate`] considers.
 const FACTOR_RANGE: [f64; 2] = [1e-9, 1e9];
-/// Number of bisections of that range.
+/// Number of bisections of [`FACTOR_RANGE`] in [`calibrate`].
 const BISECTIONS: u32 = 24;
 
-/// Results of [`Voltages::search`] for one hand.
+/// Voltages of A and B that [`Voltages::search`] finds on one hand.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Voltages {
     /// Lowest voltages at A and B that visibly bend the index finger, V.
     pub threshold_v: [f64; 2],
     /// Highest voltages at A and B at which the index finger moves alone, V.
     pub most_v: [f64; 2],
-    /// Smallest ratio r of both largest voltages at which [`Pattern::default_two_point`] visibly
-    /// bends the index finger; `None` if none does.
+    /// Smallest ratio r, from 0.1 to 1, such that [`Pattern::default_two_point`] visibly bends the
+    /// index finger at r times both largest voltages; `None` if no ratio suffices.
     pub ratio: Option<f64>,
 }
 
@@ -150,7 +150,7 @@ pub struct SearchStep {
     pub volts: f64,
     /// Flexion of the free digits above rest, as fractions of their ranges (equation 2).
     pub flexed: [f64; DIGITS],
-    /// Individuation index (equation 1); `None` if the index finger does not move.
+    /// Individuation index (equation 1); `None` if the paper's rule excludes this step.
     pub individuation: Option<f64>,
 }
 

@@ -15,7 +15,7 @@ use std::path::Path;
 /// Text of the declaration `host-tool/experiments/hamana-wearers.toml`.
 pub const WEARERS: &str = include_str!("../../../experiments/hamana-wearers.toml");
 
-/// Participants and sizes of the experiments.
+/// Content of the declaration: participants, numbers of draws and trials, and ablations.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Participants {
@@ -23,17 +23,17 @@ pub struct Participants {
     pub seed: u64,
     /// Number of draws of each participant.
     pub draws: u64,
-    /// Number of trials of each method in experiment 4.
+    /// Number of trials in experiment 4 with A, with B and with both points.
     pub trials: u64,
-    /// Number of trials of each method in the hold.
+    /// Number of trials of the hold with one point and with two.
     pub held: u64,
-    /// Participants in the order of tables.
+    /// Participants in the order in which tables list them.
     #[serde(rename = "wearer")]
     pub all: Vec<Participant>,
     /// Ablations that a command can choose.
     #[serde(rename = "departure")]
     pub departures: Vec<Departure>,
-    /// Ablation that is applied; by default none.
+    /// Ablation that is applied. The default has no name and changes nothing.
     #[serde(skip)]
     pub departure: Departure,
     /// Names and texts of the files that describe the participants: this declaration and the wearer
@@ -45,15 +45,15 @@ pub struct Participants {
 /// Random forearm of a participant after the searches for points and voltages.
 #[derive(Clone, Debug)]
 pub struct Wearer {
-    /// Hand with electrodes.
+    /// Hand with electrodes, couplings and thresholds after the searches.
     pub hand: Hand,
-    /// Voltages of A and B.
+    /// Thresholds and largest voltages of A and B.
     pub voltages: Voltages,
     /// Threshold and largest voltage of the extensor's point, V.
     pub extensor_v: [f64; 2],
 }
 
-/// Seed of a trial's skin shift and contraction strength.
+/// Mixed into the hand's seed for the skin shift and contraction strength of a trial.
 const TRIALS: u64 = 0x7121;
 
 /// Reads a participant from the wearer file `file` with this text; all of its thresholds must be
@@ -72,11 +72,12 @@ fn own(file: &str, text: &str) -> Result<Participant, TwoPointsError> {
 }
 
 impl Participants {
-    /// Loads the declared participants for `None` or "all", one of them for a name, or the person
-    /// of a wearer file (`.toml`).
+    /// Loads the paper's participants for `None` or "all", one of them for a name, or the person of
+    /// a wearer file (`.toml`).
     ///
     /// # Errors
-    /// Fails if they cannot be read, or if there is no participant of this name.
+    /// Fails if the declaration or a wearer file cannot be read, or if there is no participant of
+    /// this name.
     pub fn load(whom: Option<&str>) -> Result<Self, TwoPointsError> {
         let mut read: Self =
             toml::from_str(WEARERS).map_err(|e| TwoPointsError::Declaration(e.to_string()))?;
@@ -128,7 +129,7 @@ impl Participants {
         Ok(self)
     }
 
-    /// Describes the ablation for the report page.
+    /// Describes the ablation for the report page; `None` if no ablation is applied.
     #[must_use]
     pub fn ablation_note(&self) -> Option<String> {
         let Departure { name, says, .. } = &self.departure;

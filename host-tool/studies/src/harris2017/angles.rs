@@ -19,7 +19,8 @@ pub struct AngleDependence {
     pub length: bool,
 }
 
-/// Each cause alone, then both together.
+/// Compared combinations of causes with their names: each cause alone, then moment arms together
+/// with the fibre length.
 pub const DEPENDS: [(&str, AngleDependence); 5] = [
     (
         "moment arms, Rankin & Neptune",
@@ -46,8 +47,8 @@ impl AngleDependence {
     }
 }
 
-/// Returns the relative change of the triceps' torque from 90° to this angle if all of its heads
-/// are excited equally.
+/// Returns the relative change of the triceps' torque from 90° to `included_deg` if all of its
+/// heads are excited equally.
 ///
 /// # Errors
 /// Returns E691 if no source covers the angle.
@@ -143,7 +144,8 @@ pub fn detection_power(effect: f64, noise: f64, level: f64, seed: u64) -> f64 {
     (0..TRIED).filter(is_found).count() as f64 / TRIED as f64
 }
 
-/// Returns the smallest effect, in whole percent, that four of five experiments detect.
+/// Returns the smallest effect that at least four of five simulated experiments detect, as a
+/// fraction in steps of 0.01; `None` if it is above 0.5.
 #[must_use]
 pub fn least_found(noise: f64, level: f64, seed: u64) -> Option<f64> {
     let all = (1..=50).map(|percent| 1e-2 * f64::from(percent));

@@ -82,7 +82,8 @@ fn most_linear(found: &DrawResult) -> Option<bool> {
     Some(middle > short && middle > long)
 }
 
-/// Returns the torque of the biceps divided by that of the triceps at the end of its ramp at 35 µs.
+/// Returns the largest torque of the biceps divided by that of the triceps in the current ramp at
+/// 35 µs, both at the middle angle; `None` if the torque of the triceps is not detected.
 #[must_use]
 pub fn co_contraction(declared: &RampsDeclaration, found: &DrawResult) -> Option<f64> {
     let middle_deg = *declared.protocol.angles_deg.get(1)?;

@@ -146,7 +146,8 @@ pub fn record_test(
     }
 }
 
-/// Returns the sign of an extension torque in the direction in which the cell holds.
+/// Returns the sign of an extension torque, where the direction in which the cell holds is
+/// positive.
 const fn sign(stimulation: Stimulation) -> f64 {
     match stimulation {
         Stimulation::Biceps => -1.0,
@@ -190,7 +191,7 @@ impl Answer {
         self.torque_nm = self.torque_nm.max(nm.abs());
     }
 
-    /// Returns whether a muscle other than the intended one counts as stimulated.
+    /// Returns whether this muscle counts as stimulated, provided that it is not the intended one.
     #[must_use]
     pub fn is_stimulated(&self, judged: &TraceCriteria) -> bool {
         let has_torque = self.muscle != Muscle::Deltoid;
@@ -227,14 +228,15 @@ impl Course {
         (begin < self.moments.len()).then_some(begin)
     }
 
-    /// Returns the value of the ramp at which the torque begins, mA or µs.
+    /// Returns the value of the ramp from which on the torque stays above the detection limit, mA
+    /// or µs; `None` if there is none.
     #[must_use]
     pub fn detected_at(&self, judged: &TraceCriteria) -> Option<f64> {
         Some(self.moments.get(self.detection_index(judged)?)?.at)
     }
 
-    /// Returns R² of a straight line through the samples from there on, or `None` if there are
-    /// fewer than ten.
+    /// Returns R² of a straight line through the samples from [`Self::detected_at`] on; `None` if
+    /// there are fewer than ten.
     #[must_use]
     pub fn linearity(&self, judged: &TraceCriteria) -> Option<f64> {
         let above = self.moments.get(self.detection_index(judged)?..)?;

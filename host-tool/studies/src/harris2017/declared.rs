@@ -4,7 +4,7 @@ use super::error::RampsError;
 use crate::laboratory::{DrawClaim as JudgedClaim, Range};
 use serde::Deserialize;
 
-/// Text of the committed declaration.
+/// Text of the declaration `host-tool/experiments/harris-ramps.toml`.
 pub const DECLARED: &str = include_str!("../../../experiments/harris-ramps.toml");
 
 /// Content of `host-tool/experiments/harris-ramps.toml`.
@@ -25,7 +25,8 @@ pub struct RampsDeclaration {
     pub judged: TraceCriteria,
     /// Search for thresholds with the test rig.
     pub strength_duration: Thresholds,
-    /// Two equivalent pulses beyond the device's limits.
+    /// Two pulses that are equivalent for a chronaxie of 200 µs. No device of this program can play
+    /// both.
     pub beyond: EqualPulses,
     /// Ranges of the wearers' random parameters.
     #[serde(rename = "range")]
@@ -124,7 +125,7 @@ pub struct EqualPulses {
 }
 
 impl RampsDeclaration {
-    /// Parses the committed declaration.
+    /// Parses the declaration `harris-ramps.toml` that is part of the program.
     ///
     /// # Errors
     /// Returns E690 if the declaration cannot be parsed.

@@ -31,8 +31,8 @@ pub struct OutputDifference {
 }
 
 impl Stimulation {
-    /// Writes a session with this stimulation's channel. As in the paper, the ramp begins with the
-    /// first pulse, which `start` allows.
+    /// Returns the text of a session with this stimulation's channel. Its field `start` lets the
+    /// ramp begin with the first pulse, as in the paper.
     fn session(self, protocol: &Protocol) -> String {
         let (limit_ma, width_us) = match self {
             Self::Current(width_us) => (protocol.current_ramp_ma, width_us),
@@ -124,7 +124,7 @@ impl Stimulation {
         Ok((found, apart))
     }
 
-    /// Configures, arms and starts the device and streams the setpoints. Returns the epoch of the
+    /// Configures, arms and starts the device and streams the setpoints. Returns the start of the
     /// trains in simulated time, µs.
     fn stream(
         self,

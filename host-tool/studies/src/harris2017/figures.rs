@@ -6,7 +6,7 @@ use super::study::Study;
 use super::test::Stimulation;
 use crate::laboratory::{Curve, Plot, Plots, Sheet, SheetAxis};
 
-/// Series of figure 3.
+/// Names of the curves in figure 3.
 const CURVES: [&str; 4] = [
     "contraction threshold, measured",
     "contraction threshold, fitted",

@@ -23,11 +23,12 @@ pub struct TestMeasurements {
     pub peak_nm: f64,
     /// Value of the ramp at which the torque begins, mA or µs.
     pub detected_at: Option<f64>,
-    /// R² of a straight line from there on.
+    /// R² of a straight line through the torque from `detected_at` on; `None` for fewer than ten
+    /// samples.
     pub linearity: Option<f64>,
     /// Whether the torque is largest at the end of the ramp.
     pub rises: bool,
-    /// Muscle that responds first.
+    /// Muscle that responds at the smallest value of the ramp; `None` if no muscle responds.
     pub first: Option<Muscle>,
     /// Response of each muscle.
     pub answers: Vec<Answer>,
@@ -47,9 +48,9 @@ pub struct HeldPulse {
 /// Strength–duration relation of an electrode pair on one wearer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StrengthDurationFound {
-    /// Measured thresholds.
+    /// Measured thresholds, one for each pulse width that has one.
     pub thresholds: Vec<Threshold>,
-    /// Law fitted through the thresholds.
+    /// Law fitted through the thresholds; `None` if the thresholds allow no fit.
     pub fitted: Option<StrengthDurationFit>,
 }
 
@@ -72,13 +73,13 @@ impl std::ops::Deref for DrawResult {
 /// Measurements of one wearer, as they are stored.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct DrawMeasurements {
-    /// One entry per reference pulse, in the order of the declaration.
+    /// Measurements of every test, in the order of [`Test::all`].
     pub measured: Vec<TestMeasurements>,
     /// Records of the tests; empty unless the wearer is plotted.
     pub courses: Vec<Course>,
     /// Relation of the pair on the triceps, and that of the biceps if the wearer is plotted.
     pub strength_duration: Vec<StrengthDurationFound>,
-    /// The two equivalent pulses beyond the device's limits.
+    /// Results of the two pulses in the declaration's `beyond`.
     pub beyond: [HeldPulse; 2],
     /// Largest relative change of the torque at the end of a current ramp by ±15°.
     pub departs: f64,
@@ -109,7 +110,7 @@ impl TestMeasurements {
 }
 
 impl DrawResult {
-    /// Measures wearer `index` of `seed` under these pulses. `is_shown` adds the records and the
+    /// Measures wearer `index` of `seed` with these pulses. `is_shown` adds the records and the
     /// thresholds of the biceps.
     ///
     /// # Errors
@@ -185,7 +186,8 @@ impl DrawResult {
 }
 
 impl RampsWearer {
-    /// Holds a pulse of the pair on the triceps at 90°, with the mean contraction.
+    /// Computes the steady result of a constant pulse from the pair on the triceps at 90°, with a
+    /// contraction of mean strength.
     fn hold_pulse(&self, judged: &TraceCriteria, pulse: PulseOf) -> Result<HeldPulse, RampsError> {
         let spec = self.rig_spec(Setting::exact(90.0));
         let width_us = f64::from(pulse.width_us);

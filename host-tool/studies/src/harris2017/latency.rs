@@ -11,7 +11,7 @@ use host_core::run::{Attachments, DeviceName, RunError, SessionFile, StepLimit, 
 
 /// Latencies that the paper measured with an oscilloscope, µs (section 4.1).
 pub const PAPER_US: [u64; 2] = [1_220, 1_300];
-/// Number of repetitions.
+/// Number of repetitions of each measurement.
 const TIMES: u64 = 20;
 /// Time between repetitions, µs. It changes the phase of every periodic process each time.
 const EVERY_US: u64 = 500_787;
@@ -32,7 +32,8 @@ pub struct Latency {
     pub command_us: [[u64; 2]; 3],
 }
 
-/// Writes a session of one channel.
+/// Returns the text of a session with one channel and this pulse rate. If `is_triggered`, the train
+/// starts at an edge of the trigger input.
 fn session(rate_hz: u32, is_triggered: bool) -> String {
     let triggered = if is_triggered {
         ", triggered = true, repeats = 10"
@@ -50,7 +51,7 @@ fn session(rate_hz: u32, is_triggered: bool) -> String {
     )
 }
 
-/// Returns the request for this current, mA.
+/// Returns the setpoint of this current on channel 1, mA.
 fn current_request(ma: u32) -> Request {
     Request::Amplitudes {
         at: None,

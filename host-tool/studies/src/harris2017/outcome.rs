@@ -9,7 +9,7 @@ use crate::laboratory::{Outcome, Preregistration};
 use host_core::record::sha256;
 use std::collections::BTreeMap;
 
-/// Notes that accompany every result.
+/// Note in every result that the elbows are simulated.
 const SIMULATED: &str = "Simulated: random elbows with assumed parameters; no evidence about \
                          people.";
 const MEANING: &str = "Each result is the median of the simulated wearers, with the 5th and 95th \

@@ -10,8 +10,10 @@ use hal_sim::body::bench::{
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
 use hal_sim::random;
 
-/// Pulse widths to which the random thresholds refer, µs (as in harris-wall).
+/// Pulse width to which the random thresholds refer, except that of the biceps, µs (as in
+/// harris-wall).
 const TRICEPS_US: f64 = 35.0;
+/// Pulse width to which the random threshold of the biceps refers, µs (as in harris-wall).
 const BICEPS_US: f64 = 25.0;
 /// Distance from the elbow to the load cell, m. Assumed; the torque does not depend on it.
 const LEVER_M: f64 = 0.25;
@@ -19,9 +21,11 @@ const LEVER_M: f64 = 0.25;
 const CELL_N: f64 = 222.0;
 /// Electromechanical delay, µs, the same as that of the moving elbow.
 const DELAY_US: u32 = 25_000;
-/// Random streams of a wearer.
+/// Random stream of a wearer's chronaxies.
 const CHRONAXIES: u64 = 1;
+/// Random stream of the strengths of a wearer's contractions.
 const CONTRACTIONS: u64 = 2;
+/// Random stream of the errors in a test's angle.
 const SETTINGS: u64 = 3;
 
 /// Simulated wearer in the isometric test rig.
@@ -35,7 +39,7 @@ pub struct RampsWearer {
     pub source: Source,
     /// Muscles that the electrodes reach.
     pub muscles: Vec<RigMuscle>,
-    /// Relative standard deviation from contraction to contraction.
+    /// Relative standard deviation of the strength from contraction to contraction.
     noise: f64,
     cell_noise_n: f64,
     cell_drift_n_per_s: f64,
@@ -158,7 +162,7 @@ impl RampsWearer {
     }
 }
 
-/// Returns a muscle with the random parameters `of`.
+/// Returns a muscle with random parameters, which `of` returns by name.
 fn stimulated(
     of: &dyn Fn(&str) -> Result<f64, RampsError>,
     muscle: Muscle,

@@ -17,8 +17,8 @@ pub struct Run {
 }
 
 impl Run {
-    /// Creates the study with this seed and number of wearers, or with the declared ones, and plays
-    /// all stimulations on the device.
+    /// Creates the study with this seed and number of wearers, where `None` takes the preregistered
+    /// value, and plays all stimulations on the device.
     ///
     /// # Errors
     /// Fails like [`Study::new`] and [`Study::play_on_device`].

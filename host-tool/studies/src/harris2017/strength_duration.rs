@@ -44,8 +44,8 @@ struct Bench<'d> {
 }
 
 impl Bench<'_> {
-    /// Returns the mean torque in the second half of a step, N·m, relative to that over an equal
-    /// time without pulses.
+    /// Returns the mean torque in the second half of a step, N·m, minus the mean torque over an
+    /// equal time without pulses.
     fn step(&mut self, current_ma: f64, width_us: u32) -> f64 {
         let half_ms = micros(self.declared.strength_duration.step_s) / 2_000;
         let lever_m = self.arm.spec().cell.lever_m;
@@ -78,7 +78,7 @@ impl Bench<'_> {
     }
 
     /// Returns the smallest current that causes a response at this width, mA, by coarse and then
-    /// fine steps.
+    /// fine steps; `None` if there is none up to 80 mA.
     fn search(&mut self, width_us: u32) -> Option<f64> {
         let asked = &self.declared.strength_duration;
         let (coarse_ma, step_ma, detected_nm) = (asked.coarse_ma, asked.step_ma, asked.detected_nm);
@@ -191,7 +191,7 @@ pub fn fit_law(thresholds: &[Threshold], step_ma: f64) -> Option<StrengthDuratio
     })
 }
 
-/// Returns the two-sided quantile of Student's t by bisection.
+/// Returns the two-sided quantile of Student's t at [`LEVEL`] for `df` degrees of freedom.
 fn student_quantile(df: f64) -> Option<f64> {
     let (mut low, mut high) = (0.0, 1_000.0);
     for _ in 0..80 {

@@ -24,7 +24,8 @@ pub struct Study {
 }
 
 impl Study {
-    /// Creates the study with this seed and number of wearers, or with the declared ones.
+    /// Creates the study with this seed and number of wearers; `None` takes the preregistered
+    /// value.
     ///
     /// # Errors
     /// Returns E690 if the declaration cannot be read.
@@ -87,7 +88,7 @@ impl Study {
         Ok(DrawResult { person, kept })
     }
 
-    /// Measures wearer `index` under these pulses.
+    /// Measures wearer `index` with these pulses.
     ///
     /// # Errors
     /// Returns E690 or E691 if the declaration or the test rig is invalid.

@@ -9,7 +9,7 @@ use super::test::{Stimulation, stimulations};
 use crate::laboratory::{Grid, Sheet};
 use hal_sim::body::bench::arms::Muscle;
 
-/// Muscles beside the triceps.
+/// Muscles other than the triceps, in the order of the columns.
 const OTHERS: [Muscle; 3] = [Muscle::Deltoid, Muscle::Brachialis, Muscle::Biceps];
 
 impl Study {
@@ -23,8 +23,8 @@ impl Study {
         Ok(sheets)
     }
 
-    /// Tabulates the effect of the angle on the triceps' torque. The long head has its optimal
-    /// length at 90°: of the random parameters, only this length matters here.
+    /// Tabulates the effect of the angle on the triceps' torque, for a long head with its optimal
+    /// length at 90°. No other random parameter changes this effect.
     fn angle_table(&self, all: &[DrawResult]) -> Result<Option<Sheet>, RampsError> {
         let Some(found) = all.first() else {
             return Ok(None);

@@ -41,7 +41,7 @@ impl Stimulation {
         }
     }
 
-    /// Returns the key in results.
+    /// Returns the identifier in results, such as `current-35us`.
     #[must_use]
     pub fn id(self) -> String {
         match self {
@@ -51,7 +51,7 @@ impl Stimulation {
         }
     }
 
-    /// Returns the electrode pair that stimulates.
+    /// Returns the index of the electrode pair that stimulates, [`TRICEPS`] or [`BICEPS`].
     #[must_use]
     pub const fn pair(self) -> usize {
         match self {
@@ -92,7 +92,7 @@ impl Stimulation {
         }
     }
 
-    /// Returns the constant quantity with its unit.
+    /// Returns the constant quantity with its unit; empty for the biceps.
     #[must_use]
     pub fn constant_value(self) -> String {
         match self {
@@ -166,7 +166,7 @@ pub fn stimulations(protocol: &Protocol) -> Vec<Stimulation> {
         .collect()
 }
 
-/// Returns the pulse period, µs.
+/// Returns the pulse period, rounded to whole microseconds.
 #[must_use]
 pub fn period_us(protocol: &Protocol) -> u64 {
     (1e6 / protocol.frequency_hz).round() as u64

@@ -7,7 +7,8 @@ use hal_sim::body::bench::{Wrist, WristSpec};
 use hal_sim::body::{Body, Drive, Pulse};
 use host_core::identify::ForceRecord;
 
-/// A wrist that receives its pulses at their exact microsecond.
+/// A simulated wrist that is stimulated without a device: every pulse starts at its exact
+/// microsecond.
 #[derive(Clone, Debug)]
 pub struct ExactWrist {
     wrist: Wrist,
@@ -35,7 +36,7 @@ impl ExactWrist {
         &mut self.wrist
     }
 
-    /// Plays a train and returns its record, and the true force of each sample.
+    /// Plays a train. Returns the record of the force sensor, and the true force at each sample, N.
     pub fn train_with_truth(&mut self, train: &Train) -> (ForceRecord, Vec<f64>) {
         let first_us = self.now_us + train.before as u64 * SAMPLE_US;
         let mut pulses_us = Vec::with_capacity(train.pulses as usize);

@@ -13,23 +13,24 @@ use serde::{Deserialize, Serialize};
 /// 7.
 const PAPER_30_HZ_S: f64 = 0.0332;
 
-/// Results of fifteen trains.
+/// Results of fifteen trains: five amplitudes at three frequencies each.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct TrainAnalysis {
     /// The amplitudes I1 to I5, mA.
     pub amplitudes: Vec<f64>,
-    /// Largest 40 ms mean above rest, by amplitude and frequency, N.
+    /// Peak force above rest, by amplitude and frequency, N: the largest mean over 40 ms.
     pub peaks_n: Vec<[f64; 3]>,
     /// Fit of equation 5 for each frequency; `None` if too few forces were measured.
     pub exponentials: [Option<(Exponential, Agreement)>; 3],
     /// Fits to the three trains at I5: the statistically optimal one, and the one of the paper.
     pub fits: [ForceFit; 2],
-    /// Agreement of the model by amplitude, averaged over frequencies: I5 as fitted, the others
-    /// with A scaled by equation 6.
+    /// Agreement between model and record for each amplitude, averaged over frequencies. At I5 the
+    /// model is as fitted; at the other amplitudes its constant A is scaled by equation 6.
     pub agreements: Vec<Agreement>,
     /// Response of the fitted model by amplitude and frequency, with the paper's period for 30 Hz.
     pub responses: Vec<[Option<Response>; 3]>,
-    /// T_RT of the measured force, by amplitude and frequency, s.
+    /// Rise time T_RT of the measured force, from 10 to 90 % of its peak, by amplitude and
+    /// frequency, s.
     pub measured_t_rt_s: Vec<[Option<f64>; 3]>,
 }
 
@@ -105,7 +106,8 @@ fn exponential(
     Some((own, agreement(&estimated, &measured)))
 }
 
-/// Returns the agreement between averaged model and averaged record, above rest.
+/// Returns how well the modelled force agrees with the measured force above rest, both averaged
+/// over 40 ms.
 fn record_agreement(constants: Constants, gain: f64, record: &ForceRecord) -> Agreement {
     let own = ForceRecord {
         gain,

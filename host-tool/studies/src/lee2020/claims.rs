@@ -13,7 +13,7 @@ fn counted_share(id: &str, claim: &str, paper: Option<bool>, count: (u64, u64)) 
 }
 
 impl Study {
-    /// Returns all shares, those of the paper first.
+    /// Returns the share of cases in which each claim holds: first the paper's claims, then ours.
     pub(super) fn shares(&self, parts: &[Part]) -> Vec<Share> {
         let mut all = self.subject_claims(parts);
         all.extend(self.replication_claims(parts));

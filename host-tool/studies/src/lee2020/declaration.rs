@@ -7,7 +7,7 @@ use serde::Deserialize;
 /// Text of the built-in declaration.
 pub const DECLARED: &str = include_str!("../../../experiments/lee.toml");
 
-/// The preregistered study.
+/// Content of the declaration `lee.toml`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Declaration {
@@ -21,7 +21,7 @@ pub struct Declaration {
     pub draws: u64,
     /// Search for the motor threshold I_MT.
     pub search: Search,
-    /// The fifteen trains.
+    /// Placement train and the fifteen trains of a session.
     pub trains: Trains,
     /// Simulated wrists whose structure differs from the model.
     pub foreign: Foreign,
@@ -33,11 +33,11 @@ pub struct Declaration {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Search {
-    /// Increment of the amplitude, mA.
+    /// Increment of the amplitude from one try to the next, mA.
     pub step_ma: f64,
-    /// Largest amplitude, mA.
+    /// Amplitude at which a search without a threshold ends, mA.
     pub most_ma: f64,
-    /// Pulse rate of the trains.
+    /// Pulse rate of the train of each try, Hz.
     pub frequency_hz: u32,
     /// Probability of a false alarm in a whole search.
     pub false_alarm: f64,
@@ -47,7 +47,7 @@ pub struct Search {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Trains {
-    /// Pulse width.
+    /// Pulse width of all trains, µs.
     pub width_us: u32,
     /// Pulse rates in ascending order, Hz.
     pub frequencies_hz: [u32; 3],
@@ -55,9 +55,9 @@ pub struct Trains {
     pub amplitudes: usize,
     /// Ratio of the largest amplitude to I_MT.
     pub reach: f64,
-    /// Pause between trains, s.
+    /// Pause from the end of a train to the start of the next, s.
     pub break_s: f64,
-    /// Pulse rate of the placement train.
+    /// Pulse rate of the placement train, Hz.
     pub placement_hz: u32,
     /// Amplitude of the placement train, mA.
     pub placement_ma: f64,
@@ -69,7 +69,7 @@ pub struct Trains {
 pub struct Foreign {
     /// Sizes of each model mismatch; docs/identify.md defines size 1.
     pub sizes: Vec<f64>,
-    /// Number of replications of each subject.
+    /// Number of replications of each subject with each mismatch and size.
     pub draws: u64,
 }
 
@@ -77,23 +77,25 @@ pub struct Foreign {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Claims {
-    /// Smallest mean R² of the exponential.
+    /// R² of the exponential that the mean over subjects must exceed at each frequency.
     pub r2: f64,
-    /// Largest relative change of T_RT.
+    /// Relative change of T_RT from I1 to I5 below which T_RT counts as independent of amplitude.
     pub flat: f64,
-    /// Largest mean NRMSE at I5.
+    /// NRMSE at I5 below which the mean over subjects must lie, %.
     pub nrmse_i5_percent: f64,
-    /// Largest mean NRMSE at I1 to I4.
+    /// Largest allowed mean over subjects of the NRMSE at I1 to I4, %.
     pub nrmse_percent: f64,
-    /// Range of the pooled coverage of the intervals.
+    /// Range in which the coverage of the 95 % intervals, pooled over subjects, must lie, as
+    /// fractions.
     pub coverage: [f64; 2],
-    /// Smallest coverage of the intervals in any cell.
+    /// Smallest allowed coverage of the intervals of one constant in one subject, as a fraction.
     pub least: f64,
-    /// Largest ratio of a variance to its bound.
+    /// Largest allowed ratio of the variance of an estimate to its Cramér-Rao bound, as the
+    /// geometric mean over subjects.
     pub over_bound: f64,
-    /// Largest share of searches with a false threshold.
+    /// Largest allowed share of searches that find a threshold where no fibre responds.
     pub false_threshold: f64,
-    /// Smallest share of searches within one step of the true threshold.
+    /// Smallest allowed share of searches that end within one step of the true threshold.
     pub within_step: f64,
 }
 
@@ -108,8 +110,8 @@ impl Declaration {
 }
 
 impl Search {
-    /// Returns the detector, whose tries take two seconds: a train of one second, and one second of
-    /// rest around it.
+    /// Returns the detector of the threshold search. Each try takes two seconds: a train of one
+    /// second, and one second of rest around it.
     #[must_use]
     pub fn detector(&self) -> Detector {
         Detector {

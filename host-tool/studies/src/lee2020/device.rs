@@ -16,9 +16,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// Full scale of the output stage, mA; a step of its DAC is this over 65 535.
 const FULL_SCALE_MA: f64 = 100.0;
-/// Step of the DAC plus the resolution of a request, mA.
+/// Largest allowed difference between requested and delivered amplitude, mA: a step of the DAC plus
+/// the resolution of a request.
 const STEP_MA: f64 = FULL_SCALE_MA / 65_535.0 + 1e-3;
-/// Offset of the first burst from the start, µs.
+/// Time from the start of the session to the first pulse, µs.
 const OFFSET_US: u32 = 5_000;
 
 /// A pulse as the body receives it: start in µs, current in mA, width in µs.
@@ -114,7 +115,8 @@ fn failed(train: &Train, why: impl ToString) -> LeeError {
 }
 
 impl OnDevice {
-    /// Opens a device with this wrist.
+    /// Opens a simulated device with a wrist on the test rig as its wearer. `most_ma` is the
+    /// largest allowed amplitude, mA.
     ///
     /// # Errors
     /// Fails if the device cannot be opened, or with E647 if it is not simulated.
@@ -167,7 +169,8 @@ impl OnDevice {
         rest_wearer(world, s, &mut || true).map_err(|e| e.to_string())
     }
 
-    /// Returns the first difference between the pulses and the direct stimulation.
+    /// Describes the first difference between the device's pulses and those of `train`; `None` if
+    /// they agree.
     fn find_difference(came: &[BodyPulse], train: &Train) -> Option<String> {
         if came.len() != train.pulses as usize {
             return Some(format!("the device output {} pulses", came.len()));
@@ -256,8 +259,8 @@ impl Stimulator for OnDevice {
     }
 }
 
-/// Returns a session for a train of one second, written as a user would. With `start`, the train
-/// has its full amplitude from the first pulse on, as the paper's trains do.
+/// Returns a session for a train of one second, written as a user would. Its field `start` gives
+/// the train the full amplitude from the first pulse on, like the paper's trains.
 fn session(train: &Train, channel: usize, most_ma: f64) -> Result<SessionFile, LeeError> {
     let Train {
         ma,

@@ -10,10 +10,11 @@ use super::{SUBJECTS, name, paper};
 use crate::laboratory::{Curve, Plot, Plots, Sheet, SheetAxis};
 use host_core::identify::{ForceRecord, moving_average, simulate_record};
 
-/// Indices of the subjects in figures 7, 9 and 10: best and worst exponential fit, and the force
-/// over time.
+/// Subject with the best exponential fit in the paper's figure 7: K05, counted from 0.
 const BEST: usize = 4;
+/// Subject with the worst exponential fit in the paper's figure 7: K03, counted from 0.
 const WORST: usize = 2;
+/// Subject whose force over time figures 9 and 10 show: K10, counted from 0.
 const COURSE: usize = 9;
 /// Interval between plotted points, ms.
 const EVERY: usize = 10;
@@ -32,7 +33,7 @@ pub(super) fn marked(series: usize, points: Vec<[f64; 2]>, ranges: Vec<[f64; 2]>
 }
 
 impl Study {
-    /// Returns all figures in order; empty without results.
+    /// Returns all figures in their order; none if a subject has no results.
     pub(super) fn figures(&self, parts: &[Part]) -> Result<Vec<Sheet>, LeeError> {
         if (0..SUBJECTS).any(|index| printed_analyses(parts, index).next().is_none()) {
             return Ok(Vec::new());
@@ -124,7 +125,8 @@ impl Study {
         )
     }
 
-    /// Draws the first replication of K10, at I5 and at I1 to I4.
+    /// Draws measured and modelled force of K10's first replication: at I5 in figure 9, at I1 to I4
+    /// in figure 10.
     fn figures_9_and_10(&self, session: &Session, found: &TrainAnalysis) -> Vec<Sheet> {
         let last = session.amplitudes.0.len() - 1;
         let sheet = |number: &str, amplitudes: std::ops::Range<usize>, caption: &str| {

@@ -20,13 +20,14 @@ pub struct Mismatch {
     pub foreign: Foreign,
     /// NRMSE at I1 to I5, %.
     pub nrmse_percent: Vec<f64>,
-    /// Ratio of estimate to true value, by constant.
+    /// Ratio of estimate to true value for A, K, τc, τ1 and τ2.
     pub ratios: [f64; 5],
-    /// Whether the 95 % interval contains the true value, by constant.
+    /// Whether the 95 % interval contains the true value, for A, K, τc, τ1 and τ2.
     pub covers: [bool; 5],
 }
 
-/// Simulates one model mismatch at the printed amplitudes.
+/// Simulates fifteen trains at the printed amplitudes on a wrist with the mismatch `foreign`, and
+/// fits the model to them.
 ///
 /// # Errors
 /// Fails if the test rig is invalid or the records cannot be fitted.

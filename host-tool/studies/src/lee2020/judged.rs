@@ -8,14 +8,15 @@ use super::{SUBJECTS, name, paper};
 use crate::laboratory::Sheet;
 use host_core::identify::{NAMES, PARAMETERS, WINDOW};
 
-/// Returns the white noise of a sample, N, which after averaging over 40 ms is as large and as
-/// correlated as the residuals of table 4.
+/// Returns the standard deviation of white noise in a sample, N. After averaging over 40 ms, this
+/// noise is as large and as correlated as the residuals of table 4.
 fn residual_n(subject: usize) -> f64 {
     paper::TABLE_4[subject][6] * (WINDOW as f64).sqrt()
 }
 
 impl Study {
-    /// Tabulates coverage of the intervals and variance over the bound (ours).
+    /// Tabulates how often the 95 % intervals contain the true value, and the variance divided by
+    /// its Cramér-Rao bound (tables A and B, which the paper does not have).
     pub(super) fn quality(&self, parts: &[Part], which: FitKind) -> Sheet {
         let cells = self.cells(parts, which);
         let mut rows = Vec::new();
@@ -62,7 +63,8 @@ impl Study {
         Sheet::table(number, what, caption.to_owned(), grid(&heads, rows))
     }
 
-    /// Tabulates the best accuracy that such data allow (ours).
+    /// Tabulates the best accuracy that data of this kind allow (table C, which the paper does not
+    /// have).
     pub(super) fn bounds_table(&self) -> Sheet {
         let frequencies = self.declared.trains.frequencies_hz;
         let cases: [(&str, &[u32], usize, bool); 5] = [
@@ -107,7 +109,8 @@ impl Study {
         )
     }
 
-    /// Tabulates thresholds and the resulting haptic range (ours).
+    /// Tabulates thresholds and the resulting haptic range (table D, which the paper does not
+    /// have).
     pub(super) fn thresholds_table(&self, parts: &[Part]) -> Sheet {
         let mut rows = Vec::new();
         for (subject, truth) in self.truths.iter().enumerate() {

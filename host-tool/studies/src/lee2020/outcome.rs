@@ -11,7 +11,7 @@ use crate::laboratory::{Outcome, Preregistration, Row};
 use host_core::identify::NAMES;
 use host_core::record::sha256;
 
-/// Notes in every result.
+/// Note in every result that the wearers are simulated.
 const SIMULATED: &str = "Simulated: test rigs with the parameters of the paper's tables and with \
                          assumed recruitment, sensor and noise; no evidence about people.";
 const MEANING: &str = "Ours is the median; low and high are the 5th and 95th percentiles over the \
@@ -29,7 +29,7 @@ const OWN: &str = "Coverage, Cramér-Rao bound and threshold errors are our addi
                    fitted model shows that the arithmetic is correct, and nothing about muscles. \
                    Figure A shows how well the model fits test rigs with other structures.";
 
-/// The command's information about the run.
+/// Information about the run that only the command knows.
 #[derive(Clone, Debug)]
 pub struct RunInfo {
     /// Arguments that repeat the result on a terminal, without the seed.
@@ -41,7 +41,7 @@ pub struct RunInfo {
 }
 
 impl Study {
-    /// Builds the result from these units, which are all or those before a signal.
+    /// Builds the result from the computed units, which are incomplete if the run was interrupted.
     ///
     /// # Errors
     /// Fails if a subject for the figures cannot be simulated.
@@ -208,7 +208,8 @@ impl Study {
         rows
     }
 
-    /// Returns the mean over subjects for each replication in which all subjects have a value.
+    /// Returns the mean of `of` over subjects, for each replication in which all subjects have a
+    /// value.
     fn means(&self, parts: &[Part], of: &dyn Fn(&TrainAnalysis) -> Option<f64>) -> Vec<f64> {
         let each = (0..self.draws).filter_map(|draw| {
             let all: Option<Vec<f64>> = self
@@ -228,7 +229,8 @@ impl Study {
     }
 }
 
-/// Returns pairs of measured and estimated peak forces.
+/// Returns pairs of measured peak force and the force that the exponential gives, N, for all
+/// amplitudes and frequencies.
 pub(super) fn peak_pairs(analysis: &TrainAnalysis) -> Vec<(f64, f64)> {
     let mut points = Vec::new();
     for (ma, peaks) in analysis.amplitudes.iter().zip(&analysis.peaks_n) {
@@ -239,7 +241,7 @@ pub(super) fn peak_pairs(analysis: &TrainAnalysis) -> Vec<(f64, f64)> {
     points
 }
 
-/// Returns the failed sessions and their reasons.
+/// Describes how many sessions have no result, by reason.
 fn failures(parts: &[Part]) -> Vec<String> {
     let mut all = std::collections::BTreeMap::<String, usize>::new();
     for part in parts {

@@ -12,15 +12,16 @@ use crate::laboratory::{Grid, Sheet};
 use hal_sim::body::bench::{Pool, wrist};
 use host_core::identify::{Exponential, agreement};
 
-/// Lowest fibre thresholds and spreads to try, as fractions of the printed I_MT; the test rig has
-/// 0.8 and 0.25.
+/// Lowest fibre thresholds to try, as fractions of the printed I_MT; the test rig has 0.8.
 const LOWEST: [f64; 5] = [0.3, 0.5, 0.65, 0.8, 0.95];
+/// Spreads of fibre thresholds to try, as fractions of the printed I_MT; the test rig has 0.25.
 const SPREADS: [f64; 2] = [0.25, 0.5];
 /// Force that a 40 ms mean must exceed for a search to end, N.
 const MOVES_N: f64 = 0.015;
 
 impl Study {
-    /// Tabulates pools with the same forces at both ends and other recruitment below I_MT (ours).
+    /// Tabulates pools of fibres with the printed ratio of the forces at I_MT and at 1.5·I_MT, but
+    /// with other thresholds (table E, which the paper does not have).
     pub(super) fn pools(&self) -> Sheet {
         let mut rows = Vec::new();
         for spread in SPREADS {
@@ -76,7 +77,9 @@ impl Study {
         )
     }
 
-    /// Returns b, R², and the ratio of found to printed I_MT of a subject.
+    /// Returns b and R² of the exponential, and the ratio of the I_MT that a search finds to the
+    /// printed I_MT, for a pool of this subject. `lowest` and `spread` are fractions of the printed
+    /// I_MT.
     fn pool(&self, subject: usize, (lowest, spread): (f64, f64)) -> Option<[f64; 3]> {
         let (i_mt, forces) = wrist::PRINTED.get(subject)?;
         let ratio: f64 = forces.iter().map(|[weak, strong]| weak / strong).product();

@@ -8,8 +8,9 @@ use host_core::identify::{
 };
 use serde::{Deserialize, Serialize};
 
-/// Rest before a train that is fitted, and length of its record, in samples of 1 ms.
+/// Rest before a train that is fitted, in samples of 1 ms.
 const BEFORE: usize = 500;
+/// Length of the record of a train that is fitted, in samples of 1 ms.
 const SAMPLES: usize = 2_500;
 
 /// A train of pulses that lasts one second.
@@ -21,9 +22,9 @@ pub struct Train {
     pub pulses: u32,
     /// Pulse width, µs.
     pub width_us: u32,
-    /// Number of samples of rest before the first pulse.
+    /// Number of samples of rest before the first pulse, one each ms.
     pub before: usize,
-    /// Total number of samples.
+    /// Number of samples of the whole record, one each ms.
     pub samples: usize,
 }
 
@@ -45,11 +46,12 @@ pub trait Stimulator {
     /// Waits for `s` seconds without stimulation.
     ///
     /// # Errors
-    /// Fails if the device has gone.
+    /// Fails if the device is no longer connected.
     fn rest(&mut self, s: f64) -> Result<(), LeeError>;
 }
 
-/// Amplitudes I1 to I5, evenly spaced from I_MT to I_PT, mA.
+/// Amplitudes I1 to I5, mA, evenly spaced from the motor threshold I_MT to its multiple I_PT. The
+/// declaration fixes the factor.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Amplitudes(pub Vec<f64>);
 
@@ -82,7 +84,7 @@ pub struct SearchResult {
 }
 
 impl SearchResult {
-    /// Returns the threshold I_MT, mA.
+    /// Returns the threshold I_MT that the detector found, mA.
     #[must_use]
     pub fn i_mt_ma(&self) -> Option<f64> {
         self.found.as_ref().map(|result| result.threshold_ma)

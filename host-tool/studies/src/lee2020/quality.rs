@@ -6,18 +6,19 @@ use super::study::{Part, Study, SubjectReplication};
 use super::{SUBJECTS, paper};
 use host_core::identify::{Bound, ForceRecord, PARAMETERS, cramer_rao_bound, response};
 
-/// Accuracy of one constant in one subject.
+/// Accuracy of the estimates of one constant in one subject.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Cell {
-    /// Number of fits.
+    /// Number of replications with a fit.
     pub of: u32,
     /// Number of fits whose interval contains the true value.
     pub covers: u32,
-    /// Variance of the logarithm over its bound.
+    /// Variance of the logarithm of the estimate, divided by its Cramér-Rao bound.
     pub over_bound: f64,
-    /// Mean ratio of estimate to true value, minus 1.
+    /// Mean logarithm of the ratio of estimate to true value; 0 without bias.
     pub bias: f64,
-    /// Smallest possible standard deviation, as a fraction of the constant (the bound).
+    /// Smallest standard deviation that the data allow (Cramér-Rao bound), as a fraction of the
+    /// constant.
     pub least: f64,
 }
 
@@ -44,7 +45,7 @@ pub(super) fn replications(parts: &[Part]) -> impl Iterator<Item = &SubjectRepli
     })
 }
 
-/// Returns the successful analyses of the trains at the printed amplitudes.
+/// Returns the analyses of this subject's trains at the printed amplitudes, without failed ones.
 pub(super) fn printed_analyses(
     parts: &[Part],
     subject: usize,
@@ -53,7 +54,8 @@ pub(super) fn printed_analyses(
 }
 
 impl Study {
-    /// Returns trains as they are fitted, with empty force records.
+    /// Returns a train of one second at each frequency, with a record of zeros from 0.5 s before
+    /// the train to `decay_ms` after it.
     fn trains(&self, frequencies_hz: &[u32], decay_ms: usize) -> Vec<ForceRecord> {
         let one = |hz: &u32| ForceRecord {
             pulses_us: (0..*hz)
@@ -65,7 +67,8 @@ impl Study {
         frequencies_hz.iter().map(one).collect()
     }
 
-    /// Returns the Cramér–Rao bound for a subject's three trains at I5.
+    /// Returns the Cramér-Rao bound for a subject's trains at I5, one at each frequency, that are
+    /// recorded until `decay_ms` after the train with `noise_n` of noise per sample, N.
     pub(super) fn bound_of(
         &self,
         subject: usize,
@@ -140,10 +143,12 @@ impl Study {
     }
 }
 
-/// Rms difference from table 7, ms: `usual` for eight subjects, `apart` for K06 and K08.
+/// Root mean square difference between T_RT and table 7, ms.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct TimesOff {
+    /// Difference over the eight subjects whose printed values are consistent.
     pub usual: Option<f64>,
+    /// Differences of K06 and of K08, whose printed values contain a mistake.
     pub apart: [Option<f64>; 2],
 }
 
@@ -174,11 +179,11 @@ fn logarithm(fit: &host_core::identify::ForceFit, i: usize, truth: f64) -> f64 {
 /// Counts over threshold searches.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Thresholds {
-    /// Number of searches.
+    /// Number of all searches.
     pub of: u64,
     /// Number of searches that ended at an amplitude that activates no fibre.
     pub without_force: u64,
-    /// Number of searches that ended below the true threshold's step.
+    /// Number of searches that found a threshold below the true one.
     pub early: u64,
     /// Number of searches that ended within one step of the true threshold.
     pub within: u64,

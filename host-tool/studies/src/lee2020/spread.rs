@@ -3,7 +3,7 @@
 use crate::laboratory::Row;
 use host_core::statistics::{mean, quantile, standard_deviation};
 
-/// Returns mean and standard deviation.
+/// Returns the mean and the sample standard deviation; `None` if there are no values.
 pub(super) fn mean_sd(all: &[f64]) -> Option<(f64, f64)> {
     Some((mean(all)?, standard_deviation(all)?))
 }
@@ -35,7 +35,7 @@ pub(super) fn cell(number: Option<f64>, decimals: usize) -> String {
     number.map_or_else(|| "-".to_owned(), |value| format!("{value:.decimals$}"))
 }
 
-/// Returns slope and R² of a linear regression of y on x.
+/// Returns slope and R² of a linear regression of y on x; `None` for fewer than three points.
 pub(super) fn regression(points: &[(f64, f64)]) -> Option<(f64, f64)> {
     let n = points.len() as f64;
     if points.len() < 3 {

@@ -13,7 +13,7 @@ use hal_sim::random::word;
 use host_core::run::DeviceName;
 use serde::{Deserialize, Serialize};
 
-/// Random stream of the second session.
+/// Mixed into the seed of a replication for the trains that start at the found threshold.
 const FOUND: u64 = 0x1ee;
 
 /// The study with its seed, number of draws and device.
@@ -25,13 +25,13 @@ pub struct Study {
     pub truths: Vec<Truth>,
     /// Seed of all draws.
     pub seed: u64,
-    /// Number of replications.
+    /// Number of replications of each subject.
     pub draws: u64,
     /// Device on which one subject is checked.
     pub device: DeviceName,
 }
 
-/// A unit of work.
+/// A unit of work, which is computed and stored separately.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Unit {
     /// Replication of a subject: index of the subject and of the replication.
@@ -57,11 +57,12 @@ pub struct SubjectReplication {
     pub subject: usize,
     /// Index of the replication, from 0.
     pub draw: u64,
-    /// Results of steps 2 and 3.
+    /// Results of the placement pulse and the threshold search (steps 2 and 3).
     pub searched: SearchResult,
-    /// Results of step 4 at the printed amplitudes, or the reason why it failed.
+    /// Analysis of fifteen trains (step 4) at the printed amplitudes, or the reason why it failed.
     pub printed: Result<TrainAnalysis, String>,
-    /// Results of step 4 from the threshold that the search found, or the reason why it failed.
+    /// Analysis of fifteen trains (step 4) from the found threshold on, or the reason why it
+    /// failed.
     pub found: Result<TrainAnalysis, String>,
 }
 
@@ -112,7 +113,8 @@ impl Study {
         units
     }
 
-    /// Returns the seed of a subject's replication.
+    /// Returns the seed of a subject's replication, which does not depend on the other
+    /// replications.
     #[must_use]
     pub fn seed_of(&self, subject: usize, draw: u64) -> u64 {
         word(word(self.seed, subject as u64), draw)

@@ -8,8 +8,9 @@ use crate::laboratory::{Grid, Sheet};
 use hal_sim::body::bench::wrist;
 use host_core::identify::PARAMETERS;
 
-/// Factors from SI units to those of the tables.
+/// Factors from SI units to the units of table 4, for A, K, τc, τ1 and τ2.
 const SCALE: [f64; PARAMETERS] = [1.0, 1.0, 1e3, 1e3, 1e3];
+/// Numbers of decimal places in table 4, for A, K, τc, τ1 and τ2.
 const DECIMALS: [usize; PARAMETERS] = [1, 3, 1, 1, 1];
 
 pub(super) fn grid(heads: &[&str], rows: Vec<Vec<String>>) -> Grid {
@@ -25,7 +26,7 @@ fn paper_and_ours(printed: f64, ours: Option<f64>, decimals: usize) -> String {
 }
 
 impl Study {
-    /// Returns all tables in their order.
+    /// Returns tables 2 to 7 of the paper, then tables A to E, which the paper does not have.
     pub(super) fn tables(&self, parts: &[Part]) -> Vec<Sheet> {
         vec![
             self.table_2(parts),

@@ -9,7 +9,7 @@ use super::{SUBJECTS, paper};
 use crate::laboratory::{Band, Curve, Plot, Plots, Sheet, SheetAxis};
 use hal_sim::body::bench::Kind;
 
-/// Returns mean and standard deviation, ms.
+/// Returns mean and standard deviation of times, ms; NaN and 0 if there are none.
 fn spread(own: &[f64]) -> (f64, f64) {
     mean_sd(own).unwrap_or((f64::NAN, 0.0))
 }
@@ -129,8 +129,8 @@ impl Study {
         }
     }
 
-    /// Returns mean NRMSE at the amplitudes from..to by size; the first point is the model's own
-    /// structure.
+    /// Returns the mean NRMSE at the amplitudes `from..to` against the size of the mismatch. The
+    /// first point, at size 0, has the structure of the model.
     fn nrmse_curve(
         &self,
         parts: &[Part],

@@ -8,8 +8,8 @@ use hal_sim::body::bench::wrist::PRINTED;
 use hal_sim::body::bench::{SensorSpec, WristSpec};
 use host_core::identify::{Constants, moving_average};
 
-/// Definition of a threshold: the lowest step at which a noise-free 40 ms mean exceeds this force,
-/// N.
+/// Force that defines the true threshold, N: the threshold is the lowest step of the search at
+/// which a noise-free 40 ms mean exceeds this force.
 const MOVES_N: f64 = 0.015;
 
 /// True values of a simulated subject.
@@ -19,9 +19,9 @@ pub struct Truth {
     pub spec: WristSpec,
     /// I_MT as the paper prints it, mA.
     pub printed_ma: f64,
-    /// Lowest step of the search at which the wrist moves, mA.
+    /// True I_MT: the lowest step of the search at which the noise-free force exceeds 0.015 N, mA.
     pub i_mt_ma: f64,
-    /// Lowest threshold of a fibre, mA.
+    /// Lowest threshold of a fibre, mA; smaller amplitudes activate no fibre.
     pub lowest_ma: f64,
 }
 
@@ -44,7 +44,8 @@ impl Truth {
         })
     }
 
-    /// Returns the five constants of force at `ma`, with A scaled by recruitment.
+    /// Returns the true constants A, K, τc, τ1 and τ2 at the amplitude `ma`, mA. A is scaled by the
+    /// share of fibres that this amplitude recruits.
     #[must_use]
     pub fn constants(&self, ma: f64, width_us: u32) -> Constants {
         let [a, k, tau_c, tau1, tau2] = self.spec.generator.parameters.all();
@@ -53,7 +54,8 @@ impl Truth {
     }
 }
 
-/// Finds the lowest amplitude that moves the wrist, from the muscle's true force.
+/// Finds the lowest step of the search at which the noise-free force exceeds 0.015 N, mA; `None` if
+/// there is none.
 fn lowest_step(spec: WristSpec, declared: &Declaration) -> Result<Option<f64>, LeeError> {
     let (search, layout) = (&declared.search, declared.search.detector().layout);
     let sensor = SensorSpec {

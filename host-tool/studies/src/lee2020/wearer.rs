@@ -10,7 +10,7 @@ use host_core::identify::{NAMES, PARAMETERS};
 use host_core::session::Unit;
 use host_core::wearer::{Electrode, Evidence, History, Interval, Muscle, Wearer};
 
-/// Factors from SI units to those of wearer files.
+/// Factors from SI units to those of wearer files, for A, K, τc, τ1 and τ2.
 const SCALE: [f64; PARAMETERS] = [1.0, 1.0, 1e3, 1e3, 1e3];
 /// Index of the frequency whose exponential goes into the file: 30 Hz, at which the threshold is
 /// found.

@@ -135,8 +135,9 @@ fn nearest(cylinder: &Cylinder, point: &Point, normals: &[Vector3<f64>]) -> Vec<
     found
 }
 
-/// Fits a line of action to these twitches: of the azimuths nearest to the plane, takes the pair
-/// that turns the limb in the observed direction.
+/// Fits the line of action of a channel's muscle to the channel's twitches. Of the azimuths of
+/// origin and insertion that lie nearest to the plane of the twitches, takes the pair whose torque
+/// agrees best with the observed turning.
 ///
 /// # Errors
 /// Returns E700 to E704 if the device refuses the arm.

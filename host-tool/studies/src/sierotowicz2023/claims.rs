@@ -8,14 +8,15 @@ use host_core::statistics::{mann_whitney, wilcoxon};
 /// Significance level of the paper.
 const SIGNIFICANT: f64 = 0.05;
 
-/// Returns the diagonal correlation coefficients of all participants in one condition.
+/// Returns the diagonals of the correlation matrices of all participants of a study in one
+/// condition.
 pub(super) fn diagonal(of: &Replication, name: &str) -> Vec<f64> {
     let each = of.people.iter().filter_map(|wearer| wearer.condition(name));
     each.flat_map(|condition| condition.measures.diagonal())
         .collect()
 }
 
-/// Returns the errors of all participants in one condition, N.
+/// Returns the size of every error of all participants of a study in one condition, N.
 pub(super) fn errors(of: &Replication, name: &str) -> Vec<f64> {
     let each = of.people.iter().filter_map(|wearer| wearer.condition(name));
     each.flat_map(|condition| condition.measures.errors_n.clone())
@@ -42,7 +43,7 @@ pub(super) fn shares(all: &[Replication]) -> Vec<Share> {
     shares
 }
 
-/// Counts claims over S2 and S3 of every study.
+/// Counts for how many wearers, S2 and S3 of every study, each claim about wearers holds.
 fn wearer_claims(all: &[Replication]) -> Vec<Share> {
     let lower = |less: &str, more: &str| -> Vec<bool> {
         wearers(all)
@@ -123,7 +124,8 @@ fn wearer_claims(all: &[Replication]) -> Vec<Share> {
     ]
 }
 
-/// Counts claims over studies, or over all studies together.
+/// Counts in how many studies each claim about studies holds. Two of these claims are judged only
+/// once, over all studies together.
 fn study_claims(all: &[Replication]) -> Vec<Share> {
     let signed = |name: &str, other: &str| -> f64 {
         let of = |name| {

@@ -19,7 +19,7 @@ pub struct Condition {
     pub name: String,
     /// Reference and measured forces after alignment.
     pub targets: Vec<Target>,
-    /// Angle of the alignment about the vertical, °.
+    /// Angle by which the measured forces were rotated about the vertical to align them, °.
     pub turned_deg: f64,
     /// Correlations and errors of the targets.
     pub measures: Measures,
@@ -110,16 +110,16 @@ impl Player {
 /// Progress of a participant through the conditions.
 pub(super) struct Course<'a> {
     pub study: &'a Study,
-    /// Player with S1's frame on this participant; it determines the commands.
+    /// Device with S1's frame on this participant; it determines the commands of all conditions.
     pub own: Player,
     pub seed: u64,
     pub conditions: Vec<Condition>,
 }
 
 impl Course<'_> {
-    /// Stimulates the commands in the order `order` with `player` and stores the result; the
-    /// paper's conditions include table 1. Returns the smallest fraction of force that fatigue left
-    /// in any muscle.
+    /// Runs condition `name` on `person`: stimulates the commands with `player` and stores the
+    /// result, with table 1 for the paper's conditions. `order` selects the random order of the
+    /// commands. Returns the smallest fraction of its force that fatigue has left in any muscle.
     pub fn run(
         &mut self,
         (name, order): (&'static str, u64),

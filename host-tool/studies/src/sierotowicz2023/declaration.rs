@@ -3,10 +3,10 @@
 use super::error::EndpointError;
 use serde::Deserialize;
 
-/// Text of the committed declaration.
+/// Text of the declaration `host-tool/experiments/sierotowicz.toml`.
 pub const DECLARED: &str = include_str!("../../../experiments/sierotowicz.toml");
 
-/// Content of the declaration.
+/// Content of the declaration `sierotowicz.toml`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Study {
@@ -20,9 +20,9 @@ pub struct Study {
     pub replications: u64,
     /// Commands and timing of a condition.
     pub protocol: Protocol,
-    /// How the ranges of the currents are found.
+    /// Comfortable currents, as random fractions of the true ranges.
     pub comfort: Comfort,
-    /// How routing and gains are found.
+    /// Twitches from which routing and gains are calibrated.
     pub calibration: Calibration,
     /// Accuracy of voluntary pushes.
     pub voluntary: Voluntary,
@@ -32,9 +32,9 @@ pub struct Study {
     pub walk: WalkSpec,
     /// Regression for table 1.
     pub regression: Regression,
-    /// How switching is counted.
+    /// Rule by which sudden changes of the recruitment are counted.
     pub switching: Switching,
-    /// Expected share, and confidence level.
+    /// Preregistered expectation, and confidence level of intervals.
     pub claims: Claims,
     /// Values that the paper prints.
     pub paper: Paper,
@@ -62,17 +62,17 @@ pub struct Protocol {
     pub pause_s: f64,
 }
 
-/// How the ranges of the currents are found, as fractions of the true ranges.
+/// Comfortable currents, as random fractions of the true ranges.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Comfort {
-    /// Range of the smallest current, as fractions of the threshold.
+    /// Range of the smallest comfortable current, as fractions of the true threshold.
     pub least: [f64; 2],
-    /// Range of the largest current, as fractions of that of full recruitment.
+    /// Range of the largest comfortable current, as fractions of the current of full recruitment.
     pub greatest: [f64; 2],
 }
 
-/// How routing and gains are found.
+/// Twitches from which routing and gains are calibrated.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Calibration {
@@ -80,13 +80,13 @@ pub struct Calibration {
     pub twitch_s: f64,
     /// Number of twitches of each channel.
     pub twitches: usize,
-    /// Time between twitches, s.
+    /// Wait from the end of [`Self::watched_s`] to the next twitch, s.
     pub wait_s: f64,
-    /// Time in which the largest turning rate is searched, s.
+    /// Time from the start of a twitch in which its largest turning rate is searched, s.
     pub watched_s: f64,
     /// Largest number of substitutes for S1 if a channel of S1 does not twitch.
     pub substitutes: u64,
-    /// Time between twitches in the variant in which the arm comes to rest, s.
+    /// Value of [`Self::wait_s`] in the variant in which the arm comes to rest between twitches, s.
     pub rested_s: f64,
 }
 
@@ -104,7 +104,7 @@ pub struct Voluntary {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DeviceCheckSpec {
-    /// Number of contractions from C3 of S2 in the first study.
+    /// Number of contractions that the device plays, from C3 of S2 in the first study.
     pub targets: usize,
 }
 
@@ -116,7 +116,7 @@ pub struct WalkSpec {
     pub turn_s: f64,
 }
 
-/// Regression for table 1.
+/// Parameters of the regression for table 1, which predicts forces and torques from currents.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Regression {
@@ -131,7 +131,7 @@ pub struct Regression {
     pub folds: usize,
 }
 
-/// How switching is counted.
+/// Rule by which sudden changes of the recruitment are counted.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Switching {
@@ -139,7 +139,7 @@ pub struct Switching {
     pub jump: f64,
 }
 
-/// Expected share, and confidence level.
+/// Preregistered expectation, and confidence level of intervals.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Claims {
@@ -157,9 +157,9 @@ pub struct Paper {
     pub c2: [f64; 2],
     /// Mean and standard deviation of the diagonal of C3's correlation matrices.
     pub c3: [f64; 2],
-    /// Largest diagonal coefficient.
+    /// Largest coefficient on the diagonal of a correlation matrix.
     pub best: f64,
-    /// Cohen's d of C3 against C2.
+    /// Cohen's d of C3's diagonal coefficients against those of C2.
     pub cohens_d: f64,
     /// R² and normalised RMSE of the wrench.
     pub wrench: [f64; 2],
@@ -168,7 +168,7 @@ pub struct Paper {
 }
 
 impl Study {
-    /// Parses the committed declaration.
+    /// Parses the declaration `sierotowicz.toml` that is part of the program.
     ///
     /// # Errors
     /// Returns E715 if the declaration cannot be parsed or has invalid values.
@@ -176,7 +176,7 @@ impl Study {
         Self::parse(DECLARED)
     }
 
-    /// Parses this text.
+    /// Parses and checks the text of a declaration.
     ///
     /// # Errors
     /// Fails like [`Self::load_embedded`].
@@ -198,7 +198,7 @@ impl Study {
         rested
     }
 
-    /// Lists all invalid values.
+    /// Describes all invalid values of the declaration; empty if there are none.
     fn mistakes(&self) -> Vec<String> {
         let protocol = &self.protocol;
         let times = [

@@ -12,7 +12,7 @@ use nalgebra::{Matrix3, Vector3};
 /// Method that distributes a reference force among muscles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// Algorithm 1 (nearest neighbour) in the device's own numbers.
+    /// Algorithm 1 (nearest neighbour) in single precision, as the device computes it.
     Nearest,
     /// Algorithm 1 in double precision.
     Exact,
@@ -33,7 +33,7 @@ impl Device {
     /// Configures a device for the arm of `model`.
     ///
     /// # Errors
-    /// E700 with all mistakes of the model; E701 and E704 for its posture.
+    /// Returns E700 with all mistakes of the model, and E701 or E704 for its posture.
     pub fn new(model: &Model) -> Result<Self, EndpointError> {
         let (spec, posture) = (model.spec(), model.frame.angles());
         let arm = Arm::new(&spec, &posture)?;
@@ -98,9 +98,10 @@ impl Device {
         std::array::from_fn(|muscle| (forces_n[muscle] / self.arm.most[muscle]).min(1.0))
     }
 
-    /// Returns the size of the force along `direction`, N, at which the first of the muscles that
-    /// the nearest neighbour chooses at shoulder and elbow reaches its largest current. If only a
-    /// muscle at the girdle helps, that muscle decides; if no muscle helps, returns 0.
+    /// Returns the largest force along `direction` that the nearest neighbour can request, N. At
+    /// this force, the first of the muscles that it chooses at shoulder and elbow reaches its
+    /// largest current. If only a muscle at the girdle helps, that muscle decides; if no muscle
+    /// helps, returns 0.
     #[must_use]
     pub fn reachable_n(&self, direction: [f64; 3]) -> f64 {
         let [x, y, z] = turned(direction).map(Exact);

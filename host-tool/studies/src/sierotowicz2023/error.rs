@@ -10,10 +10,10 @@ pub enum EndpointError {
     /// The declaration is invalid: all its mistakes.
     #[error("E715 the declaration of the endpoint study is wrong: {0}")]
     Declaration(String),
-    /// A random arm is invalid.
+    /// The random parameters of an arm are impossible: the reason.
     #[error("E716 a randomly generated arm is impossible: {0}; change the range of that number")]
     Arm(InvalidArm),
-    /// IMUs are missing or have swapped axes: all of them.
+    /// IMUs are missing or have swapped axes: a description of each.
     #[error("E717 {0}; attach each IMU along the axes of its segment")]
     Imus(String),
     /// The twitches of a channel do not turn the limb.
@@ -28,11 +28,14 @@ pub enum EndpointError {
     /// The features do not allow a regression.
     #[error("E720 the regression cannot be computed: {0}")]
     Regression(String),
-    /// A device does not play C3.
+    /// A device does not play condition C3: the device, and the reason.
     #[error("E730 --device {0} does not play condition C3: {1}; choose another --device or --seed")]
     NotPlayed(String, String),
-    /// A device emits other edges than the native device.
-    #[error("E731 --device {0} outputs {1} where --device native outputs {2}")]
+    /// A device emits other edges than the native device: the device, its edge and the native edge.
+    #[error(
+        "E731 the outputs differ: --device {0} has {1}, and --device native has {2}; report this \
+         with the --seed"
+    )]
     OtherEdges(String, String, String),
     /// The declaration of the choice of electrodes is invalid: all its mistakes.
     #[error("E732 the declaration of the electrode study is wrong: {0}")]

@@ -6,9 +6,9 @@ use super::replication::{Replication, people};
 use crate::laboratory::{Bar, Grid, Plot, Plots, Sheet, SheetAxis};
 use host_core::statistics::{Spread, mann_whitney, mean};
 
-/// Axes of a force, then its magnitude.
+/// Labels of the components of a force, then of its magnitude.
 const AXES: [&str; 4] = ["x", "y", "z", "norm"];
-/// Conditions of the paper.
+/// Conditions that the figure shows, as in the paper.
 const SHOWN: [&str; 4] = ["C1", "C2", "C3", "C4"];
 /// Pairs of conditions that are tested against each other, with the paper's p for each of [`AXES`].
 const PAIRS: [(&str, &str, [&str; 4]); 3] = [

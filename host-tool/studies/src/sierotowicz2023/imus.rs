@@ -20,8 +20,9 @@ const RAISED: Posture = Posture {
     rotation_deg: 40.0,
     elbow_deg: 60.0,
 };
-/// Squared distance of unit vectors above which gravity is in the wrong place, more than by a
-/// tilted sensor. 0.5 corresponds to 41°.
+/// Squared distance between the measured and the expected direction of gravity, as unit vectors,
+/// above which a sensor's axes count as swapped. A tilted sensor stays below. 0.5 corresponds to
+/// 41°.
 const ASKEW: f64 = 0.5;
 /// Number of averaged samples, 1 ms each.
 const SAMPLES: u64 = 100;
@@ -142,8 +143,8 @@ fn describe_order(order: [i8; 3]) -> String {
     format!("{} instead of x, y, z", order.map(name).join(", "))
 }
 
-/// Measures how fast each segment turns in the axes of the simulated arm, rad/s. Subtracts the
-/// gyroscopes' readings at rest and rotates the rest by the segments' frames.
+/// Measures how fast each segment turns in the axes of the simulated arm, rad/s: subtracts the
+/// gyroscope's reading at rest and rotates the difference by the segment's frame.
 #[derive(Clone, Debug)]
 pub struct Tracker {
     frames: [Matrix3<f64>; SEGMENTS],

@@ -5,7 +5,7 @@ use host_core::statistics;
 use host_core::statistics::{StatisticsError, student_t_p};
 use serde::{Deserialize, Serialize};
 
-/// A target: the reference force and the measured wrench.
+/// One contraction: the reference force, the measured wrench and the currents.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Target {
     /// Number of the command among twelve: direction times the number of magnitudes, plus
@@ -26,7 +26,7 @@ pub struct Target {
 pub struct Correlation {
     /// Correlation coefficient, −1 to 1.
     pub r: f64,
-    /// Right-tailed p, 0 to 1.
+    /// Probability of at least this coefficient without a correlation (right-tailed p), 0 to 1.
     pub p: f64,
 }
 
@@ -117,13 +117,13 @@ pub fn size(vector: [f64; 3]) -> f64 {
         .sqrt()
 }
 
-/// Returns the force of a wrench.
+/// Returns the force of a wrench, its first three components.
 #[must_use]
 pub const fn force([x, y, z, ..]: [f64; 6]) -> [f64; 3] {
     [x, y, z]
 }
 
-/// Computes the measures of aligned targets.
+/// Computes correlations and errors of targets that [`align`] has rotated.
 ///
 /// # Errors
 /// Returns E721 if there are too few targets, or if a component does not vary.

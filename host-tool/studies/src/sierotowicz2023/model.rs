@@ -15,7 +15,8 @@ pub const JOINT_NAMES: [&str; 3] = ["SC", "GH", "EL"];
 /// Half the shoulder width as a fraction of stature (Drillis and Contini: 0.129 from the midline,
 /// minus 20 mm to the joint's edge, assumed).
 const GIRDLE: f64 = 0.100;
-/// Widest ranges that a limb may have, because the study keeps to one posture.
+/// Ranges of the three angles of every joint, in thousandths of a degree: the widest that a limb
+/// may have, because the study keeps to one posture.
 const RANGE_MDEG: [(i32, i32); 3] = [(-180_000, 180_000), (-80_000, 80_000), (-180_000, 180_000)];
 
 /// Converts a vector from the axes of the simulated arm to those of the device, or back.
@@ -152,7 +153,7 @@ pub struct Model {
     pub frame: Frame,
     /// Lines of action, in the order of channels.
     pub actions: [Action; ELECTRODES],
-    /// Force per current above the smallest, N/mA.
+    /// Force per mA of current above the channel's smallest current, N/mA.
     pub gains: [f64; ELECTRODES],
     /// Smallest and largest current of each channel, mA.
     pub ranges_ma: [[f64; 2]; ELECTRODES],
@@ -208,7 +209,7 @@ impl Model {
 /// Joint, origin and insertion of each line by electrode position and approximate anatomy, m.
 /// Origins at the elbow are along, in front of and outward of the upper arm; other origins are
 /// backward, right and up from the joint. Insertions are along, in front of and outward of the
-/// segment after the joint. Assumed, to the centimetre, of nobody in particular.
+/// segment after the joint. Assumed to the centimetre, not measured on a person.
 const CURSORY: [(JointName, [f64; 3], [f64; 3]); ELECTRODES] = {
     use JointName::{Elbow, Glenohumeral, Sternoclavicular};
     [

@@ -45,7 +45,7 @@ pub struct Participant {
 pub type Command = (usize, [f64; 3]);
 
 impl Participant {
-    /// Generates participant `index` of `seed`, with the arm in the cuff and the currents found.
+    /// Generates participant `index` of `seed`, with the arm in the cuff and comfortable currents.
     ///
     /// # Errors
     /// Returns E716 if the random arm is invalid.
@@ -87,8 +87,8 @@ impl Participant {
         }
     }
 
-    /// Returns the model for another participant's frame on this one: the other's routing, gains
-    /// and lengths with this participant's own currents.
+    /// Returns the model with which this participant wears the frame of another: the other's
+    /// routing, gains and lengths with this participant's own currents.
     #[must_use]
     pub fn model_wearing(&self, other: &Model) -> Model {
         Model {
@@ -103,8 +103,8 @@ impl Participant {
         self.arm.advance(self.now_us);
     }
 
-    /// Returns the commands in random order: six directions at each magnitude, as a fraction of
-    /// what `device` can reach, with all repetitions.
+    /// Returns the commands with all repetitions: six directions at each magnitude, which is a
+    /// fraction of the force that `device` can reach. `condition` selects the random order.
     #[must_use]
     pub fn commands(&self, study: &Study, device: &Device, condition: u64) -> Vec<Command> {
         let magnitudes = &study.protocol.magnitudes;
@@ -213,7 +213,8 @@ impl Participant {
         })
     }
 
-    /// Measures the same for a contraction that `stimulate` performs.
+    /// Lets `stimulate` perform a contraction, then rests. Returns the mean wrench of the
+    /// contraction minus that immediately before it.
     pub(super) fn measure_stimulation(
         &mut self,
         study: &Study,
@@ -237,8 +238,8 @@ impl Participant {
     }
 }
 
-/// Performs a contraction on an arm from a time on, µs, calls the last argument after each
-/// millisecond, and returns the time at its end, µs.
+/// Function that performs a contraction on an arm from a given time on, µs. It calls its last
+/// argument after each millisecond and returns the time at the end of the contraction, µs.
 pub(super) type Stimulate<'a> = &'a mut dyn FnMut(&mut Arm, u64, &mut dyn FnMut(&Arm)) -> u64;
 
 /// Accumulates the mean of wrenches.

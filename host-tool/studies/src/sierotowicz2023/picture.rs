@@ -75,7 +75,7 @@ fn forces(person: &ParticipantResult, name: &str) -> Vec<[[f64; 3]; 2]> {
     (0..DIRECTION_NAMES.len()).filter_map(of).collect()
 }
 
-/// Draws the picture of one condition.
+/// Draws a participant's arm with the reference and measured forces of one condition.
 fn picture(person: &ParticipantResult, name: &str, title: &str) -> Svg {
     let mut canvas = Canvas::default();
     let all = forces(person, name);

@@ -16,7 +16,7 @@ use hal_sim::trace::Edge;
 use host_core::run::{DeviceName, SessionFile, run};
 use std::fmt::Write;
 
-/// Start of the first contraction after the start of the session, ms.
+/// Time from the start of the session to the first contraction, ms.
 const LEAD_MS: u64 = 1_000;
 /// Time from the request of a force to its first pulse, ms. It suffices for the recruitment, and no
 /// pulse of the preceding period of 25 ms gets the new force.
@@ -34,17 +34,17 @@ const APART_US: u64 = 500;
 /// Full scale of an output stage, mA: more than any random arm needs.
 const FULL_SCALE_MA: f64 = 50.0;
 
-/// Result of the comparison.
+/// Comparison of the contractions that a device played with those of the study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeviceCheck {
     /// Number of contractions that the device played.
     pub played: usize,
-    /// Number of contractions before the last of them that the device refuses, because a muscle is
-    /// too weak. The study and this comparison apply them at the largest current.
+    /// Number of contractions before the last played one that the device refuses, because a muscle
+    /// is too weak. The study and this comparison apply them at the largest current.
     pub refused: usize,
     /// Number of edges of the pins, all equal to the native device's.
     pub edges: usize,
-    /// Number of pulses, and the number in the study.
+    /// Number of pulses of the device, and number of pulses in the study.
     pub pulses: [usize; 2],
     /// Largest difference of a current from the study's, mA.
     pub current_ma: f64,
@@ -62,7 +62,8 @@ struct Contraction {
     is_played: bool,
 }
 
-/// Returns the contractions of C3 until the device has played the declared number of them.
+/// Returns the first contractions of C3, up to the last one that the device plays. The declaration
+/// fixes how many it plays.
 fn contractions(study: &Study, begun: &PreparedC3) -> Result<Vec<Contraction>, EndpointError> {
     let device = Device::new(&begun.model)?;
     let mut all = Vec::new();
@@ -262,8 +263,8 @@ fn replay(
     now_us + lasts_us
 }
 
-/// Plays the contractions on `device`. Unless it is the native device, every edge must equal the
-/// native one's.
+/// Plays contractions of C3 on `device` and compares currents, pulses and forces with those of the
+/// study. Unless `device` is the native device, every edge must equal the native one's.
 ///
 /// # Errors
 /// Fails like the study itself. Returns E730 if the device does not play the session, and E731 if
@@ -287,8 +288,15 @@ pub fn play_c3(
     if let Some(at) =
         (0..edges.len().max(others.len())).find(|at| edges.get(*at) != others.get(*at))
     {
-        let told =
-            |item: Option<&Edge>| item.map_or("nothing".to_owned(), |edge| format!("{edge:?}"));
+        let told = |item: Option<&Edge>| {
+            item.map_or("no further edge".to_owned(), |edge| {
+                let (channel, code) = (edge.channel + 1, edge.dac_code);
+                format!(
+                    "channel {channel} {} at {} µs (DAC code {code})",
+                    edge.state, edge.t_us
+                )
+            })
+        };
         return Err(EndpointError::OtherEdges(
             device.to_argument(),
             told(others.get(at)),

@@ -12,7 +12,7 @@ use crate::laboratory::{Outcome, Preregistration, Reach, Row, Share};
 use host_core::record::sha256;
 use host_core::statistics::{bootstrap_bca, cohens_d_pooled, mann_whitney, mean, wilcoxon};
 
-/// Notes that accompany every result.
+/// Note in every result that the arms are simulated.
 const SIMULATED: &str =
     "Simulated: random arms with mostly assumed parameters; no evidence about people.";
 const MEANING: &str = "Ours is the median; low and high are the 5th and 95th percentiles. They \
@@ -377,7 +377,7 @@ fn expectation_note(study: &Study, lower: &Share) -> Option<String> {
     ))
 }
 
-/// Assembles the outcome of the study.
+/// Assembles the outcome of the study from all replications.
 ///
 /// # Errors
 /// Returns E715 if the declaration is invalid.

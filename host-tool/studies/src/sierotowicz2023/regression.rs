@@ -119,7 +119,8 @@ pub fn cross_validate(
     Ok(answers)
 }
 
-/// Assigns `n` rows to folds in random order.
+/// Returns the fold of each of `n` rows, from 0. The rows are distributed evenly and in random
+/// order.
 #[must_use]
 pub fn folds(n: usize, folds: usize, seed: u64) -> Vec<usize> {
     let mut all: Vec<usize> = (0..n).map(|at| at % folds).collect();

@@ -19,18 +19,19 @@ pub const PARTICIPANTS: usize = 3;
 pub const CONDITIONS: [&str; 8] = [
     "C1", "C2", "C3", "C4", "squares", "exact", "fresh", "rested",
 ];
-/// Index of the first draw that is used as a substitute.
+/// Index of the first draw that can replace S1. All other participants have smaller indices.
 const SUBSTITUTES: u64 = 1 << 32;
 
 /// Errors and forces of one simulated participant in every condition.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ParticipantResult {
-    /// Results in the order of the conditions.
+    /// Results of the conditions in the order of [`CONDITIONS`].
     pub conditions: Vec<Condition>,
-    /// Angular error of each channel's geometry, with S1's frame and calibrated, °.
+    /// Angle between the modelled and the true torque of each channel's muscle, °: with S1's frame,
+    /// then calibrated.
     pub geometry_deg: [[f64; 9]; 2],
-    /// Angular error of each channel's geometry after a calibration in which the arm rests between
-    /// twitches, °.
+    /// Angle between the modelled and the true torque of each channel's muscle, °, after a
+    /// calibration in which the arm comes to rest between twitches.
     pub rested_deg: [f64; 9],
     /// Gains with S1's frame and calibrated, N/mA.
     pub gains: [[f64; 9]; 2],
@@ -42,9 +43,10 @@ pub struct ParticipantResult {
     pub freshness: [f64; 3],
     /// Channels whose twitches did not turn the limb, so that they kept S1's routing and gain.
     pub untwitched: Vec<usize>,
-    /// The same channels if the arm rests between twitches.
+    /// Channels that kept S1's routing and gain in the calibration in which the arm comes to rest
+    /// between twitches.
     pub rested_untwitched: Vec<usize>,
-    /// Positions of breastbone, shoulder, elbow and cuff, m.
+    /// Positions of breastbone (the origin), shoulder, elbow and cuff, m.
     pub places_m: [[f64; 3]; 4],
 }
 
@@ -85,7 +87,8 @@ impl ParticipantResult {
             .find(|condition| condition.name == name)
     }
 
-    /// Returns the median error of the geometry before and after calibration, °.
+    /// Returns the median of [`Self::geometry_deg`] over channels, °: with S1's frame, then
+    /// calibrated.
     #[must_use]
     pub fn geometry(&self) -> [f64; 2] {
         self.geometry_deg.each_ref().map(|values| median(values))
@@ -113,8 +116,9 @@ struct CalibratedParticipant<'a> {
     person: Participant,
     calibrated: Player,
     untwitched: Vec<usize>,
-    /// Copies of the participant at the start of C2 and at the start of the calibration.
+    /// Copy of the participant at the start of C2.
     early: Participant,
+    /// Copy of the participant at the start of the calibration.
     before: Participant,
     /// Smallest fraction of force that fatigue left in a muscle after C2.
     left: f64,

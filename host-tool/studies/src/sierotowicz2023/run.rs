@@ -24,8 +24,9 @@ pub struct Run {
 }
 
 impl Run {
-    /// Creates the study with this seed and number of replications, or with the declared ones.
-    /// Plays C3 on the device first, so that problems with the device appear before the draws.
+    /// Creates the study with this seed and number of replications; `None` takes the preregistered
+    /// value. Plays C3 on the device first, so that problems with the device appear before the
+    /// draws.
     ///
     /// # Errors
     /// Fails if the declaration is invalid, or the device plays other pulses.

@@ -12,11 +12,12 @@ use serde::{Deserialize, Serialize};
 
 /// Recruitment rates, Hz: the device's own, and the paper's.
 pub const RATES_HZ: [u64; 2] = [200, 20];
-/// Length of the mean that gives a measured force, ms. It excludes the sensor's noise and the drift
-/// of the hold, which are as large as the reference force and the same at both rates.
+/// Time over which a force is averaged, ms. The force is that of the arm without the sensor's noise
+/// and the drift of the hold, which are as large as the reference force and the same at both rates.
 const BIN_MS: u64 = 50;
 
-/// Result of the walk at one recruitment rate.
+/// Accuracy of the force at the hand at one recruitment rate, while the reference force goes around
+/// circles.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct WalkResult {
     /// Recruitments per second.
@@ -27,7 +28,8 @@ pub struct WalkResult {
     pub part: f64,
 }
 
-/// Walks once around in each of three planes. The reference force is half of the reachable force in
+/// Moves the reference force once around a circle in each of three planes and computes the error of
+/// the force at the hand. The reference force has half the size of the force that can be reached in
 /// the weakest direction.
 ///
 /// # Errors
@@ -59,8 +61,8 @@ pub fn walk(
     })
 }
 
-/// Walks once around in one plane. Returns the reference force at the middle of each bin and the
-/// mean force over the bin.
+/// Moves the reference force once around the circle in one plane. Returns the reference force at
+/// the middle of each bin of [`BIN_MS`], and the mean force over the bin.
 fn circle(
     study: &Study,
     person: &mut Participant,

@@ -9,17 +9,18 @@ use std::collections::BTreeSet;
 /// F and p of the number of points, of the participant, and of their interaction.
 pub(super) type Anova = [[f64; 2]; 3];
 
-/// Names of the three effects.
+/// Names of the effects in the order of [`Anova`].
 pub(super) const SOURCES: [&str; 3] = ["number of points", "participant", "interaction"];
 
-/// Analyses trials by number of points and participant; `None` if that is impossible.
+/// Analyses the values of all trials, indexed by number of points, participant and trial; `None` if
+/// they allow no analysis of variance.
 fn two_way_anova(cells: &[Vec<Vec<f64>>]) -> Option<Anova> {
     let all = two_way(cells).ok()?;
     Some([all.first, all.second, all.interaction].map(|effect| [effect.f, effect.p]))
 }
 
-/// Analyses table 8 as printed. Table 9 was computed from numbers with more digits: its first F is
-/// 4.30, this one is 4.32.
+/// Computes the analysis of variance from the trials that table 8 prints. Its first F is 4.32;
+/// table 9 prints 4.30, because the paper computed it from numbers with more digits.
 pub(super) fn published() -> Option<Anova> {
     let points = [0, 1].map(|place| {
         let all = TABLE_8.iter().map(|(_, trials)| trials[place].to_vec());
@@ -28,13 +29,14 @@ pub(super) fn published() -> Option<Anova> {
     two_way_anova(&points)
 }
 
-/// Returns whether P, Q and S are all among these names.
+/// Returns whether P, Q and S, the participants of table 8, are all among these names.
 pub(super) fn has_all<'a>(names: impl Iterator<Item = &'a str>) -> bool {
     let names: BTreeSet<&str> = names.collect();
     TABLE_8.iter().all(|(name, _)| names.contains(name))
 }
 
-/// Analyses each draw in which P, Q and S have every trial with one point and with two.
+/// Computes an analysis of variance for each draw under the controller `law`. Skips draws in which
+/// P, Q or S lacks the RMSE of a trial with one point or with two.
 pub(super) fn replications(parts: &[Part], law: &str) -> Vec<Anova> {
     let draws: BTreeSet<u64> = parts.iter().map(|part| part.draw).collect();
     let replication = |draw: u64| {
@@ -49,8 +51,8 @@ pub(super) fn replications(parts: &[Part], law: &str) -> Vec<Anova> {
     draws.into_iter().filter_map(replication).collect()
 }
 
-/// Returns the means with one point and with two of P, Q and S, for each draw in which all have
-/// both.
+/// Returns the mean RMSE with one point and with two of P, Q and S, °. Skips draws in which one of
+/// these means is missing.
 pub(super) fn complete_means(parts: &[Part], law: &str) -> Vec<Vec<[f64; 2]>> {
     let draws: BTreeSet<u64> = parts.iter().map(|part| part.draw).collect();
     let both = |name: &str, draw: u64| {

@@ -35,13 +35,13 @@ fn short_name(law: &str) -> &'static str {
 
 const METHODS: [&str; 2] = ["one point", "two points"];
 
-/// Returns the mean RMSE with one point and with two for each draw, °.
+/// Returns for each draw of participant `name` the mean RMSE with one point and with two, °.
 fn means(parts: &[Part], name: &str, law: &str) -> Vec<[Option<f64>; 2]> {
     let tracked = draw_results(parts, name).filter_map(|outcome| outcome.tracking());
     tracked.map(|tracking| tracking.means(law)).collect()
 }
 
-/// Returns the means of the draws that have both.
+/// Returns the [`means`] of the draws that have both.
 fn pairs(parts: &[Part], name: &str, law: &str) -> Vec<[f64; 2]> {
     let all = means(parts, name, law).into_iter();
     all.filter_map(|[one, two]| Some([one?, two?])).collect()
@@ -79,8 +79,9 @@ impl Study {
         rows
     }
 
-    /// Computes the shares of draws in which two points do better, as in the paper, and differ
-    /// significantly.
+    /// Computes the shares of draws in which two points follow the reference better than one, in
+    /// which the means lie in the range of table 8, and in which the effects of table 9 are
+    /// significant.
     pub(super) fn control_shares(&self, parts: &[Part]) -> Vec<Share> {
         let mut shares = Vec::new();
         for participant in &self.participants.all {
@@ -120,7 +121,7 @@ impl Study {
         shares
     }
 
-    /// Returns tables 8 and 9.
+    /// Returns table 8, its trials, and table 9 if P, Q and S all take part.
     pub(super) fn control_sheets(&self, parts: &[Part]) -> Vec<Sheet> {
         let mut sheets = vec![self.table_8(parts)];
         sheets.extend(self.trials_of_table_8(parts));
@@ -160,7 +161,8 @@ impl Study {
         Sheet::table("Table 8", "RMSE of experiment 4, °", caption, grid)
     }
 
-    /// Tabulates trial by trial the first draw that has all trials.
+    /// Tabulates the RMSE of every trial, for each participant in the first draw that has all
+    /// trials; `None` if no draw has all.
     fn trials_of_table_8(&self, parts: &[Part]) -> Option<Sheet> {
         let (mut rows, mut whose) = (Vec::new(), Vec::new());
         for participant in &self.participants.all {

@@ -13,7 +13,7 @@ const TRACKED: &str = "law,points,trial,rmse_deg,refused";
 const HELD: &str = "points,trial,greatest_deg,last_deg,sinks_deg";
 
 impl Study {
-    /// Formats these draws in their order; a draw without a result is a row with the reason.
+    /// Formats draws as CSV in their order. A draw without a result becomes a row with the reason.
     #[must_use]
     pub fn csv(&self, parts: &[Part]) -> String {
         let rest = match self.kind {

@@ -6,8 +6,8 @@ use crate::hamana2022::error::TwoPointsError;
 use crate::hamana2022::pattern::Pattern;
 use hal_sim::body::hand::spec::{A, B};
 
-/// Number of draws per check on the device; the first draw with points and voltages is always
-/// checked.
+/// Of the draws with points and voltages, the first and every further one after this many draws is
+/// checked on the device.
 const CHECKED_OF: usize = 100;
 /// Voltages of A and B at which the device is tried before any draw, V.
 const TRIED_V: [f64; 2] = [20.0; 2];
@@ -25,7 +25,8 @@ impl Study {
         Ok(())
     }
 
-    /// Plays every pattern of the sample on the device and describes the comparison for the report.
+    /// Plays the patterns of the sampled draws on the device and describes for the report how the
+    /// output compares with the intended patterns.
     ///
     /// # Errors
     /// Returns E628 if the output differs from the intended pattern.

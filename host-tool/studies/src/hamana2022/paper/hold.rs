@@ -6,7 +6,8 @@ use crate::hamana2022::held::Hold;
 use crate::hamana2022::sessions::{claim, row};
 use crate::laboratory::{Row, Share};
 
-/// Returns the mean loss of angle over the trials of each draw, with one point and with two, °.
+/// Returns for each draw of participant `name` how far the finger sinks in ten seconds with one
+/// point and with two, °, as the mean over the trials.
 fn mean_drops_deg(parts: &[Part], name: &str) -> Vec<[f64; 2]> {
     let of = |all: &[[Hold; 2]]| {
         [0, 1].map(|place| {
@@ -19,7 +20,8 @@ fn mean_drops_deg(parts: &[Part], name: &str) -> Vec<[f64; 2]> {
 }
 
 impl Study {
-    /// Computes the rows of how far the finger sinks.
+    /// Returns rows with how far each participant's finger sinks in ten seconds, beside the printed
+    /// values.
     pub(super) fn hold_rows(&self, parts: &[Part]) -> Vec<Row> {
         let mut rows = Vec::new();
         for participant in &self.participants.all {
@@ -39,7 +41,7 @@ impl Study {
         rows
     }
 
-    /// Computes the shares of draws in which the finger sinks less with two points.
+    /// Computes the shares of draws in which the finger sinks less with two points than with one.
     pub(super) fn hold_shares(&self, parts: &[Part]) -> Vec<Share> {
         let share_of = |participant: &crate::hamana2022::Participant| {
             let name = &participant.name;

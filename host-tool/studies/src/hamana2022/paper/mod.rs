@@ -37,7 +37,7 @@ use crate::laboratory::quote_for_shell;
 use host_core::run::DeviceName;
 use serde::{Deserialize, Serialize};
 
-/// The six studies of the paper.
+/// The six studies of the paper. Four of them differ only in their [`Experiment`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Kind {
     /// Experiments 1 to 3 and posture: patterns on the simulated forearm without a device.
@@ -48,7 +48,7 @@ pub enum Kind {
     Hold,
 }
 
-/// Names and titles of the studies.
+/// Name on the command line, kind and title of each study.
 const ALL: [(&str, Kind, &str); 6] = [
     (
         "hamana-1",
@@ -83,7 +83,7 @@ const ALL: [(&str, Kind, &str); 6] = [
 ];
 
 impl Kind {
-    /// Returns the study with this name.
+    /// Returns the kind of the study with this name on the command line, such as `hamana-1`.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         let mut all = ALL.into_iter();
@@ -97,7 +97,7 @@ impl Kind {
     }
 }
 
-/// A study with its options.
+/// A study with the options of its command.
 #[derive(Clone, Debug)]
 pub struct Study {
     kind: Kind,
@@ -108,7 +108,7 @@ pub struct Study {
     seed: u64,
     /// Number of draws of each participant.
     draws: u64,
-    /// Whether participants, seed and draws are the declared ones.
+    /// Whether participants, seed and draws are the preregistered ones, without an ablation.
     as_declared: bool,
     /// Device on which experiment 4 runs; the other studies check a sample of their patterns on it.
     device: DeviceName,
@@ -123,18 +123,18 @@ pub struct Part {
     pub participant: String,
     /// Index of the draw, from 0.
     pub draw: u64,
-    /// Result, or the reason why there is none.
+    /// Result, or why the searches for points and voltages failed.
     pub became: Result<DrawResult, String>,
 }
 
 /// Result of a draw that has points and voltages.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct DrawResult {
-    /// Searched voltages of A and B.
+    /// Thresholds and largest voltages of A and B that the search found.
     pub voltages: Voltages,
     /// Threshold and largest voltage of the extensor's point, V.
     pub extensor_v: [f64; 2],
-    /// Measurements of the study.
+    /// Measurements made at these points and voltages.
     pub what: DrawMeasurements,
 }
 
@@ -150,8 +150,9 @@ pub enum DrawMeasurements {
 }
 
 impl Study {
-    /// Creates the study for these wearers (all, one, or a file), with an ablation, seed and number
-    /// of draws, or with the declared ones.
+    /// Creates the study. `wearer` is `all`, the name of a participant or the path of a wearer
+    /// file; `None` stands for all participants, or for P in experiment 3. `None` for `ablation`,
+    /// `seed` or `draws` takes the preregistered value.
     ///
     /// # Errors
     /// Returns E621 or E624 to E627 if a declaration or wearer file cannot be read, or there is no
@@ -203,7 +204,8 @@ impl Study {
         self.draws
     }
 
-    /// Lists the participant's index and the draw of every unit, in the order of `draws.csv`.
+    /// Lists the units of the study in the order of `draws.csv`. A unit is the index of a
+    /// participant and the index of a draw.
     #[must_use]
     pub fn units(&self) -> Vec<(usize, u64)> {
         let all = 0..self.participants.all.len();
@@ -328,14 +330,14 @@ impl DrawResult {
     }
 }
 
-/// Returns the result of this draw of `name`, if it has one.
+/// Returns the result of draw `draw` of participant `name`, if it has one.
 fn find_draw<'p>(parts: &'p [Part], name: &str, draw: u64) -> Option<&'p DrawResult> {
     let mut own = parts.iter();
     let own = own.find(|part| part.draw == draw && part.participant == name)?;
     own.became.as_ref().ok()
 }
 
-/// Iterates over the results of all draws of `name`.
+/// Iterates over the results of participant `name` and skips draws without a result.
 fn draw_results<'p>(parts: &'p [Part], name: &'p str) -> impl Iterator<Item = &'p DrawResult> {
     let own = parts.iter().filter(move |part| part.participant == name);
     own.filter_map(|part| part.became.as_ref().ok())

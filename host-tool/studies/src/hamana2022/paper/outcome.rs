@@ -10,7 +10,7 @@ use crate::laboratory::{Outcome, Preregistration, Sheet};
 use host_core::record::sha256;
 use std::collections::BTreeMap;
 
-/// Notes that accompany every result.
+/// Note in every result that the wearers are simulated.
 const SIMULATED: &str =
     "Simulated: random forearms with assumed parameters; no evidence about people.";
 const MEANING: &str = "Ours is the median; low and high are the 5th and 95th percentiles over the \
@@ -76,7 +76,8 @@ impl Study {
         })
     }
 
-    /// Returns the SHA-256 of the declarations, by file.
+    /// Returns the SHA-256 of each declaration and wearer file on which the study depends, by file
+    /// name.
     pub(super) fn sha256(&self) -> BTreeMap<String, String> {
         let wearers = self.participants.files.iter();
         let wearers = wearers.map(|(file, text)| (&**file, &**text));

@@ -17,7 +17,7 @@ pub(super) const TABLE_3: [(&str, [f64; 2]); 4] = [
     ("S", [18.0, 24.0]),
 ];
 
-/// p of each pattern against one point (table 5).
+/// p of the comparison of each two-point pattern with one point (table 5), by pattern number.
 pub(in crate::hamana2022) const TABLE_5_P: [f64; 14] = [
     0.007_40, 0.007_93, 0.009_58, 0.020_0, 0.008_54, 0.085_1, 0.054_7, 0.139, 0.038_6, 0.277,
     0.041_7, 0.080_5, 0.038_7, 0.121,
@@ -30,7 +30,7 @@ pub(super) const TABLE_7_BOTH_V: [(&str, [f64; 2]); 3] = [
     ("S", [22.0, 17.0]),
 ];
 
-/// RMSE of each trial with one point and with two (table 8), °.
+/// RMSE of each trial of P, Q and S with one point and with two (table 8), °.
 pub(super) const TABLE_8: [(&str, [[f64; 5]; 2]); 3] = [
     (
         "P",
@@ -58,7 +58,7 @@ pub(super) const TABLE_8: [(&str, [[f64; 5]; 2]); 3] = [
 /// F and p of the number of points, of the participant, and of their interaction (table 9).
 pub(super) const TABLE_9: [[f64; 2]; 3] = [[4.30, 0.048_9], [1.76, 0.193], [1.16, 0.332]];
 
-/// Returns the printed numbers of the participant `name`.
+/// Returns the numbers that `table` prints for participant `name`; `None` if there are none.
 pub(super) fn printed_values<const N: usize>(
     table: &[(&str, [f64; N])],
     name: &str,

@@ -7,7 +7,8 @@ pub(super) fn cell(value: Option<f64>, places: usize) -> String {
     value.map_or_else(|| "-".to_owned(), |value| format!("{value:.places$}"))
 }
 
-/// Formats the median, range and count of a spread.
+/// Formats the median, the range from 5th to 95th percentile, and the number of values; without a
+/// spread, two dashes and 0.
 pub(super) fn cells(spread: Option<Spread>, places: usize) -> [String; 3] {
     let range = spread.map_or_else(
         || "-".to_owned(),

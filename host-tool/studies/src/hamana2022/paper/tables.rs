@@ -143,17 +143,18 @@ impl Study {
     }
 }
 
-/// Name of a line, and the number of a spread that it shows.
+/// Name of a table line, and the function that takes its number from a spread.
 type Line = (&'static str, fn(Spread) -> f64);
 
-/// Lines in which a spread is tabulated.
+/// Table lines that show a spread: its median, 5th and 95th percentile.
 const LINES: [Line; 3] = [
     ("median", |spread| spread.median),
     ("5 %", |spread| spread.low),
     ("95 %", |spread| spread.high),
 ];
 
-/// Tabulates the nine intensities, V; `None` if there are no sessions.
+/// Tabulates the voltages of A and B at the nine intensities of experiment 3, V; `None` if there
+/// are no sessions.
 fn table_6(sessions: &[Session]) -> Option<Sheet> {
     let mut rows = Vec::new();
     let all = people(sessions);

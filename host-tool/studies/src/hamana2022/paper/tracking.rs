@@ -37,10 +37,10 @@ pub struct Course {
     pub rows: Vec<[f64; 3]>,
 }
 
-/// All trials of one draw.
+/// All trials of experiment 4 in one draw.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Tracking {
-    /// Trials by law, method and index.
+    /// Trials in the order of law, method and index.
     pub trials: Vec<Trial>,
     /// Best and worst trial with one point and with two, under the paper's controller.
     pub courses: Vec<Course>,
@@ -87,7 +87,8 @@ impl Study {
 }
 
 impl Tracking {
-    /// Returns the RMSE of every trial, °; `None` unless all trials have one.
+    /// Returns the RMSE of every trial with this law and method, °; `None` if there are no trials
+    /// or one of them has no RMSE.
     fn trial_rmse(&self, law: &str, method: Method) -> Option<Vec<f64>> {
         let own = self.trials.iter();
         let own = own.filter(|trial| trial.law == law && trial.method == method);
@@ -95,7 +96,8 @@ impl Tracking {
         all.filter(|values| !values.is_empty())
     }
 
-    /// Returns the RMSE of the point, A or B, with the smaller mean, as in the paper (III-D5).
+    /// Returns A or B, whichever has the smaller mean RMSE (as in the paper, III-D5), and the RMSE
+    /// of its trials, °. A point is not considered if one of its trials has no RMSE.
     #[must_use]
     pub fn one_point_rmse(&self, law: &str) -> Option<(Method, Vec<f64>)> {
         let points = [Method::A, Method::B];
@@ -104,21 +106,22 @@ impl Tracking {
         known.min_by(|a, b| mean(&a.1).total_cmp(&mean(&b.1)))
     }
 
-    /// Returns the RMSE of every trial with two points, °.
+    /// Returns the RMSE of every trial with two points, °; `None` if a trial has none.
     #[must_use]
     pub fn two_point_rmse(&self, law: &str) -> Option<Vec<f64>> {
         self.trial_rmse(law, Method::Two)
     }
 
-    /// Returns the mean RMSE with one point and with two, °.
+    /// Returns the mean RMSE over the trials, °: with one point (the better of A and B), then with
+    /// two points; `None` where trials have no RMSE.
     #[must_use]
     pub fn means(&self, law: &str) -> [Option<f64>; 2] {
         let one = self.one_point_rmse(law).map(|(_, all)| mean(&all));
         [one, self.two_point_rmse(law).map(|all| mean(&all))]
     }
 
-    /// Lists briefly why methods have trials without a number, each reason once with its methods.
-    /// Names the controller if the other one has no such trial.
+    /// Lists the reasons why trials have no RMSE, each once and preceded by the methods to which it
+    /// applies. The controller is named unless both controllers have the same reason.
     pub(super) fn refused(&self) -> Vec<String> {
         let why = |law: &str, method: Method| {
             let mut own = self.trials.iter();
@@ -174,12 +177,13 @@ impl Tracking {
     }
 }
 
-/// Returns the mean of at least one number.
+/// Returns the mean of `all`, which must not be empty.
 pub(super) fn mean(all: &[f64]) -> f64 {
     all.iter().sum::<f64>() / all.len() as f64
 }
 
-/// Shortens a reason to the event itself, without numbers of the draw and without advice.
+/// Cuts a reason at the first semicolon or parenthesis. Numbers of the draw and advice follow
+/// there, and equal events are counted together.
 fn brief_reason(why: &str) -> &str {
     why.split([';', '(']).next().unwrap_or(why).trim_end()
 }

@@ -3,10 +3,10 @@
 use crate::sierotowicz2023::EndpointError;
 use serde::Deserialize;
 
-/// Text of the committed declaration.
+/// Text of the declaration `host-tool/experiments/electrode-choice.toml`.
 pub const DECLARED: &str = include_str!("../../../../experiments/electrode-choice.toml");
 
-/// Content of the declaration.
+/// Content of the declaration `electrode-choice.toml`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Study {
@@ -40,7 +40,8 @@ pub struct WantedForces {
 pub struct ForceCriteria {
     /// Largest relative error of a force that counts as reached.
     pub made: f64,
-    /// Largest relative error beyond that of the best set.
+    /// A set of electrodes is good enough if its relative error exceeds that of the best set by at
+    /// most this much.
     pub within: f64,
     /// Number of electrodes of the sets that the matrices show.
     pub shown: u32,
@@ -50,14 +51,16 @@ pub struct ForceCriteria {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Expected {
-    /// Forces that four electrodes reach, as a fraction of those that ten reach.
+    /// Smallest number of forces that four electrodes reach, as a fraction of the number that ten
+    /// reach.
     pub four_of_ten: f64,
-    /// Fraction of wearers for whom one set of six, chosen on another's arm, is sufficient.
+    /// Fraction of wearers for whom a set of six electrodes is good enough that is the best one on
+    /// another wearer's arm.
     pub one_set_of_six: f64,
 }
 
 impl Study {
-    /// Parses the committed declaration.
+    /// Parses the declaration `electrode-choice.toml` that is part of the program.
     ///
     /// # Errors
     /// Returns E732 if the declaration cannot be parsed or has invalid values.
@@ -65,7 +68,7 @@ impl Study {
         Self::parse(DECLARED)
     }
 
-    /// Parses this text.
+    /// Parses and checks the text of a declaration.
     ///
     /// # Errors
     /// Fails like [`Self::load_embedded`].

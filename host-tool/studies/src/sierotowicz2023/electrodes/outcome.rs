@@ -34,7 +34,7 @@ pub struct RunInfo {
     pub cut_short: Option<String>,
 }
 
-/// A wearer, and the preceding draw, by whose arm a set is chosen.
+/// A wearer, and the wearer of the preceding draw, on whose arm a set of electrodes is chosen.
 type Pair<'a> = (&'a MissedForce, &'a MissedForce);
 
 fn pairs(all: &[MissedForce]) -> Vec<Pair<'_>> {
@@ -63,8 +63,8 @@ fn share_of(all: &[f64], most: f64) -> f64 {
     100.0 * all.iter().filter(|value| **value <= most).count() as f64 / all.len().max(1) as f64
 }
 
-/// Returns the percentage of a wearer's forces for which the other's choice of `count` electrodes
-/// is good enough.
+/// Returns the percentage of reference forces for which a set of `count` electrodes is good enough
+/// on the wearer's own arm, although it was chosen as the best one on the other arm.
 fn good_enough(study: &Study, (own, other): Pair<'_>, method: usize, count: u32) -> f64 {
     let both = own.0[method].iter().zip(&other.0[method]);
     let more: Vec<f64> = both
@@ -273,7 +273,7 @@ fn table(rows: &[Row]) -> Sheet {
     )
 }
 
-/// Assembles the outcome of the study.
+/// Assembles the outcome of the study from the errors of `all` wearers.
 #[must_use]
 pub fn outcome(study: &Study, all: &[MissedForce], told: RunInfo) -> Outcome {
     let methods = 0..METHODS.len();

@@ -16,7 +16,8 @@ pub struct Run {
 }
 
 impl Run {
-    /// Creates the study with this seed and number of wearers, or with the declared ones.
+    /// Creates the study with this seed and number of wearers; `None` takes the preregistered
+    /// value.
     ///
     /// # Errors
     /// Fails if the declaration cannot be read.

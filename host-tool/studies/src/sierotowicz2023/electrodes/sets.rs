@@ -13,13 +13,14 @@ use serde::{Deserialize, Serialize};
 pub const SETS: usize = 1 << MUSCLES.len();
 /// Recruitment methods, in the order of all results.
 pub const METHODS: [&str; 2] = ["squares", "nearest"];
-/// Curvature added to make the minimum unique, as a fraction of the largest. It changes a force by
-/// a millionth.
+/// Number that is added to the diagonal of the least squares problem so that its minimum is unique,
+/// as a fraction of its largest element. It changes a force by a millionth.
 const RIDGE: f64 = 1e-6;
 /// Relative error below which no further electrode is tried.
 const NOTHING: f64 = 1e-4;
 
-/// Relative errors of one wearer by method, reference force (magnitudes, then directions) and set.
+/// Relative errors of one wearer by method, reference force and set of electrodes. The reference
+/// forces are sorted by magnitude, then by direction.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct MissedForce(pub [Vec<Vec<f32>>; METHODS.len()]);
 
@@ -107,7 +108,7 @@ fn wanted_forces(study: &Study) -> Vec<Vector3<f64>> {
         .collect()
 }
 
-/// Computes the errors of every set of this wearer's electrodes.
+/// Computes the relative error of every set of this wearer's electrodes for every reference force.
 ///
 /// # Errors
 /// Returns E700 to E706 if the device refuses the arm.
@@ -126,7 +127,8 @@ pub fn missed_forces(study: &Study, wearer: &Wearer) -> Result<MissedForce, Endp
     Ok(MissedForce([by_squares, by_nearest]))
 }
 
-/// Returns the set of `count` electrodes with the smallest error, the first one in case of a tie.
+/// Returns the set of `count` electrodes with the smallest error in `parts`, which has one error
+/// for each set; the first one in case of a tie.
 #[must_use]
 pub fn best(parts: &[f32], count: u32) -> usize {
     let sets = (0..parts.len()).filter(|set| set.count_ones() == count);

@@ -59,8 +59,8 @@ pub struct Wearer {
     pub posture: Posture,
 }
 
-/// Returns the line of the tenth electrode by approximate anatomy: from the outside above the elbow
-/// to the distal end of the forearm. Assumed, to the centimetre.
+/// Returns the line of action of the tenth electrode's muscle by approximate anatomy: from the
+/// outside above the elbow to the distal end of the forearm. Assumed, to the centimetre.
 fn tenth(stature_m: f64, gain_mn_per_ma: u32, [threshold, limit]: [Amplitude; 2]) -> LineSpec {
     let [upper, fore] = [UPPER_ARM[0], FOREARM[0]].map(|part| (1e6 * part * stature_m) as i32);
     let via = |segment, at_um| ViaSpec { segment, at_um };
@@ -79,7 +79,7 @@ fn tenth(stature_m: f64, gain_mn_per_ma: u32, [threshold, limit]: [Amplitude; 2]
 }
 
 impl Wearer {
-    /// Generates arm `index` of `seed`, as in the main study.
+    /// Generates arm `index` of `seed` from the same random ranges as the main study.
     ///
     /// # Errors
     /// Returns E716 if the random arm is invalid.

@@ -34,7 +34,8 @@ fn ten_seconds() -> SheetAxis {
 }
 
 impl Study {
-    /// Plots the best and the worst trial with one point and with two.
+    /// Plots reference and angle of experiment 4: the best and the worst trial with one point and
+    /// with two.
     pub(super) fn figures_25_to_28(&self, parts: &[Part]) -> Vec<Sheet> {
         let kinds = [
             (25, false, true),
@@ -82,7 +83,8 @@ impl Study {
         vec![Sheet::figure("Figures 25 to 28", title, caption, plots)]
     }
 
-    /// Finds the first draw with the best or the worst trial of the method, preferably one of P.
+    /// Finds the first draw with a recorded best or worst trial of the method, preferably a draw of
+    /// participant P.
     fn find_course<'p>(
         &self,
         parts: &'p [Part],
@@ -105,7 +107,8 @@ impl Study {
         })
     }
 
-    /// Plots the angle over time at three pronations.
+    /// Plots the index finger's angle over ten seconds at three pronations, preferably of
+    /// participant Q.
     pub(super) fn figure_30(&self, parts: &[Part]) -> Result<Vec<Sheet>, TwoPointsError> {
         let Some(whose) = self.shown_wearer("Q", parts)? else {
             return Ok(Vec::new());
@@ -158,7 +161,8 @@ impl Study {
         Ok(vec![Sheet::figure("Figure 30", title, caption, plots)])
     }
 
-    /// Plots the largest angles by pronation.
+    /// Plots the index finger's angle against pronation for each participant, with one point and
+    /// with two.
     pub(super) fn figure_31(&self, parts: &[Part]) -> Vec<Sheet> {
         let sessions = sessions(parts);
         let mut plots = Vec::new();
@@ -203,7 +207,8 @@ impl Study {
         vec![Sheet::figure("Figure 31", title, caption.to_owned(), plots)]
     }
 
-    /// Plots ten seconds with one point and with two.
+    /// Plots the index finger's angle over ten seconds for each participant, with one point and
+    /// with two.
     pub(super) fn figure_32(&self, parts: &[Part]) -> Vec<Sheet> {
         let (mut plots, mut whose) = (Vec::new(), Vec::new());
         for participant in &self.participants.all {

@@ -13,8 +13,9 @@ use hal_sim::body::hand::digits::REST_DEG;
 use hal_sim::body::hand::spec::{A, B};
 use host_core::statistics::Spread;
 
-/// Duration of a pattern (III-A3), µs, and time between two recorded angles, s.
+/// Duration of a pattern (III-A3), µs.
 const LASTS_US: u64 = 2_000_000;
+/// Time between two recorded angles, s.
 const ROW_S: f64 = 0.02;
 /// Initials of the digits, because nine bar charts have no room for names.
 const LETTERS: [&str; 5] = ["T", "I", "M", "R", "L"];
@@ -75,7 +76,8 @@ impl Study {
         Ok(vec![Sheet::figure("Figure 8", title, caption, plots)])
     }
 
-    /// Plots five fingers of the moving hand over two seconds.
+    /// Plots the angles of all five digits over two seconds of three patterns, preferably of
+    /// participant S.
     pub(super) fn figures_9_to_11(&self, parts: &[Part]) -> Result<Vec<Sheet>, TwoPointsError> {
         let Some(whose) = self.shown_wearer("S", parts)? else {
             return Ok(Vec::new());
@@ -132,7 +134,7 @@ impl Study {
         )])
     }
 
-    /// Plots nine bar charts for each participant, one for each intensity.
+    /// Plots nine bar charts of the digits' angles for each participant, one for each intensity.
     pub(super) fn figure_21(&self, parts: &[Part]) -> Vec<Sheet> {
         let sessions = sessions(parts);
         let all = people(&sessions).into_iter();

@@ -11,7 +11,7 @@ use crate::hamana2022::experiments::Experiment;
 use crate::hamana2022::wearers::Wearer;
 use crate::laboratory::Sheet;
 
-/// Series of the digits, then that of the individuation index.
+/// Names of the plotted series: the five digits, then the individuation index.
 const DIGITS: [&str; 6] = [
     "thumb",
     "index",
@@ -29,7 +29,8 @@ struct ShownWearer {
 }
 
 impl Study {
-    /// Returns all figures of this study.
+    /// Draws the figures of this kind of study. A figure of one wearer is missing if no draw has
+    /// points and voltages.
     pub(super) fn figures(&self, parts: &[Part]) -> Result<Vec<Sheet>, TwoPointsError> {
         Ok(match self.kind {
             Kind::Patterns(Experiment::Selectivity) => {

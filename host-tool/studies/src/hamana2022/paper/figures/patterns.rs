@@ -11,13 +11,13 @@ use crate::hamana2022::sessions::{Session, people};
 use crate::laboratory::{Band, Bar, Curve, Plot, Plots, Sheet, SheetAxis};
 use host_core::statistics::Spread;
 
-/// Series of the bars.
+/// Names of the bar series. The first two are the states of a pattern's points between pulses.
 const STATES: [&str; 3] = ["conducted", "isolated", "one point, conducted"];
 const ONE: usize = 2;
 /// Position of phase difference 0 on a logarithmic axis, µs.
 const TOGETHER_US: f64 = 25.0;
-/// Numbers of the conducted patterns that have an isolated counterpart, with their phase
-/// difference, µs. The isolated one has the next number.
+/// Conducted patterns that have an isolated counterpart: number and phase difference, µs. The
+/// isolated counterpart has the next higher number.
 const LATE: [(usize, &str); 4] = [(6, "1000"), (8, "2000"), (10, "5000"), (12, "10000")];
 
 /// Returns the series of a pattern: 0 for conducted, 1 for isolated.
@@ -46,7 +46,7 @@ const TORQUE: Measure = Measure {
 const SPREAD: &str = "bars and markers show medians, lines the 5th to 95th percentile of the draws";
 
 impl Study {
-    /// Returns figures 12 to 15.
+    /// Returns figures 12 to 15: the individuation index by pattern and phase difference.
     pub(super) fn individuation_figures(&self, parts: &[Part]) -> Vec<Sheet> {
         let sessions = sessions(parts);
         let own = PatternFigure::new(INDIVIDUATION, &sessions);
@@ -64,7 +64,7 @@ impl Study {
         )
     }
 
-    /// Returns figures 17 to 20.
+    /// Returns figures 17 to 20: the torque by pattern and phase difference.
     pub(super) fn torque_figures(&self, parts: &[Part]) -> Vec<Sheet> {
         let sessions = sessions(parts);
         let own = PatternFigure::new(TORQUE, &sessions);
@@ -103,7 +103,8 @@ impl<'s> PatternFigure<'s> {
     }
 
     /// Returns four figures: by participant, averages, by phase difference, and conducted beside
-    /// isolated. `one` is the paper's value for one point.
+    /// isolated. `one` is the torque that the paper prints for one point; without it, the figures
+    /// omit one point.
     fn sheets(&self, numbers: [&str; 4], papers: [&str; 4], one: Option<f64>) -> Vec<Sheet> {
         if self.draws.is_empty() {
             return Vec::new();
@@ -134,7 +135,8 @@ impl<'s> PatternFigure<'s> {
         SheetAxis::linear(self.measure.axis, [0.0, 1.05])
     }
 
-    /// Plots a bar for each pattern, and one for one point if the paper prints it.
+    /// Plots a bar for each pattern. `one` adds a bar for one point: the simulated spread and the
+    /// printed value.
     fn plot(
         &self,
         title: &str,
