@@ -12,34 +12,35 @@ use host_core::run::DeviceName;
 use host_core::wearer::builtin_wearer;
 use std::ops::RangeInclusive;
 
-/// Options of a command that runs a study.
+/// What a command asks of a study: its name, wearer, ablation, device, seed and number of draws.
 #[derive(Clone, Copy, Debug)]
 pub struct StudyRequest<'a> {
-    /// Name of the study.
+    /// Name of the study as typed on the command line.
     pub name: &'a str,
-    /// A participant, or a wearer file.
+    /// Participant of the paper (such as `P`), or the name of a wearer file; `None` for random
+    /// wearers.
     pub wearer: Option<&'a str>,
     /// Name of an ablation; `None` for the study as preregistered.
     pub ablation: Option<&'a str>,
-    /// Device on which the study, or a sample of it, runs.
+    /// Device on which the study runs, or on which a sample of its units is repeated.
     pub device: &'a DeviceName,
-    /// Seed and number of draws; `None` for the declaration's.
+    /// Seed and number of draws; `None` where the declaration's value applies.
     pub decided: (Option<u64>, Option<u64>),
 }
 
-/// A study with random wearers.
+/// A study with random wearers, or several that share their code.
 pub struct Entry {
-    /// Names of the study, each with its title.
+    /// Name of each study on the command line, with its title.
     pub names: &'static [(&'static str, &'static str)],
     /// File name in `host-tool/experiments` and text of each declaration.
     pub declarations: &'static [(&'static str, &'static str)],
     /// Command that runs the study as declared.
     pub command: &'static str,
-    /// Allowed number of draws.
+    /// Range of the allowed number of draws.
     draws: RangeInclusive<u64>,
-    /// The reason why not every device is allowed, and the allowed ones.
+    /// Reason why not every device is allowed, and the allowed devices.
     devices: (&'static str, &'static [DeviceName]),
-    /// Whether the study accepts a participant or an ablation.
+    /// Whether a participant or an ablation can be chosen for the study.
     has_participants: bool,
     begin: fn(&StudyRequest<'_>) -> anyhow::Result<Box<dyn Runnable>>,
 }
@@ -215,14 +216,16 @@ fn hamana(request: &StudyRequest<'_>) -> anyhow::Result<Box<dyn Runnable>> {
     Ok(Box::new(study))
 }
 
-/// Name that is also a declaration's, which is used if no participant or ablation is given.
+/// Name of a study with participants that is also the name of a declaration. The declaration is
+/// used unless a participant or an ablation is given.
 const CONTROL: &str = "hamana-4";
 
 impl Entry {
-    /// Returns the requested study; `None` if the name is that of a declaration.
+    /// Returns the requested study. Returns `None` if the name belongs to a declaration, which the
+    /// laboratory runs, or to nothing.
     ///
     /// # Errors
-    /// Returns, for people, why the options contradict each other.
+    /// Returns a message for the user if the options contradict each other.
     pub fn find(asked: &StudyRequest<'_>) -> Result<Option<&'static Self>, String> {
         let has = |entry: &&Self| entry.names.iter().any(|(name, _)| *name == asked.name);
         let found = ENTRIES.iter().find(has);
@@ -247,7 +250,7 @@ impl Entry {
         }
     }
 
-    /// Lists the names of the studies with participants.
+    /// Lists the names of the studies that accept a participant, separated by commas.
     fn with_participants() -> String {
         let own = ENTRIES.iter().filter(|entry| entry.has_participants);
         let names: Vec<&str> = own
@@ -257,7 +260,8 @@ impl Entry {
         names.join(", ")
     }
 
-    /// Returns, for people, why the wearer, the device or the number of draws is not allowed.
+    /// Returns a message for the user for each option that this study does not allow: the wearer,
+    /// the device, or the number of draws.
     #[must_use]
     pub fn mistakes(&self, asked: &StudyRequest<'_>) -> Vec<String> {
         let (why, devices) = self.devices;

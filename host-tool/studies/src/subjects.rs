@@ -5,7 +5,8 @@ use firmware::units::Micros;
 use hal_sim::body::muscle::Parameters;
 use methods::muscle::Integrator;
 
-/// Converts parameters to the device's units, in which those of table 4 are whole numbers.
+/// Converts a subject's muscle constants to the units of the device, in which the values of Lee's
+/// table 4 are whole numbers.
 pub fn spec(p: &Parameters) -> CalciumForceSpec {
     let whole = |value: f64, per: f64| (value * per).round() as u32;
     CalciumForceSpec {
@@ -17,7 +18,8 @@ pub fn spec(p: &Parameters) -> CalciumForceSpec {
     }
 }
 
-/// Returns the force at each of the rising times under these pulses, N.
+/// Returns the muscle's force at each of `times_us`, N, while it receives pulses at `pulses_us`.
+/// Both times are in ascending order.
 pub fn forces(
     muscle: &mut dyn Integrator,
     pulses_us: &[u32],

@@ -160,7 +160,7 @@ fn rows_that_no_study_writes_are_refused() {
         let sweep = Sweep::from_drawing(&cells(), (SEED, DRAWS), Shard::WHOLE);
         let refused = sweep.compute(&cells(), Some(&dir), &mut |_| false);
         let error = refused.err().unwrap().to_string();
-        let is = error.starts_with("E608") && error.contains("draws.csv: line ");
+        let is = error.starts_with("E608") && error.contains("draws.csv is damaged: line ");
         assert!(is && error.contains(says), "{says}: {error}");
         assert!(
             error.contains("delete this line and all lines after it"),

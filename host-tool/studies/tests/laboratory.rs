@@ -93,7 +93,7 @@ fn everything_wrong_with_a_declaration_is_told_at_once() {
         .unwrap_err()
         .to_string();
     for wanted in [
-        "E600 bad.toml",
+        "E600 the declaration bad.toml has mistakes",
         "`Sm all`",
         "no measure `charm`",
         "draw `body.push_nm` goes from 6 to 2.4",
@@ -155,7 +155,7 @@ fn a_condition_that_no_device_arms_is_refused_by_name() {
     );
     let error = refusal(&beyond);
     assert!(
-        error.starts_with("E601 small.toml: condition `pre-wall` yields a session that no"),
+        error.starts_with("E601 the declaration small.toml has invalid conditions: condition `pre"),
         "{error}"
     );
     let beyond = SMALL.replace(

@@ -7,28 +7,29 @@ use hal_sim::body::muscle::{Parameters, SUBJECTS};
 
 pub const RATES_HZ: [u32; 7] = [10, 20, 30, 40, 50, 70, 100];
 
-/// Length of a train, µs.
+/// Time span of the pulses of a train, µs.
 const TRAIN_US: u32 = 1_000_000;
-/// Length of train and decay, µs.
+/// Length of a simulated run, µs: a train of 1 s, then 0.5 s in which the force decays.
 pub const DURATION_US: u32 = 1_500_000;
-/// Finest interval at which the force is read, µs.
+/// Interval between two stored true forces, µs, and thus the shortest reading interval that can be
+/// judged.
 const FINEST_US: u32 = 1000;
 
-/// A muscle under one train at full gain.
+/// A fully recruited muscle under one train of pulses, with its true force.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// Pulse times, µs, ascending.
+    /// Times of the pulses, µs, ascending.
     pub pulses_us: Vec<u32>,
-    /// Constants of the muscle.
+    /// Constants of the muscle in the units of the device.
     pub spec: CalciumForceSpec,
     /// True force at 0, 1, 2 … ms, N.
     truth: Vec<f64>,
-    /// Largest true force, N.
+    /// Largest true force of the run, N; errors are given in % of it.
     pub peak_n: f64,
 }
 
 impl Case {
-    /// Solves a case with `hal_sim`'s reference.
+    /// Creates a case and computes its true force with the reference integrator of `hal_sim`.
     pub fn new(parameters: &Parameters, pulses_us: Vec<u32>) -> Self {
         let pulses_s: Vec<f64> = pulses_us.iter().map(|us| f64::from(*us) * 1e-6).collect();
         let seconds = |us: u32| f64::from(us) * 1e-6;
@@ -53,8 +54,9 @@ impl Case {
     }
 }
 
-/// Returns every subject at every rate, each with two trains: a regular one with a random first
-/// pulse, and one whose pulses deviate by up to 45 % of a period.
+/// Returns the test cases: each of Lee's ten subjects at each of [`RATES_HZ`], once with a regular
+/// train whose first pulse is at a random time, and once with a train whose pulses deviate randomly
+/// by up to 45 % of a period.
 pub fn all_cases() -> Vec<Case> {
     let mut random = Random(0x9E37_79B9);
     let mut cases = vec![];
@@ -73,7 +75,8 @@ pub fn all_cases() -> Vec<Case> {
     cases
 }
 
-/// Returns a train of [`TRAIN_US`] at `rate_hz` whose pulses deviate by up to 45 % of a period.
+/// Returns the pulse times, µs, of a train of [`TRAIN_US`] at `rate_hz`. Each pulse deviates
+/// randomly by up to 45 % of a period from its regular time.
 pub(super) fn jittered_train(rate_hz: f64, random: &mut Random) -> Vec<u32> {
     let period = f64::from(TRAIN_US) / rate_hz;
     let place = |i: u32| {
@@ -83,11 +86,12 @@ pub(super) fn jittered_train(rate_hz: f64, random: &mut Random) -> Vec<u32> {
     (0..rate_hz as u32).map(place).collect()
 }
 
-/// Marsaglia's xorshift32 (J. Stat. Softw. 8(14), 2003).
+/// Marsaglia's random number generator xorshift32 (J. Stat. Softw. 8(14), 2003); its state must not
+/// be 0.
 pub(super) struct Random(pub u32);
 
 impl Random {
-    /// Returns a random number, 0…1.
+    /// Returns a random number from 0 inclusive to 1 exclusive.
     pub fn unit_value(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 17;

@@ -4,20 +4,23 @@ use crate::bench::{BenchError, Row, rows_on_chip};
 use firmware::bench::NoClock;
 use hal_sim::images::Image;
 
-/// Prefix of the rows that measure the loop around a setting.
+/// Name prefix of the rows that measure the benchmark loop without a muscle. Its cycles are
+/// subtracted from the rows that follow.
 const EMPTY: &str = "empty@";
-/// Prefix of the rows of the shipped model at the corner of its ranges.
+/// Name prefix of the rows that measure the shipped model with the smallest K and the shortest time
+/// constants that the device accepts, where it needs the most steps.
 const CORNER: &str = "corner:";
-/// Prefix of the rows that measure the construction of a muscle.
+/// Name prefix of the rows that measure how long it takes to construct a muscle.
 const MAKE: &str = "make:";
 
-/// Rows that the image printed, in its order.
+/// Benchmark rows of the muscle models, in the order in which the image prints them.
 #[derive(Clone, Debug)]
 pub struct Cost {
-    /// Cost of every setting without the loop around it: the mean of whole runs, and the maximum of
-    /// one reading with the pulses before it.
+    /// Cost of every setting without the loop around it: in `mean` that of a whole run, in `max`
+    /// that of the most expensive reading with the pulses before it.
     pub runs: Vec<Row>,
-    /// Cost of the shipped model at the corner of its ranges, for each interval of reading.
+    /// Cost of the shipped model with the parameters at which it is most expensive, one row for
+    /// each reading interval.
     pub corners: Vec<Row>,
     /// Cost of constructing the muscles of [`methods::bench::MADE`].
     pub makes: Vec<Row>,
@@ -48,12 +51,12 @@ impl Cost {
         cost
     }
 
-    /// Measures the cost on the chip simulator.
+    /// Runs the image `methods` on the chip simulator and measures its cycles.
     pub fn on_chip() -> Result<Self, BenchError> {
         Ok(Self::new(rows_on_chip(Image::Methods)?))
     }
 
-    /// Computes the results on this computer, without cycles.
+    /// Runs the same code on this computer. The rows then contain checksums and no cycles.
     pub fn on_host() -> Self {
         let mut rows = vec![];
         methods::bench::run_methods(&NoClock, |row| rows.push(Row::from(row)));

@@ -4,8 +4,8 @@ use super::cases::{Case, DURATION_US};
 use crate::subjects::forces;
 use methods::muscle::{Integrator, Setting};
 
-/// Returns the largest error at every `output_us`, % of the case's peak; infinite if a force is not
-/// a number.
+/// Returns the largest error of a setting whose force is read every `output_us`, % of the case's
+/// peak force; infinite if a force is not a number.
 pub fn case_error_pct(case: &Case, setting: Setting, output_us: u32) -> f64 {
     setting
         .with_integrator(&case.spec, |muscle| {
@@ -14,8 +14,9 @@ pub fn case_error_pct(case: &Case, setting: Setting, output_us: u32) -> f64 {
         .unwrap_or(f64::INFINITY)
 }
 
-/// Returns the largest error of an integrator that is at rest at time 0, read every `output_us`
-/// until `until_us` (at most [`DURATION_US`]), % of the case's peak.
+/// Returns the largest error of an integrator whose force is read every `output_us` until
+/// `until_us` (at most [`DURATION_US`]), % of the case's peak force. The muscle must be at rest at
+/// time 0.
 pub fn run_error_pct(
     case: &Case,
     muscle: &mut dyn Integrator,
@@ -35,7 +36,7 @@ pub fn run_error_pct(
     worst / case.peak_n * 100.0
 }
 
-/// Returns the largest error over all `cases`, % of peak.
+/// Returns the largest error of a setting over all `cases`, % of each case's peak force.
 pub fn worst_error_pct(cases: &[Case], setting: Setting, output_us: u32) -> f64 {
     let errors = cases
         .iter()

@@ -9,16 +9,17 @@ use methods::muscle::{Reading, Setting};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Largest error allowed for the device's model, %.
+/// Largest error allowed for the device's model, % of the peak force.
 pub const WANTED_PCT: f64 = 0.02;
 
-/// A setting at one interval of reading, with its error and its cost.
+/// A setting (integration method, number format and step) read at one interval, with its error and
+/// its cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
     pub setting: Setting,
     /// Time between two readings, µs.
     pub output_us: u32,
-    /// Largest error over all cases, % of peak; infinite if the method diverges.
+    /// Largest error over all cases, % of the case's peak force; infinite if the method diverges.
     pub error_pct: f64,
     /// Core clock cycles per simulated second and muscle.
     pub cycles_per_s: u64,
@@ -29,14 +30,16 @@ pub struct Point {
     pub on_front: bool,
 }
 
-/// Returns the settings in the image's order, each with its interval of reading, µs.
+/// Returns each pair of a setting and the interval at which its force is read, µs, in the order in
+/// which the image measures them.
 fn settings() -> impl Iterator<Item = (Setting, u32)> {
     OUTPUTS_US
         .into_iter()
         .flat_map(|output_us| Setting::all(output_us).map(move |s| (s, output_us)))
 }
 
-/// Returns the error of every setting in the image's order; `step` receives the finished part.
+/// Returns the error of every setting, % of the peak force, in the order in which the image
+/// measures them. `step` receives the finished part, 0 to 1.
 pub fn all_errors(cases: &[Case], step: impl Fn(f64) + Sync) -> Vec<f64> {
     let settings: Vec<_> = settings().collect();
     let done = AtomicUsize::new(0);
@@ -49,21 +52,22 @@ pub fn all_errors(cases: &[Case], step: impl Fn(f64) + Sync) -> Vec<f64> {
     settings.par_iter().map(error).collect()
 }
 
-/// Points of all settings, with related measurements.
+/// Points of all settings, with the costs and differences that the report also shows.
 #[derive(Clone, Debug)]
 pub struct Chart {
-    /// Points in the image's order.
+    /// Points in the order in which the image measures them.
     pub points: Vec<Point>,
-    /// Core clock cycles of the shipped model at the corner of its ranges, per second and in its
-    /// worst tick, for each interval of reading.
+    /// Core clock cycles of the shipped model with the parameters at which it is most expensive:
+    /// per second, and in its most expensive reading. One pair for each reading interval.
     pub corners: Vec<[u64; 2]>,
-    /// Core clock cycles of constructing a muscle (constants and tables) for some settings.
+    /// Settings of [`MADE`], each with the core clock cycles that it takes to compute the constants
+    /// and tables of a muscle.
     pub makes: Vec<(Setting, u64)>,
-    /// Names of the settings whose forces differ between chip and computer in any bit.
+    /// Names of the settings whose forces are not bit-identical on chip simulator and computer.
     pub differing: Vec<String>,
 }
 
-/// Measures all errors and costs; `step` receives the finished part.
+/// Measures all costs, then all errors; `step` receives the finished part, 0 to 1.
 pub fn measure(cases: &[Case], step: impl Fn(f64) + Sync) -> Result<Chart, BenchError> {
     // First, because an image may be missing.
     let chip = Cost::on_chip()?;
@@ -72,13 +76,14 @@ pub fn measure(cases: &[Case], step: impl Fn(f64) + Sync) -> Result<Chart, Bench
     Ok(Chart::new(&errors, &chip, &Cost::on_host()))
 }
 
-/// Returns the cycles of one simulated second.
+/// Returns the core clock cycles per simulated second, rounded, from the mean of a run.
 fn per_second(row: &Row) -> u64 {
     (row.mean * 1_000_000 + u64::from(RUN_US) / 2) / u64::from(RUN_US)
 }
 
 impl Chart {
-    /// Combines the measurements, all in the image's order.
+    /// Combines errors and costs to points and marks the Pareto front. `errors` and both costs must
+    /// be in the order in which the image measures the settings.
     pub fn new(errors: &[f64], chip: &Cost, host: &Cost) -> Self {
         let all = |cost: &Cost| [&cost.runs[..], &cost.corners].concat();
         let pairs = all(chip).into_iter().zip(all(host));
@@ -120,24 +125,27 @@ impl Chart {
         }
     }
 
-    /// Returns the points that are read every `output_us`.
+    /// Returns the points whose force is read every `output_us`.
     pub fn read_every(&self, output_us: u32) -> impl Iterator<Item = &Point> {
         self.points.iter().filter(move |p| p.output_us == output_us)
     }
 
-    /// Returns the cheapest point whose error is at most [`WANTED_PCT`].
+    /// Returns the point with the fewest cycles per second among those whose error is at most
+    /// [`WANTED_PCT`]; `None` if there is none.
     pub fn cheapest(&self, output_us: u32) -> Option<&Point> {
         self.read_every(output_us)
             .filter(|p| p.error_pct <= WANTED_PCT)
             .min_by_key(|p| p.cycles_per_s)
     }
 
-    /// Returns the point of a setting whose force is read every `output_us`.
+    /// Returns the point of `setting` whose force is read every `output_us`; `None` if this pair is
+    /// not measured.
     pub fn point(&self, setting: Setting, output_us: u32) -> Option<&Point> {
         self.read_every(output_us).find(|p| p.setting == setting)
     }
 
-    /// Returns the committed table; docs/methods.md explains its columns.
+    /// Formats the points as the table that is committed in docs/charts; docs/methods.md explains
+    /// its columns.
     pub fn csv(&self) -> String {
         let mut text = "method,arithmetic,step_us,output_us,error_pct,cycles_per_s,front,kind,\
                         reading,worst_tick_cycles\n"
@@ -173,7 +181,7 @@ impl Chart {
     }
 }
 
-/// Formats three significant digits; infinity is `inf`.
+/// Formats an error with three significant digits; infinity is `inf`.
 pub fn digits(error_pct: f64) -> String {
     format!("{error_pct:.2e}")
 }

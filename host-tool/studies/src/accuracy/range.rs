@@ -17,9 +17,10 @@ use hal_sim::body::muscle::Parameters;
 use methods::muscle::Setting;
 use rayon::prelude::*;
 
-/// Pulse rates at the corners, Hz; random rates lie between the first and the last.
+/// Pulse rates of the trains at the corners, Hz. Random muscles get a rate between the first and
+/// the last, uniform in the logarithm.
 const RATES_HZ: [f64; 5] = [5.0, 20.0, 50.0, 100.0, 200.0];
-/// Ranges of all parameters except A.
+/// Ranges of the model's parameters that the device accepts, except that of A.
 const RANGES: [Range; 4] = [
     CalciumForceSpec::K_MICRO,
     CalciumForceSpec::TAU_C_US,
@@ -27,35 +28,39 @@ const RANGES: [Range; 4] = [
     CalciumForceSpec::TAU2_US,
 ];
 
-/// One muscle under one train.
+/// One muscle under one train, and the error of the shipped model on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// Constants of the muscle.
+    /// Constants of the muscle, with τ1 lengthened if the device refuses the muscle otherwise.
     pub spec: CalciumForceSpec,
-    /// Pulses per second.
+    /// Pulse rate of the train, Hz.
     pub rate_hz: f64,
-    /// Largest error, % of the train's peak.
+    /// Largest error, % of the peak force of this train.
     pub error_pct: f64,
 }
 
-/// Errors of all trains, sorted from the largest down.
+/// Errors of the shipped model on all trains, each list sorted from the largest error down.
 #[derive(Clone, Debug)]
 pub struct RangeErrors {
-    /// Errors at the corners.
+    /// Errors of the muscles at the corners of the parameter ranges, one for each corner and each
+    /// of five pulse rates.
     pub corners: Vec<Place>,
-    /// Errors of the random muscles.
+    /// Errors of the randomly generated muscles.
     pub drawn: Vec<Place>,
-    /// Number of muscles in both that the device refuses and that are judged with a longer τ1.
+    /// Number of trains in both lists whose muscle the device refuses; they are judged with a
+    /// longer τ1.
     pub refused: usize,
 }
 
-/// Returns the share of `places` whose error exceeds [`WANTED_PCT`], %.
+/// Returns the share of `places` whose error exceeds [`WANTED_PCT`], %. `places` must be sorted
+/// from the largest error down.
 pub fn above_pct(places: &[Place]) -> f64 {
     let above = places.partition_point(|p| p.error_pct > WANTED_PCT);
     above as f64 / places.len().max(1) as f64 * 100.0
 }
 
-/// Judges all corners at five rates, and `draws` random muscles; `seed` must not be 0.
+/// Judges the shipped model at all corners of the parameter ranges, each at five pulse rates, and
+/// on `draws` random muscles. `seed` must not be 0.
 pub fn study(seed: u32, draws: usize) -> RangeErrors {
     let mut random = Random(seed);
     let corners = (0..1 << RANGES.len()).flat_map(|corner: usize| {
@@ -84,7 +89,7 @@ const fn ends(range: &Range) -> [u32; 2] {
     [range.min.cast_unsigned(), range.max.cast_unsigned()]
 }
 
-/// Returns one value for each range.
+/// Returns one value for each of [`RANGES`], which `of` chooses from the index and the range.
 fn values(mut of: impl FnMut(usize, &Range) -> u32) -> [u32; 4] {
     let mut values = [0; 4];
     for (n, (value, range)) in values.iter_mut().zip(&RANGES).enumerate() {

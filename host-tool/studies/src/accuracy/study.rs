@@ -7,25 +7,26 @@ use hal_sim::body::muscle::reference::train;
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
 use methods::muscle::{Method, Number, Setting};
 
-/// Length of a train, µs; the study read event-driven methods only within the train.
+/// Time span of the pulses of a train, µs. The study read the force of event-driven methods only
+/// until its end.
 const TRAIN_US: u32 = 1_000_000;
 
-/// Largest error of a method.
+/// Largest error of one method with one step, in the earlier study and in ours.
 #[derive(Clone, Copy, Debug)]
 pub struct MethodError {
     pub method: Method,
-    /// Step, µs.
+    /// Integration step, µs; for event-driven methods [`Setting::WHOLE_US`].
     pub step_us: u32,
-    /// Error in the study, % of peak.
+    /// Largest error in the earlier study, % of the peak force; infinite if the method diverged.
     pub study_pct: f64,
-    /// Our error, % of peak.
+    /// Largest error in our implementation, % of the peak force; infinite if it diverges.
     pub error_pct: f64,
 }
 
 const WHOLE: u32 = Setting::WHOLE_US;
 
-/// Method, step in µs, and the study's largest error in %; infinite if the study reports
-/// divergence.
+/// Results of the earlier study: method, step in µs, and largest error in % of the peak force,
+/// infinite if the method diverged.
 const STUDY: [(Method, u32, f64); 24] = [
     (Method::Euler, 1000, 7.9),
     (Method::Euler, 5000, 46.0),
@@ -53,7 +54,8 @@ const STUDY: [(Method, u32, f64); 24] = [
     (Method::EventDriven4, WHOLE, 0.0023),
 ];
 
-/// Runs every row of the study again. Forces are read every 10 ms, with steps of 20 ms every 20 ms.
+/// Repeats every row of the earlier study with our implementation. Forces are read every 10 ms, or
+/// every 20 ms if the step is 20 ms.
 pub fn rerun_study() -> Vec<MethodError> {
     let cases = thirty_cases();
     let found = |(method, step_us, study_pct)| MethodError {

@@ -5,39 +5,40 @@ use hal_sim::chip::alone::{self, FlashWait};
 use hal_sim::chip::image::Image;
 use host_core::run::images;
 
-/// CoreMark per MHz as published for the STM32F405 at 168 MHz (ST) and for the core (Arm): the C
-/// program, other compilers.
+/// CoreMark per MHz as published: by ST for the STM32F405 at 168 MHz, and by Arm for the Cortex-M4.
+/// Both are results of the C program with other compilers.
 pub const PUBLISHED: [f64; 2] = [3.37, 3.40];
 
-/// Result of one run.
+/// CoreMark's result with one model of the flash timing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
-    /// Timing of the flash.
+    /// Model of the flash's wait states.
     pub wait: FlashWait,
-    /// Number of measured iterations.
+    /// Number of iterations that were timed.
     pub iterations: u64,
-    /// Cycles of the measured iterations.
+    /// Core clock cycles of all measured iterations together.
     pub cycles: u64,
-    /// Cycles of as many iterations with prefetch off.
+    /// Core clock cycles of the same number of iterations with the flash prefetch switched off.
     pub cycles_without_prefetch: u64,
 }
 
 impl Reading {
-    /// Returns iterations per second and MHz.
+    /// Returns the usual CoreMark score: iterations per second and MHz.
     pub fn per_mhz(&self) -> f64 {
         self.iterations as f64 * 1e6 / self.cycles.max(1) as f64
     }
 
-    /// Returns iterations per second and MHz with prefetch off.
+    /// Returns the CoreMark score with the flash prefetch switched off, iterations per second and
+    /// MHz.
     pub fn per_mhz_without_prefetch(&self) -> f64 {
         self.iterations as f64 * 1e6 / self.cycles_without_prefetch.max(1) as f64
     }
 }
 
-/// Results of CoreMark.
+/// Results of CoreMark with all models of the flash timing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoreMark {
-    /// Results of the same program with each timing of the flash.
+    /// One result for each of [`FlashWait::ALL`], from the same program.
     pub readings: Vec<Reading>,
     /// Compiler and its options, as the program prints them.
     pub compiler: String,
@@ -45,7 +46,7 @@ pub struct CoreMark {
     pub instructions_per_iteration: u64,
 }
 
-/// Builds CoreMark and runs it with each timing of the flash.
+/// Builds CoreMark and runs it once with each model of the flash timing.
 ///
 /// # Errors
 /// Returns [`BenchError`] if the build or a run fails, or the results are wrong.
@@ -72,8 +73,8 @@ pub fn coremark() -> Result<CoreMark, BenchError> {
     })
 }
 
-/// Parses `iterations N cycles N`, `CoreMark/MHz X COMPILER` and the later line `prefetch off:
-/// iterations N cycles N`.
+/// Parses the console output: the lines `iterations N cycles N`, `CoreMark/MHz X COMPILER` and
+/// `prefetch off: iterations N cycles N`. Returns the result and the compiler.
 fn read(wait: FlashWait, console: &str) -> Option<(Reading, String)> {
     let lines: Vec<&str> = console.lines().collect();
     let [_, counts, words, _, without, ..] = lines[..] else {
@@ -91,7 +92,7 @@ fn read(wait: FlashWait, console: &str) -> Option<(Reading, String)> {
     (as_many == iterations).then(|| (reading, compiler.to_owned()))
 }
 
-/// Parses iterations and cycles of a line.
+/// Parses both numbers of a line `iterations N cycles N`.
 fn parse_counts(line: &str) -> Option<(u64, u64)> {
     let counts: Vec<&str> = line.split(' ').collect();
     let ["iterations", iterations, "cycles", cycles] = counts[..] else {

@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 
 const PROGRAM: &str = "qemu-system-arm";
 
-/// Runs the ELF to its end with `extra` arguments. Returns its output and the time from its first
-/// line on, which excludes QEMU's own start.
+/// Runs the program `elf` in QEMU to its end with `extra` arguments for QEMU. Returns its output,
+/// and the time from its first line on, which excludes the start of QEMU.
 pub(super) fn run(elf: &Path, extra: &[&str]) -> Result<(String, Duration), BenchError> {
     let mut child = Command::new(PROGRAM)
         .args(["-M", "netduinoplus2", "-display", "none"])

@@ -22,14 +22,15 @@ use host_core::run::images;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Name of the row that measures only the markers.
+/// Name of the row that measures an empty call: only the two readings of the cycle counter around
+/// it.
 const MARKERS: &str = "empty";
 
 /// The reason why a benchmark failed.
 #[derive(Debug, thiserror::Error)]
 pub enum BenchError {
     /// An image was not built.
-    #[error("E543 {0}")]
+    #[error("E543 no firmware image: {0}")]
     Build(BuildError),
     /// The built file cannot be flashed.
     #[error(transparent)]
@@ -38,9 +39,9 @@ pub enum BenchError {
     #[error(transparent)]
     Chip(#[from] AloneError),
     /// QEMU could not run the image.
-    #[error("E510 {0}")]
+    #[error("E510 QEMU is not available: {0}")]
     Qemu(StartError),
-    /// The image printed other lines than rows.
+    /// A line that the image printed is not a row of the table.
     #[error(transparent)]
     Row(#[from] RowError),
 }
@@ -57,17 +58,17 @@ impl From<StartError> for BenchError {
     }
 }
 
-/// Speed at which a backend ran the image.
+/// Speed at which a simulator ran the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Speed {
-    /// Number of instructions of the image.
+    /// Number of instructions that the image executes.
     pub instructions: u64,
-    /// Wall time on this computer.
+    /// Time that the run took on this computer.
     pub time: Duration,
 }
 
 impl Speed {
-    /// Returns million instructions per second.
+    /// Returns the simulator's speed in million instructions per second.
     pub fn mips(&self) -> f64 {
         self.instructions as f64 * 1e-6 / self.time.as_secs_f64().max(1e-9)
     }
@@ -76,54 +77,59 @@ impl Speed {
 /// Results of the algorithms on the chip simulator.
 #[derive(Clone, Debug)]
 pub struct OnChip {
-    /// Rows in the image's order; cycles without those of the markers.
+    /// One row for each algorithm, in the order of the image. The cycles of the measurement itself
+    /// ([`Self::overhead`]) are subtracted.
     pub rows: Vec<Row>,
-    /// The same rows if prefetched lines are not cached.
+    /// The same rows for the other interpretation of the manual, in which a prefetched flash line
+    /// does not enter the instruction cache.
     pub not_cached: Vec<Row>,
-    /// Cycles of the markers that were subtracted: the minimum of the row that measures nothing.
+    /// Cycles that the measurement itself takes and that are subtracted from all rows: the minimum
+    /// of the row that measures nothing.
     pub overhead: u64,
-    /// The same cycles if prefetched lines are not cached.
+    /// The same as `overhead`, for the rows of `not_cached`.
     pub overhead_not_cached: u64,
-    /// Cycles from reset to the end.
+    /// Core clock cycles of the whole run, from reset to the end of the image.
     pub cycles: u64,
-    /// Speed of the simulator.
+    /// Speed of the chip simulator during this run.
     pub speed: Speed,
 }
 
 impl OnChip {
-    /// Returns the committed table.
+    /// Formats the rows as the table that is committed in docs/charts.
     pub fn csv(&self) -> String {
         csv(&self.rows, &self.not_cached)
     }
 
-    /// Returns each row for both readings of the flash, the default first.
+    /// Returns each row of `rows` with its counterpart in `not_cached`.
     pub fn row_pairs(&self) -> impl Iterator<Item = (&Row, &Row)> {
         self.rows.iter().zip(&self.not_cached)
     }
 
-    /// Returns the rows that measure an algorithm, for the default reading of the flash.
+    /// Returns the rows that measure an algorithm, which are all of `rows` except the one that
+    /// measures nothing.
     pub fn algorithms(&self) -> impl Iterator<Item = &Row> {
         self.rows.iter().filter(|row| row.name != MARKERS)
     }
 }
 
-/// Results of all backends.
+/// Results of the image on the host, in QEMU and on the chip simulator.
 #[derive(Clone, Debug)]
 pub struct Bench {
-    /// The host build: checksums only.
+    /// Rows of the code compiled for this computer; only calls and checksums are meaningful.
     pub host: Vec<Row>,
-    /// QEMU: checksums only.
+    /// Rows that the image printed in QEMU; only calls and checksums are meaningful.
     pub qemu: Vec<Row>,
     pub chip: OnChip,
     /// Speed of QEMU without instruction counting.
     pub qemu_speed: Speed,
-    /// Speed of QEMU with instruction counting, which makes runs repeatable (`-icount`).
+    /// Speed of QEMU with instruction counting (`-icount`), which makes its runs repeatable.
     pub qemu_icount_speed: Speed,
 }
 
 impl Bench {
-    /// Returns the names of algorithms whose results differ between the three backends or the two
-    /// readings of the flash, or are missing somewhere.
+    /// Returns the names of algorithms whose results are not the same everywhere: on the host, in
+    /// QEMU, and on the chip simulator with either interpretation of the prefetch. Includes
+    /// algorithms that are missing in one of them.
     pub fn differing_algorithms(&self) -> Vec<String> {
         let result = |rows: &[Row], name: &str| {
             let row = rows.iter().find(|row| row.name == name)?;
@@ -146,7 +152,7 @@ impl Bench {
     }
 }
 
-/// Builds the image and runs it on all backends; `step` receives the finished part.
+/// Builds the image and runs it on all backends; `step` receives the finished part, 0 to 1.
 pub fn bench(step: impl Fn(f64)) -> Result<Bench, BenchError> {
     let elf = images::find(Image::Bench)?;
     step(0.3);
@@ -170,13 +176,14 @@ pub fn bench(step: impl Fn(f64)) -> Result<Bench, BenchError> {
     })
 }
 
-/// Builds the image and runs it on the chip simulator only, with both readings of the flash.
+/// Builds the image and runs it on the chip simulator only, once for each interpretation of the
+/// flash prefetch.
 pub fn on_chip() -> Result<OnChip, BenchError> {
     run_on_chip(&images::find(Image::Bench)?)
 }
 
-/// Builds an image that prints rows and runs it on the chip simulator, with the default reading of
-/// the flash.
+/// Builds an image that prints rows, runs it on the chip simulator with the default flash timing,
+/// and returns its rows.
 pub fn rows_on_chip(image: Image) -> Result<Vec<Row>, BenchError> {
     let elf = images::find(image)?;
     let ended = alone::run(&image::Image::open(&elf)?, FlashWait::default())?;
@@ -204,7 +211,8 @@ fn run_on_chip(elf: &Path) -> Result<OnChip, BenchError> {
     })
 }
 
-/// Returns the rows without the cycles of the markers, and those cycles.
+/// Parses the rows, subtracts the cycles of the measurement itself from each, and returns them with
+/// those cycles.
 fn subtract_markers(console: &str) -> Result<(Vec<Row>, u64), RowError> {
     let mut rows = row::parse(console)?;
     let markers = rows.iter().find(|row| row.name == MARKERS);

@@ -8,29 +8,29 @@ const WINDOW: u64 = 250 * CYCLES_PER_US;
 /// Cycles of one control tick, 1 ms.
 const TICK: u64 = 1_000 * CYCLES_PER_US;
 
-/// Result and cost of one algorithm.
+/// Result and cost of one benchmarked algorithm. Cycles are core clock cycles.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Row {
-    /// Name of the algorithm.
+    /// Name of the algorithm in `firmware::bench`, such as `render_…` or `joint_…`.
     pub name: String,
-    /// Number of calls, each with other inputs.
+    /// Number of measured calls, each with different inputs.
     pub calls: u32,
-    /// Checksum of all results.
+    /// Checksum of the results of all calls; it must be the same on every backend.
     pub checksum: u32,
-    /// Minimum of cycles in a call.
+    /// Cycles of the fastest call.
     pub min: u64,
     /// Mean cycles of a call, rounded.
     pub mean: u64,
-    /// Maximum of cycles in a call.
+    /// Cycles of the slowest call.
     pub max: u64,
 }
 
 /// Time by which an algorithm must finish.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Deadline {
-    /// Before the next window of 250 µs.
+    /// Before the next refill window of 250 µs begins.
     Window,
-    /// Before the next control tick of 1 ms.
+    /// Before the next control tick, 1 ms later.
     Tick,
 }
 
@@ -45,8 +45,8 @@ impl Deadline {
 }
 
 impl Row {
-    /// Returns the deadline of the interrupt that calls the algorithm; `None` for work that the
-    /// thread does for each frame of the link.
+    /// Returns the deadline of the interrupt that calls the algorithm. Returns `None` for work that
+    /// the thread does for each frame of the link, which has no deadline.
     pub fn deadline(&self) -> Option<Deadline> {
         let is = |beginnings: &[&str]| beginnings.iter().any(|b| self.name.starts_with(b));
         if is(&["render_", "paint_", "owner_refill"]) {
@@ -64,7 +64,8 @@ impl Row {
         }
     }
 
-    /// Returns the slowest call in percent of its deadline.
+    /// Returns the cycles of the slowest call in percent of the deadline; `None` without a
+    /// deadline.
     pub fn load_percent(&self) -> Option<f64> {
         let deadline = self.deadline()?;
         Some(self.max as f64 * 100.0 / deadline.cycles() as f64)
@@ -90,7 +91,7 @@ impl<N: ToString> From<&firmware::bench::Row<N>> for Row {
     }
 }
 
-/// A line that is not a row.
+/// Error for a line that is not a row; it contains the line.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("E573 a benchmark image printed a line that cannot be read: {0}")]
 pub struct RowError(String);
@@ -123,13 +124,13 @@ impl FromStr for Row {
     }
 }
 
-/// Parses all lines of the image except its heading.
+/// Parses all lines that the image printed, except the heading.
 pub(super) fn parse(console: &str) -> Result<Vec<Row>, RowError> {
     console.lines().skip(1).map(str::parse).collect()
 }
 
-/// Formats `rows` with a heading, checksums in hexadecimal; each row also has its cycles in
-/// `not_cached`, where prefetched lines are not cached.
+/// Formats `rows` as CSV with a heading and checksums in hexadecimal. Each row also has its cycles
+/// in `not_cached`, measured without caching prefetched flash lines.
 pub fn csv(rows: &[Row], not_cached: &[Row]) -> String {
     let mut text = "algorithm,calls,checksum,min_cycles,mean_cycles,max_cycles,\
                     min_cycles_prefetched_not_cached,mean_cycles_prefetched_not_cached,\

@@ -5,12 +5,13 @@ use super::held::Endurance;
 use super::study::{DrawResult, Study};
 use crate::laboratory::{DecidingClaim, Share};
 
-/// Endurance with four electrodes and with one, s (Buckmire 2018).
+/// Mean endurance published by Buckmire 2018, s: with four electrodes, then with one.
 pub const PUBLISHED_S: [f64; 2] = [232.0, 84.0];
-/// Largest relative difference of two endurances that count as alike.
+/// Relative difference up to which two endurances count as alike.
 const ALIKE: f64 = 0.10;
 
-/// Returns whether claim `id` holds for this wearer, or `None` if that cannot be judged.
+/// Returns whether claim `id` holds for the wearer with these results, or `None` if the results do
+/// not decide it.
 ///
 /// # Errors
 /// Returns E722 if there is no claim `id`.
@@ -65,9 +66,9 @@ pub fn holds(found: &DrawResult, id: &str) -> Result<Option<bool>, DistributedEr
     })
 }
 
-/// Returns whether the first endurance exceeds `times` the second. Returns `None` if neither
-/// condition reached the force, or if an endurance that was still running at the end of the study
-/// leaves the question open.
+/// Returns whether the first endurance is longer than `times` the second. Returns `None` if the
+/// force was never reached in either condition. An endurance that lasted to the end of the study is
+/// only a lower bound; the result is also `None` if the bound does not decide.
 #[must_use]
 pub fn exceeds(first: Endurance, second: Endurance, times: f64) -> Option<bool> {
     let is_more = first.seconds > times * second.seconds;
@@ -91,7 +92,7 @@ impl Study {
         verdicts.collect()
     }
 
-    /// Computes for each claim the share of these wearers for whom it holds.
+    /// Computes for each claim the share of these wearers in whom it holds.
     pub(super) fn shares(&self, all: &[DrawResult]) -> Result<Vec<Share>, DistributedError> {
         let claims = self.declared.claims.iter();
         let share =
@@ -99,7 +100,7 @@ impl Study {
         share.collect()
     }
 
-    /// Finds for each claim the random parameters that decide it.
+    /// Finds for each claim the random parameters that decide whether it holds.
     pub(super) fn deciding_factors(
         &self,
         all: &[DrawResult],

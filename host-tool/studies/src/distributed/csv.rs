@@ -4,8 +4,8 @@ use super::study::{DrawResult, Study};
 use std::fmt::Write;
 
 impl Study {
-    /// Formats the results of these wearers as CSV. Each row begins with the wearer's random
-    /// parameters.
+    /// Formats the results of these wearers as CSV, with one row for each wearer and condition.
+    /// Each row begins with the random parameters of the wearer.
     #[must_use]
     pub fn csv(&self, all: &[DrawResult]) -> String {
         let fields: Vec<&str> = self

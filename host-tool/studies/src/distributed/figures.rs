@@ -7,9 +7,10 @@ use super::rows::{PUBLISHED_LEFT, ratio};
 use super::study::{AxisPoint, ConditionResult, DrawResult, Study};
 use crate::laboratory::{Curve, Plot, Plots, Sheet, SheetAxis};
 
-/// Conditions whose endurance ratios are plotted, in this order, beside the published ratio.
+/// Conditions whose endurance is plotted relative to that with one electrode, beside the published
+/// ratio.
 const RATIOS: [&str; 2] = ["four-half", "four-fast"];
-/// Larger ratios are plotted at this value.
+/// Largest ratio on the axis; larger ratios are plotted at this value.
 const MOST_RATIO: f64 = 10.0;
 
 impl Study {
@@ -67,8 +68,8 @@ impl Study {
         )
     }
 
-    /// Plots the nominal wearer's endurance ratios along the two assumed axes, `reach` and
-    /// `activation`.
+    /// Plots the nominal wearer's endurance ratios over `reach` and over `activation`, two
+    /// parameters that are only assumed.
     fn axes(&self, along: &[AxisPoint]) -> Sheet {
         let assumed = |axis: &str, name: &str, end: f64| {
             let curve = |(series, id): (usize, &&str)| Curve {
@@ -105,7 +106,8 @@ impl Study {
         )
     }
 
-    /// Plots the remaining force against the initial force and against ripple.
+    /// Plots the force that remains after six minutes at constant amplitude, against the initial
+    /// force and against the ripple.
     fn remaining_force_figure(&self, all: &[DrawResult]) -> Sheet {
         let open = self.declared.conditions.iter();
         let open: Vec<_> = open
@@ -232,15 +234,16 @@ fn dot(series: usize, at: [f64; 2]) -> Curve {
     }
 }
 
-/// Returns the ratio published by Buckmire as a horizontal line between two x values, in the third
-/// series.
+/// Returns a horizontal line at the endurance ratio that Buckmire published, between two values of
+/// x, as the third series of a plot.
 fn published([from, to]: [f64; 2]) -> Curve {
     let ratio = PUBLISHED_S[0] / PUBLISHED_S[1];
     Curve::line(2, [[from, ratio], [to, ratio]])
 }
 
-/// Returns the endurance in condition `id` divided by that with one electrode, along this axis.
-/// Leaves out points at which one electrode does not reach the force.
+/// Returns, for each point of this axis, its value and the nominal wearer's endurance in condition
+/// `id` divided by that with one electrode. Leaves out points at which one electrode does not reach
+/// the force.
 fn ratios(along: &[AxisPoint], axis: &str, id: &str) -> Vec<[f64; 2]> {
     let own = along
         .iter()

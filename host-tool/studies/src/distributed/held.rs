@@ -3,25 +3,27 @@
 use super::declared::{Condition, DistributedDeclaration, Drive, Hold, Open};
 use serde::{Deserialize, Serialize};
 
-/// Readings of one window.
+/// Measured force and amplitude of one feedback window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
-    /// Mean force, N.
+    /// Mean force in the window, N.
     pub mean_n: f64,
-    /// Standard deviation of the force, N.
+    /// Standard deviation of the force in the window, N.
     pub deviation_n: f64,
-    /// Whether the amplitude was the largest that the wearer allows.
+    /// Whether the amplitude was the largest possible, at which the electrode recruits everything
+    /// it reaches.
     pub is_most: bool,
-    /// Amplitude, mA; the threshold for an electrode that a model drives.
+    /// Amplitude in the window, mA. If a muscle model determines the amplitudes, this is the
+    /// electrode's threshold and has no meaning.
     pub amplitude_ma: f64,
 }
 
-/// Readings of one condition on one wearer, window by window.
+/// All windows of one condition on one wearer, and the settings by which they are judged.
 #[derive(Clone, Debug)]
 pub struct Series {
     /// Duration of each window, s.
     pub window_s: f64,
-    /// Whether the device refused the force because its model cannot produce it.
+    /// Whether the device refused the reference force because its muscle model cannot produce it.
     pub is_refused: bool,
     /// Windows from the start of the trains on.
     pub windows: Vec<Window>,
@@ -31,12 +33,13 @@ pub struct Series {
     open: Open,
 }
 
-/// Time for which a force was held.
+/// Time for which a wearer held the reference force.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Endurance {
-    /// Time, s; 0 if the force was not reached.
+    /// Time from reaching the force until it was no longer held, s; 0 if the force was never
+    /// reached.
     pub seconds: f64,
-    /// Whether the force was still held when the study ended.
+    /// Whether the force was still held when the study ended, so that `seconds` is a lower bound.
     pub is_longer: bool,
 }
 
@@ -63,8 +66,8 @@ impl Series {
         (seconds / self.window_s).round() as usize
     }
 
-    /// Returns the index of the first window that reaches the force, or `None` if none does in
-    /// time.
+    /// Returns the index of the first window that reaches the reference force, or `None` if no
+    /// window does within the allowed time.
     fn first_reached_window(&self) -> Option<usize> {
         let within = self.count(self.hold.reach_within_s);
         let first = self.windows.iter().take(within);
@@ -74,8 +77,8 @@ impl Series {
             .map(|(nth, _)| nth)
     }
 
-    /// Returns the force at which the reference counts as reached, N: the reference itself, or the
-    /// lower end of the hold if a model drives the electrodes.
+    /// Returns the force at which the reference counts as reached, N. This is the reference force
+    /// itself, or `below` times the reference if a muscle model determines the amplitudes.
     fn reached_threshold_n(&self) -> f64 {
         match self.drive.model() {
             None => self.wanted_n,
@@ -83,8 +86,8 @@ impl Series {
         }
     }
 
-    /// Returns the window at whose end the force was no longer held, or `None` if it was held
-    /// throughout.
+    /// Returns the index of the window at whose end the force counted as no longer held, or `None`
+    /// if it was held to the last window.
     fn end_window(&self) -> Option<usize> {
         let from = self.first_reached_window()?;
         let average = self.hold.average_windows.max(1);
@@ -107,7 +110,8 @@ impl Series {
         None
     }
 
-    /// Returns whether further windows would add nothing to the first `nth`.
+    /// Returns whether the condition is decided after `nth` windows, so that no further window is
+    /// needed.
     #[must_use]
     pub fn is_over(&self, nth: u64) -> bool {
         let seconds = nth as f64 * self.window_s;
@@ -141,8 +145,9 @@ impl Series {
         }
     }
 
-    /// Returns the standard deviation within windows as a fraction of the mean force. Measures it
-    /// some time after the force was reached, or at the start of the constant amplitude.
+    /// Returns the ripple: the standard deviation of the force within windows, as a fraction of the
+    /// mean force. It is measured `ripple_from_s` after the force was reached, or at the start of
+    /// the constant amplitude. `None` without enough windows.
     #[must_use]
     pub fn ripple(&self) -> Option<f64> {
         let (from, count) = match self.drive {
@@ -168,8 +173,8 @@ impl Series {
         (mean_n > 0.0).then(|| deviation_n / (mean_n / count as f64))
     }
 
-    /// Returns whether feedback found an amplitude for the reference force, judged by the mean of
-    /// the last two windows of the search.
+    /// Returns whether the search found an amplitude for the reference force, judged by the mean
+    /// force of its last two windows.
     #[must_use]
     pub fn is_found(&self) -> bool {
         let end = self.count(self.open.settle_s);
@@ -178,15 +183,15 @@ impl Series {
     }
 
     /// Returns the mean force at the start of the constant amplitude, as a fraction of the
-    /// reference.
+    /// reference force; `None` without enough windows.
     #[must_use]
     pub fn initial_force(&self) -> Option<f64> {
         let from = self.count(self.open.settle_s);
         self.mean(from, self.count(self.open.first_s))
     }
 
-    /// Returns the mean force at the end of the constant amplitude, as a fraction of that at its
-    /// start.
+    /// Returns the mean force at the end of the constant amplitude, as a fraction of the mean force
+    /// at its start; `None` without enough windows.
     #[must_use]
     pub fn remaining_force(&self) -> Option<f64> {
         let end = self.count(self.open.settle_s + self.open.for_s);
@@ -195,8 +200,9 @@ impl Series {
         Some(last / self.initial_force()?)
     }
 
-    /// Returns the mean absolute difference from the reference force, as a fraction of it, from
-    /// `ripple_from_s` to 60 s after the start. It is meant for forces that a model drives.
+    /// Returns the mean absolute difference between force and reference, as a fraction of the
+    /// reference, from `ripple_from_s` to 60 s after the start. It is meant for conditions in which
+    /// a muscle model determines the amplitudes.
     #[must_use]
     pub fn distance(&self) -> Option<f64> {
         let own = self
@@ -208,8 +214,8 @@ impl Series {
         Some(off.sum::<f64>() / own.len() as f64)
     }
 
-    /// Returns time, s, and mean force as a fraction of the reference, averaged over `every`
-    /// windows.
+    /// Returns the course of the force as pairs of time, s, and mean force as a fraction of the
+    /// reference. Each pair averages `every` windows.
     #[must_use]
     pub fn course(&self, every: usize) -> Vec<[f64; 2]> {
         let of = |(nth, own): (usize, &[Window])| {

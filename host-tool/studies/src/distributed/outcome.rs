@@ -7,7 +7,7 @@ use crate::laboratory::{Outcome, Preregistration};
 use host_core::record::sha256;
 use std::collections::BTreeMap;
 
-/// Notes that accompany every result.
+/// Notes for the reader that accompany every result of this study.
 const NOTES: [&str; 6] = [
     "Simulated: random muscles with assumed parameters; no evidence about people.",
     "“Ours” is the median of the random wearers, low and high are their 5th and 95th percentiles. \
@@ -29,17 +29,17 @@ const NOTES: [&str; 6] = [
      alone would find it. They know neither crosstalk nor that only recruited units fatigue.",
 ];
 
-/// Information about the run that only the command knows.
+/// Information about the run that only the command line knows.
 #[derive(Clone, Debug)]
 pub struct RunInfo {
     /// Command line that repeats the run, without its seed.
     pub command: String,
-    /// Description of the missing part if the run was interrupted.
+    /// Description of what is missing if the run was interrupted; `None` for a complete run.
     pub cut_short: Option<String>,
 }
 
 impl Study {
-    /// Assembles the outcome of these wearers and axis points, which may be incomplete after an
+    /// Assembles the outcome from these wearers and axis points, which are incomplete after an
     /// interruption.
     ///
     /// # Errors

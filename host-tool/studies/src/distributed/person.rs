@@ -9,28 +9,28 @@ use hal_sim::body::muscle::{Parameters, SUBJECTS};
 use hal_sim::body::shared::{Electrode, SharedSpec};
 use hal_sim::random;
 
-/// Fatigue constants αA, αK and ατ1 of the human quadriceps in s⁻², N⁻¹s⁻¹ and N⁻¹, and the A to
-/// which they belong (Ding 2003, second-hand).
+/// Fatigue constants of the human quadriceps: αA in s⁻², αK in N⁻¹s⁻¹ and ατ1 in N⁻¹, then the
+/// muscle constant A for which they were measured (Ding 2003, cited by others).
 const QUADRICEPS: (f64, f64, f64, f64) = (0.4, 1.9e-5, 2.1e-5, 3009.0);
-/// Upper limits of the fatigue model: K, and τ1 in s.
+/// Largest values that fatigue may reach: of K, and of τ1 in s.
 const ENDS: (f64, f64) = (5.0, 0.2);
-/// Pulse rate at which pulses and force have the same effect on the A of a rested unit, whatever
-/// `activation`, Hz.
+/// Pulse rate at which the parameter `activation` makes no difference to the fatigue of a rested
+/// unit, Hz: pulses and force then reduce its A equally.
 const ACTIVATION_HZ: f64 = 25.0;
-/// Seed of the recruitment orders of the nominal wearer.
+/// Seed of the order in which the nominal wearer's motor units are recruited.
 const MIDDLE: u64 = 0x0d15;
 
-/// Simulated wearer with values for all declared ranges.
+/// Simulated wearer: one value for each range of the declaration.
 #[derive(Clone, Debug)]
 pub struct DistributedWearer {
-    /// Random parameters, in the order of the declared ranges.
+    /// Parameter values, in the order of the declared ranges.
     pub drawn: Vec<f64>,
     ranges: Vec<Range>,
     seed: u64,
 }
 
 impl DistributedWearer {
-    /// Generates wearer `index` of `seed`.
+    /// Generates the random wearer with this index; seed and index determine all values.
     #[must_use]
     pub fn random(declared: &DistributedDeclaration, seed: u64, index: u64) -> Self {
         Self {
@@ -40,7 +40,7 @@ impl DistributedWearer {
         }
     }
 
-    /// Returns the nominal wearer, in the middle of every range.
+    /// Returns the nominal wearer, whose parameters are all in the middle of their ranges.
     #[must_use]
     pub fn nominal(declared: &DistributedDeclaration) -> Self {
         Self {
@@ -50,7 +50,7 @@ impl DistributedWearer {
         }
     }
 
-    /// Replaces the value of this field.
+    /// Sets the parameter `field` to `value`; an unknown name changes nothing.
     #[must_use]
     pub fn with_value(mut self, field: &str, value: f64) -> Self {
         let place = self.ranges.iter().position(|range| range.field == field);
@@ -60,7 +60,7 @@ impl DistributedWearer {
         self
     }
 
-    /// Returns the value of this field.
+    /// Returns the value of the parameter `field`.
     ///
     /// # Errors
     /// Returns E722 if no range has this name.
@@ -69,13 +69,15 @@ impl DistributedWearer {
         value.ok_or_else(|| DistributedError::Declaration(format!("it has no range for `{field}`")))
     }
 
-    /// Returns the muscle dynamics, scaled so that the whole muscle's mean force at `hz` is 1.
+    /// Returns the constants of the muscle model, scaled so that the mean force of the whole muscle
+    /// at `hz` is 1.
     fn dynamics(&self, hz: f64) -> Result<Parameters, DistributedError> {
         let subject = self.value("subject")? as usize; // 0 to 9
         Ok(SUBJECTS[subject % SUBJECTS.len()].normalised_at(hz))
     }
 
-    /// Returns the muscle under the electrodes of `condition`, which are on the first channels.
+    /// Returns this wearer's muscle with the electrodes of `condition`, which are on the first
+    /// channels.
     ///
     /// # Errors
     /// Returns E722 if a range is missing.
@@ -117,9 +119,9 @@ impl DistributedWearer {
         })
     }
 
-    /// Returns the electrode of this channel, if the condition uses it. A single electrode reaches
-    /// a part of every group; one of several reaches its own groups, and through crosstalk a part
-    /// of the others.
+    /// Returns the electrode of this channel, or `None` if the condition does not use the channel.
+    /// A single electrode reaches a part of every group of motor units. One of several electrodes
+    /// reaches its own groups and, through crosstalk, a part of the others.
     fn electrode(
         &self,
         groups: usize,

@@ -13,27 +13,28 @@ use host_core::link::{Error, Port};
 use host_core::run::{Attachments, DeviceName, RunError, SessionFile, StepLimit, Stepper};
 use std::sync::PoisonError;
 
-/// Time between the last reading of a window and the window's end, µs. It lets the new amplitude
-/// arrive before the first pulse of the next window.
+/// Time before the end of a window at which its mean force is computed, µs. The new amplitude then
+/// arrives before the first pulse of the next window.
 const EARLY_US: u64 = 2_000;
-/// Limit of the relative force error in the feedback.
+/// Largest relative force error that the feedback uses; larger errors count as this value.
 const MOST_ERROR: f64 = 0.5;
 
-/// A condition while it is being played.
+/// A condition while the device plays it.
 struct Playing<'a> {
     stepper: Stepper<'a, Box<dyn Port>>,
     condition: &'a Condition,
-    /// The first electrode; the others differ only in the groups that they reach.
+    /// The first electrode, which stands for all: the others differ only in the groups that they
+    /// reach.
     electrode: Electrode,
     wanted_n: f64,
-    /// Force requested of each electrode that a model drives, mN.
+    /// Force requested of each electrode whose amplitude a muscle model determines, mN.
     share_mn: Vec<u32>,
     readings: Readings,
     taken: usize,
     amplitude_ma: f64,
 }
 
-/// Plays `condition` on this wearer, window by window, until the result is clear.
+/// Plays `condition` on this wearer, window by window, until its result is decided.
 ///
 /// # Errors
 /// Returns E722 if a declared range is missing, E723 if the muscle is invalid, and E724 if the
@@ -60,8 +61,8 @@ pub fn play(
 }
 
 impl<'a> Playing<'a> {
-    /// Opens, arms and starts the device. Returns `None` if the device refuses the force as out of
-    /// reach.
+    /// Opens, arms and starts the device. Returns `None` if the device refuses the force because
+    /// its muscle models cannot produce it.
     fn begin(
         condition: &'a Condition,
         spec: &SharedSpec,
@@ -123,7 +124,7 @@ impl<'a> Playing<'a> {
         Ok(())
     }
 
-    /// Returns the requests for the present amplitude or forces.
+    /// Returns the requests that set the current amplitude, or the force of each electrode.
     fn requests(&self) -> Vec<Request> {
         let count = self.condition.electrodes;
         if self.condition.drive.model().is_some() {
@@ -182,7 +183,7 @@ impl<'a> Playing<'a> {
         Ok(())
     }
 
-    /// Summarises the force readings since the last window.
+    /// Computes mean and standard deviation of the force since the last window.
     fn window(&mut self) -> Window {
         let readings = self.readings.lock().unwrap_or_else(PoisonError::into_inner);
         let own = readings.get(self.taken..).unwrap_or_default();

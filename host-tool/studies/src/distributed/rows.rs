@@ -5,12 +5,13 @@ use super::declared::{Condition, Drive};
 use super::study::{ConditionResult, DrawResult, Study};
 use crate::laboratory::Row;
 
-/// Mean power of the last extensions relative to the first, for a single electrode and for
-/// distributed electrodes (Laubacher 2017).
+/// Power of the last knee extensions relative to the first, published by Laubacher 2017: with a
+/// single electrode, then with distributed electrodes.
 pub(super) const PUBLISHED_LEFT: [f64; 2] = [7.4 / 14.6, 9.9 / 14.9];
 
 impl Study {
-    /// Returns the rows of each condition, then the ratios of endurance.
+    /// Returns the rows of `result.json`: those of each condition, then the endurance relative to
+    /// one electrode.
     pub(super) fn rows(&self, all: &[DrawResult]) -> Vec<Row> {
         let conditions = self.declared.conditions.iter();
         let mut rows: Vec<Row> = conditions
@@ -38,8 +39,9 @@ impl Study {
     }
 }
 
-/// Returns the endurance in condition `id` divided by that with one electrode. This is a lower
-/// bound if the force was held to the end. Returns `None` if one electrode did not reach the force.
+/// Returns the endurance in condition `id` divided by that with one electrode; it is a lower bound
+/// if the force was held to the end. Returns `None` if the force was not reached with one
+/// electrode.
 pub(super) fn ratio(found: &DrawResult, id: &str) -> Option<f64> {
     let own = found.condition_result(id)?.endurance.seconds;
     let one = found.condition_result("one")?.endurance.seconds;

@@ -7,16 +7,16 @@ use super::study::{AxisPoint, DrawResult, NAME, Study};
 use crate::laboratory::{self, Outcome, StudyIdentity};
 use serde::{Deserialize, Serialize};
 
-/// Result of one unit of work.
+/// Result of one unit of work of this study.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Part {
-    /// Random wearer under every condition.
+    /// Results of one random wearer under every condition.
     Person(DrawResult),
-    /// Nominal wearer at a point of an axis.
+    /// Result of the nominal wearer at one value of an axis.
     Point(AxisPoint),
 }
 
-/// Separates the wearers from the axis points.
+/// Separates the results of random wearers from those at axis points.
 fn split_parts(parts: &[Part]) -> (Vec<DrawResult>, Vec<AxisPoint>) {
     let (mut persons, mut points) = (Vec::new(), Vec::new());
     for part in parts {

@@ -4,9 +4,9 @@ use super::declared::{Condition, Phase};
 use hal_sim::body::shared::{Electrode, SharedSpec};
 use std::fmt::Write;
 
-/// Pulse width, µs.
+/// Pulse width of all trains, µs.
 const WIDTH_US: u32 = 200;
-/// Load of the electrodes, Ω.
+/// Resistance between the electrodes of a channel, Ω.
 const LOAD_OHM: u32 = 1_000;
 
 /// Returns the text of a session file for `condition`, with the electrodes of `spec` on the first
@@ -48,8 +48,8 @@ pub(super) fn text(condition: &Condition, spec: &SharedSpec, alpha_a_per_s2: f64
     text + &format!("[setpoints]\n{setpoints}\n[body]\nkind = \"still\"\nload_ohm = {LOAD_OHM}\n")
 }
 
-/// Returns the strength, N, that a calibration of this electrode alone would find: the force of
-/// everything that it reaches at the limit.
+/// Returns the strength that a calibration of this electrode alone would find, N: the force of all
+/// motor units that the electrode reaches at its largest amplitude.
 pub(super) fn strength_n(spec: &SharedSpec, electrode: &Electrode) -> f64 {
     spec.strength_n * electrode.reach.iter().sum::<f64>() / electrode.reach.len() as f64
 }

@@ -9,62 +9,66 @@ use serde::{Deserialize, Serialize};
 
 /// Name of the study on the command line.
 pub const NAME: &str = "distributed";
-/// Number of windows that are averaged for each point of a plotted course.
+/// Number of windows that are averaged for each point of a plotted force course.
 const COURSE: usize = 12;
 
-/// Declaration, seed and size of the study.
+/// The study with its declaration, its seed and its number of wearers.
 #[derive(Clone, Debug)]
 pub struct Study {
     pub(super) declared: DistributedDeclaration,
     pub(super) seed: u64,
-    /// Number of random wearers.
+    /// Number of random wearers that are generated.
     pub(super) draws: u64,
-    /// Axis, value and condition of each run with the nominal wearer; independent of the seed.
+    /// Runs with the nominal wearer: name of the axis, value on it, and condition. They do not
+    /// depend on the seed.
     points: Vec<(&'static str, f64, Condition)>,
 }
 
-/// Judged result of one condition on one wearer.
+/// Result of one condition on one wearer, judged from its windows.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ConditionResult {
-    /// Id of the condition.
+    /// Identifier of the condition in the declaration.
     pub id: String,
     /// Time for which the force was held; meaningless for a constant amplitude.
     pub endurance: Endurance,
-    /// Whether the device refused the force.
+    /// Whether the device refused the reference force because its muscle model cannot produce it.
     pub is_refused: bool,
-    /// Standard deviation of the force as a fraction of its mean.
+    /// Ripple: standard deviation of the force within windows, as a fraction of its mean.
     pub ripple: Option<f64>,
-    /// Whether feedback found an amplitude for the reference force. This and the next two fields
-    /// apply to a constant amplitude.
+    /// Whether the search found an amplitude for the reference force. Like `first` and `left`, this
+    /// field is meaningful only for a constant amplitude.
     pub is_found: bool,
-    /// Force at the start of the constant amplitude, as a fraction of the reference.
+    /// Initial force: mean at the start of the constant amplitude, as a fraction of the reference
+    /// force.
     pub first: Option<f64>,
-    /// Force at the end of the constant amplitude, as a fraction of that at its start.
+    /// Remaining force: mean at the end of the constant amplitude, as a fraction of the initial
+    /// force.
     pub left: Option<f64>,
-    /// Mean absolute difference from the reference in the first minute, as a fraction of it, if a
-    /// model drives the electrodes.
+    /// Mean absolute difference between force and reference in the first minute, as a fraction of
+    /// the reference. It is meaningful only if a muscle model determines the amplitudes.
     pub distance: Option<f64>,
-    /// Time, s, and force as a fraction of the reference; empty except for the plotted wearer.
+    /// Course of the force as pairs of time, s, and force as a fraction of the reference. Empty
+    /// except for the wearer whose course is plotted.
     pub course: Vec<[f64; 2]>,
 }
 
-/// Results of one random wearer.
+/// Results of one random wearer in all conditions.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct DrawResult {
     /// Index of the draw, from 0.
     pub index: u64,
-    /// Random parameters, in the order of the declared ranges.
+    /// Random parameters of the wearer, in the order of the declared ranges.
     pub drawn: Vec<f64>,
-    /// Results in the order of the conditions.
+    /// Results in the order of the declared conditions.
     pub measured: Vec<ConditionResult>,
 }
 
-/// Result of the nominal wearer at one point of an axis.
+/// Result of the nominal wearer at one value of an axis.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct AxisPoint {
     /// Name of the axis: `crosstalk`, `reach`, `activation`, `rate_hz` or `wanted`.
     pub axis: String,
-    /// Value on the axis.
+    /// Value that replaces the nominal wearer's, or the condition's, along this axis.
     pub value: f64,
     /// Result of one condition at this point.
     pub measured: ConditionResult,
@@ -91,7 +95,7 @@ impl ConditionResult {
 }
 
 impl DrawResult {
-    /// Returns the result of the condition `id`.
+    /// Returns the result of the condition `id`; `None` if this wearer has none.
     #[must_use]
     pub fn condition_result(&self, id: &str) -> Option<&ConditionResult> {
         self.measured
@@ -101,7 +105,7 @@ impl DrawResult {
 }
 
 impl Study {
-    /// Creates the study with this seed and number of wearers, or with the declared ones.
+    /// Creates the study. Where `seed` or `draws` is `None`, the value of the declaration applies.
     ///
     /// # Errors
     /// Returns E722 if the declaration cannot be read.
@@ -145,12 +149,14 @@ impl Study {
         })
     }
 
-    /// Returns axis, value and condition of each run with the nominal wearer.
+    /// Returns the runs with the nominal wearer, each as the name of the axis, the value on it, and
+    /// the condition.
     pub(super) fn points(&self) -> &[(&'static str, f64, Condition)] {
         &self.points
     }
 
-    /// Plays one such run with the nominal wearer.
+    /// Plays one run with the nominal wearer, given as the name of the axis, the value on it, and
+    /// the condition.
     ///
     /// # Errors
     /// Returns E722 if a declared range is missing, E723 if the muscle is invalid, and E724 if the
@@ -173,7 +179,8 @@ impl Study {
     }
 }
 
-/// Lists the runs with the nominal wearer: axis, value and condition.
+/// Lists the runs with the nominal wearer, each as the name of the axis, the value on it, and the
+/// condition.
 ///
 /// # Errors
 /// Returns E722 if a condition is missing.

@@ -5,7 +5,7 @@ use super::study::{AxisPoint, ConditionResult, DrawResult, Study};
 use crate::laboratory::{Grid, Row, Sheet};
 
 impl Study {
-    /// Returns the figures, then the tables.
+    /// Returns the sheets of the report page: all figures, then all tables.
     pub(super) fn sheets(&self, all: &[DrawResult], along: &[AxisPoint]) -> Vec<Sheet> {
         let mut sheets = self.figures(all, along);
         sheets.push(self.holds(all));
@@ -14,7 +14,7 @@ impl Study {
         sheets
     }
 
-    /// Tabulates how many wearers reached the force, and how long they held it.
+    /// Tabulates for each condition how many wearers reached the force, and how long they held it.
     fn holds(&self, all: &[DrawResult]) -> Sheet {
         let held = self.declared.conditions.iter();
         let held = held.filter(|condition| condition.drive != Drive::Open);

@@ -27,7 +27,7 @@ macro_rules! sessions {
     };
 }
 
-/// File name and text of the sessions that the declarations modify.
+/// File name and text of each session that the declarations modify.
 const SESSIONS: &[(&str, &str)] = sessions![
     "hamana_exp4_one_point_a.toml"
     "hamana_exp4_one_point_b.toml"
@@ -37,14 +37,15 @@ const SESSIONS: &[(&str, &str)] = sessions![
     "open_finger.toml"
 ];
 
-/// Returns the names that [`load_experiment`] accepts.
+/// Returns the names of the built-in experiments that [`load_experiment`] accepts.
 pub fn names() -> impl Iterator<Item = &'static str> {
     DECLARATIONS
         .iter()
         .filter_map(|(file, _)| file.strip_suffix(".toml"))
 }
 
-/// Returns the sorted names of all studies that a command accepts, with and without a declaration.
+/// Returns the sorted names of all studies that a command accepts, whether a declaration or a
+/// program defines them.
 #[must_use]
 pub fn all_study_names() -> Vec<&'static str> {
     let mut names: Vec<_> = names().chain(catalog::names()).collect();
@@ -53,8 +54,8 @@ pub fn all_study_names() -> Vec<&'static str> {
     names
 }
 
-/// Loads the experiment of this name: a built-in one, or a declaration's file with its sessions
-/// beside it.
+/// Loads an experiment: a built-in one by its name, or a declaration file by its path, with the
+/// sessions beside the file.
 ///
 /// # Errors
 /// Fails if there is no such experiment or its files are invalid.
@@ -73,7 +74,7 @@ pub fn load_experiment(name: &str) -> Result<Experiment, LaboratoryError> {
     from_file(Path::new(name))
 }
 
-/// Returns the text of a built-in session or wearer file, by its path relative to a declaration.
+/// Returns the text of a built-in session or wearer file by its path relative to the declaration.
 fn embedded_text(path: &str) -> Result<String, LaboratoryError> {
     let session = SESSIONS.iter().find(|(file, _)| *file == path);
     let wearer = || path.strip_prefix("../wearers/").and_then(builtin_wearer);

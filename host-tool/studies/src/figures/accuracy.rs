@@ -7,11 +7,11 @@ use host_core::plot::{At, Axis, Color, Figure, Key, Mark, Paint, Panel, Shape};
 use methods::bench::OUTPUTS_US;
 use methods::muscle::{Method, Number, Reading, Setting};
 
-/// First and last power of ten of an axis.
+/// Exponents of the powers of ten at both ends of a logarithmic axis.
 type Decades = (i32, i32);
 
-/// Arithmetics from the top, each with the powers of ten of its cycles per second and of its error
-/// in %. The row of f64 omits the smallest errors.
+/// Rows of panels from the top: arithmetic, its label, range of cycles per second, and range of the
+/// error in %, both as powers of ten. The row of f64 leaves out the smallest errors.
 const ROWS: [(Number, &str, Decades, Decades); 5] = [
     (Number::Q7_24, "Q7.24", (4, 7), (-4, 2)),
     (Number::Q15_16, "Q15.16", (4, 7), (-3, 2)),
@@ -29,12 +29,12 @@ const ROWS: [(Number, &str, Decades, Decades); 5] = [
         (-3, 2),
     ),
 ];
-/// Error above which people notice a difference of force, %.
+/// Error above which people notice a difference of force, %; drawn as a line.
 const NOTICED_PCT: f64 = 10.0;
-/// Pixels per power of ten.
+/// Length of a power of ten on an axis, pixels.
 const DECADE: f64 = 34.0;
 
-/// Draws all panels as an SVG file.
+/// Draws all panels as an SVG file and returns its text.
 pub fn picture(chart: &Chart) -> String {
     let mut legend: Vec<(Key, String)> = Vec::new();
     for method in Method::ALL.into_iter().filter(|m| is_drawn(chart, *m)) {
@@ -89,7 +89,8 @@ fn is_drawn(chart: &Chart, method: Method) -> bool {
     chart.points.iter().any(is_it)
 }
 
-/// Returns name, colour and mark of a method; related methods share colour and mark.
+/// Returns the label of a method, and the colour and mark of its points. Related methods share
+/// colour and mark.
 fn family(method: Method) -> (&'static str, Color, Shape) {
     match method {
         Method::Euler | Method::EulerExactC => ("Euler", SKY, Shape::Disc),
@@ -111,7 +112,8 @@ fn family(method: Method) -> (&'static str, Color, Shape) {
     }
 }
 
-/// Returns the point with the digits of the table, so that the table suffices to draw the figure.
+/// Returns a point's cycles per second and its error, rounded as in the committed table, so that
+/// the table suffices to draw the figure.
 fn at(point: &Point) -> At {
     let error = digits(point.error_pct).parse();
     (point.cycles_per_s as f64, error.unwrap_or(f64::INFINITY))
@@ -182,7 +184,7 @@ fn panel(
     }
 }
 
-/// Returns the staircase of the Pareto front, cut off at the panel's lower edge `foot`.
+/// Returns the Pareto front as a staircase, cut off at `foot`, the smallest error in the panel.
 fn front(points: &[&Point], foot: f64) -> Vec<At> {
     let mut front: Vec<&&Point> = points.iter().filter(|p| p.on_front).collect();
     front.sort_by_key(|point| point.cycles_per_s);
@@ -198,7 +200,7 @@ fn front(points: &[&Point], foot: f64) -> Vec<At> {
     path
 }
 
-/// Returns the name of one method's points on the front.
+/// Returns the label of one method's points on the front: the method with its range of steps.
 fn label(series: &[&Point]) -> String {
     let setting = series[0].setting;
     let nodes = match setting.method {

@@ -9,11 +9,10 @@ use host_core::plot::ink::{Color, MUTED, PALETTE, SHADE, stroke};
 use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Scale, Shape};
 
 const PITCH: f64 = 24.0;
-/// Largest error of the axis, degrees; larger values end at the edge with an arrow and their
-/// number.
+/// Largest error on the axis, °; a larger error ends at the edge with an arrow and its number.
 const ERROR_TOP: f64 = 10.0;
 
-/// Draws the figure, rows sorted by cycles, as an SVG file.
+/// Draws one row per controller, sorted by cycles, as an SVG file and returns its text.
 pub fn picture(campaign: &Campaign) -> String {
     let mut order: Vec<usize> = (0..campaign.contenders.len()).collect();
     order.sort_by_key(|n| campaign.cycles[*n].map_or(u64::MAX, |c| c.whole));
@@ -56,7 +55,7 @@ const fn mark(contender: &Contender) -> (Color, Shape) {
     }
 }
 
-/// Returns an empty panel with the device's row shaded.
+/// Returns a panel without data, in which the row of the device's default controller is shaded.
 fn panel(campaign: &Campaign, order: &[usize], title: &str, x: Axis, silent: bool) -> Panel {
     let names = order.iter().map(|n| campaign.contenders[*n].title());
     let is_shipped = |n: &usize| matches!(campaign.contenders[*n], Contender::Shipped);

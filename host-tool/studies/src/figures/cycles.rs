@@ -10,7 +10,8 @@ const PITCH: f64 = 22.0;
 const MEAN: (Shape, Paint) = (Shape::Disc, Paint::Full(PALETTE[0]));
 const MOST: (Shape, Paint) = (Shape::Up, Paint::Full(PALETTE[4]));
 
-/// Draws one row for each algorithm, for the default reading of the flash, as an SVG file.
+/// Draws one row for each algorithm, measured with the default flash timing, as an SVG file and
+/// returns its text.
 pub fn picture(chip: &OnChip) -> String {
     let rows: Vec<_> = chip.algorithms().collect();
     let mut x = Axis::decades("cycles of one call", (1, 6));

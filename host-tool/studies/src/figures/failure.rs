@@ -9,18 +9,20 @@ use crate::tracking::widened::failures;
 use host_core::plot::ink::{Color, MUTED, PALETTE, stroke};
 use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Scale, Shape};
 
-/// Heights of the plots, pixels: wearers; shares.
+/// Heights of a plot of wearers and of a plot of shares, pixels.
 const HEIGHTS: (f64, f64) = (210.0, 170.0);
-/// Number of intervals of delay or strength in which wearers are counted.
+/// Number of intervals into which delay or strength is divided for counting wearers.
 const STRETCHES: usize = 5;
-/// Range of the delay, ms, and of the strength relative to the nominal wearer.
+/// Range of the electromechanical delay on its axis, ms.
 const DELAYS: (f64, f64) = (0.0, 100.0);
+/// Range of the strength on its axis, relative to the nominal wearer.
 const STRENGTHS: (f64, f64) = (0.4, 3.2);
 const HELD: Color = MUTED;
 const FAILED: Color = PALETTE[1];
 const REFUSED: Color = PALETTE[5];
 
-/// Draws where each of some controllers fails, as an SVG file.
+/// Draws for each of three controllers on which wearers it fails, as an SVG file, and returns its
+/// text.
 pub fn picture(campaign: &Campaign) -> String {
     let shown = shown(campaign);
     let line = |(place, n): (usize, &usize)| {
@@ -86,8 +88,8 @@ pub fn picture(campaign: &Campaign) -> String {
     .file()
 }
 
-/// Returns the default controller, the best PID controller and the best other controller with two
-/// points.
+/// Returns the indices of the three controllers that are drawn: the default, the best PID, and the
+/// best other one with two points.
 fn shown(campaign: &Campaign) -> Vec<usize> {
     let is_other = |c: &Contender| matches!(c, Contender::Searched(..)) && !c.is_pid();
     let two = Points::Two;
@@ -146,7 +148,8 @@ fn dot(case: &Case, n: usize) -> (Shape, f64, Paint) {
     (shape, 3.5, Paint::Full(FAILED))
 }
 
-/// Draws the share of wearers that fail: over delay, over strength, by kind of reference.
+/// Draws the share of wearers on whom each controller fails: over delay, over strength, and by kind
+/// of reference.
 fn shares(campaign: &Campaign, shown: &[usize], points: Points) -> Vec<Panel> {
     let name = "wearers that fail (%)";
     let y = || Axis::linear(name, (0.0, 100.0), 5.0);
@@ -195,7 +198,8 @@ fn shares(campaign: &Campaign, shown: &[usize], points: Points) -> Vec<Panel> {
     ]
 }
 
-/// Returns the share that fails, %, at the middle of each interval that contains wearers.
+/// Returns the share of wearers on whom contender `n` fails, %, for each interval of the quantity
+/// `of` that contains wearers, with the middle of the interval.
 fn stretches(
     cases: &[&Case],
     n: usize,

@@ -6,11 +6,11 @@ use host_core::plot::ink::{Color, MUTED, PALETTE, stroke};
 use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Shape};
 
 const PITCH: f64 = 40.0;
-/// Largest error of the axis, % of the range that a hand holds; larger values are drawn at the
-/// edge.
+/// Largest error on the axis, % of the range of angles that a hand holds; larger errors are drawn
+/// at the edge.
 const ERROR_TOP: f64 = 100.0;
 
-/// Draws one row for each controller, as an SVG file.
+/// Draws one row for each controller, as an SVG file, and returns its text.
 pub fn picture(hands: &Hands) -> String {
     let dots = [
         ("one hand", MUTED, Shape::Disc),

@@ -6,11 +6,12 @@ use host_core::plot::ink::{INK, PALETTE};
 use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Shape};
 use host_core::session::level_name;
 
-/// Ends of the axes, powers of ten of a percent.
+/// Ends of both axes, as powers of ten of a percent.
 const DECADES: (i32, i32) = (-3, 3);
+/// Smallest error on the axes, %; smaller errors are drawn at the edge.
 const LEAST: f64 = 1e-3;
 
-/// Draws these rows as an SVG file.
+/// Draws one panel per tolerance, as an SVG file, and returns its text.
 pub fn picture(rows: &[Row], seed: u64) -> String {
     let legend = measured_levels().enumerate().map(|(n, level)| {
         let name = format!("{} chosen", level_name(level));
@@ -35,8 +36,8 @@ pub fn picture(rows: &[Row], seed: u64) -> String {
     .file()
 }
 
-/// Draws one tolerance. To the right of the vertical line the choice fails; below the horizontal
-/// line the cheaper model would have sufficed.
+/// Draws the panel of the tolerance with index `n`. To the right of the vertical line the chosen
+/// model misses the tolerance; below the horizontal line the next cheaper model would have met it.
 fn panel(rows: &[Row], n: usize) -> Panel {
     let limit_pct = TOLERANCES[n].fraction() * 100.0;
     let all: Vec<_> = measured_levels().collect();

@@ -6,7 +6,7 @@ use host_core::plot::ink::{EDGE, GRID, HALO, MUTED, PALETTE, stroke};
 use host_core::plot::series::range;
 use host_core::plot::{At, Axis, Color, Figure, Key, Mark, Paint, Panel, Scale, Shape};
 
-/// First and last colour of the classes of each verdict: blue if the method holds, orange if it
+/// First and last colour for the classes of each verdict: blue if the method holds, orange if it
 /// fails, dark red if it fails badly.
 const RAMPS: [(Color, Color); 3] = [
     (Color(0xCF, 0xE8, 0xF7), Color(0x1B, 0x6C, 0xA0)),
@@ -15,11 +15,14 @@ const RAMPS: [(Color, Color); 3] = [
 ];
 /// Height of a cell, pixels.
 const CELL: f64 = 18.0;
-/// Strokes of theory's boundary: a halo, then the line.
+/// Strokes of theory's boundary: first a light halo, then the line, each with its width in pixels.
 const BOUNDARY: [(Color, f64); 2] = [(HALO, 4.8), (EDGE, 2.4)];
+/// Discs that mark a cell in which theory and result disagree: first a light halo, then the dot,
+/// each with its radius in pixels.
 const DISAGREES: [(Color, f64); 2] = [(HALO, 3.0), (EDGE, 2.0)];
 
-/// Draws the map as an SVG file: as lines if theory gives numbers, otherwise as coloured cells.
+/// Draws the map as an SVG file and returns its text. It is drawn as lines if theory predicts
+/// numbers, otherwise as coloured cells.
 pub fn picture(map: &Map) -> String {
     let is_lines = matches!(map.layout, Layout::Lines(_));
     let (legend, subtitle) = match is_lines {
@@ -53,7 +56,7 @@ pub fn picture(map: &Map) -> String {
     .file()
 }
 
-/// Returns the colour of a class.
+/// Returns the colour of a class, between the two colours of its verdict.
 fn color(map: &Map, class: &Class) -> Color {
     let alike = || map.classes.iter().filter(|c| c.verdict == class.verdict);
     let place = alike().position(|c| c == class).unwrap_or(0);
@@ -138,11 +141,11 @@ fn cells(map: &Map, found: &Found) -> Panel {
     panel
 }
 
-/// An edge between cells, from one corner to the next; (row, column).
+/// Edge between two cells: the grid corners at both ends, each as row and column.
 type Edge = ((usize, usize), (usize, usize));
 
-/// Returns the edges between cells of different prediction. Rows without any prediction have none
-/// above and below.
+/// Returns the edges between neighbouring cells with different predictions. No edge is drawn
+/// between two rows if one of them has no predictions.
 fn boundary(rows: &[Vec<Cell>]) -> Vec<Edge> {
     let speaks = |row: &[Cell]| row.iter().any(|cell| cell.predicted.is_some());
     let differ = |a: &Cell, b: &Cell| a.predicted != b.predicted;
@@ -162,7 +165,8 @@ fn boundary(rows: &[Vec<Cell>]) -> Vec<Edge> {
     edges
 }
 
-/// Returns the colour and mark of a row; one row more than the palette has colours is grey.
+/// Returns colour and mark of a row that is drawn as a line. Rows beyond the colours of the palette
+/// are grey.
 fn series(row: usize) -> (Color, Shape) {
     let color = PALETTE.get(row).copied().unwrap_or(MUTED);
     (color, Shape::SERIES[row % Shape::SERIES.len()])
@@ -186,11 +190,11 @@ fn lines_legend(map: &Map) -> Vec<(Key, String)> {
         .collect()
 }
 
-/// Stroke of theory's prediction, broad and pale, below the measured lines.
+/// Stroke of theory's prediction: a broad, pale line below the measured ones.
 const TOLD: host_core::plot::Stroke = stroke(GRID, 9.0);
 
-/// Draws the numbers of each row over the columns, both logarithmic. The labels of the columns must
-/// be numbers.
+/// Draws the numbers of each row over the columns of the map, both axes logarithmic. The labels of
+/// the columns must be numbers.
 fn lines(map: &Map, found: &Found) -> Panel {
     let columns: Vec<f64> = map.across.labels.iter().flat_map(|l| l.parse()).collect();
     let drawn = |y: &f64| y.is_finite() && *y > 0.0;

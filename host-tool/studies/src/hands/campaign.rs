@@ -10,63 +10,68 @@ use host_core::statistics::{mean, quantile};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Seed and number of the random hands.
+/// Plan of a campaign: seed and number of the random hands.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Plan {
     pub seed: u64,
-    /// Number of hands to generate.
+    /// Number of hands that are generated.
     pub draws: u64,
 }
 
-/// One hand: the ranges of angles that it holds, and the outcome of each contender.
+/// Results of all contenders on one hand, with the ranges of angles that the hand can hold.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Case {
-    /// Index of the draw.
+    /// Index of the hand, from 0.
     pub index: u64,
-    /// Widths of the ranges that the hand holds with one and with two points, °.
+    /// Width of the range of angles that the hand holds with one stimulation point, and with two,
+    /// °.
     pub held_deg: [f64; 2],
-    /// Width of the range that the hand holds in both ways, °; it scales the reference.
+    /// Width of the range of angles that the hand holds both with one point and with two, °. The
+    /// reference is scaled to this range.
     pub holds_deg: f64,
-    /// Outcomes with one and with two points, in the order of the contenders.
+    /// Outcomes with one stimulation point and with two, each in the order of the contenders.
     pub outcomes: [Vec<Outcome>; 2],
 }
 
-/// Result of a campaign on hands.
+/// Result of a campaign in which every contender drives every hand.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Hands {
     /// Seed and number of hands that were asked for.
     pub plan: Plan,
-    /// Name of the wearer whose forearm all draws share; `None` if the hands come from the
-    /// population.
+    /// Name of the wearer if all hands are draws of this wearer's forearm; `None` if they come from
+    /// the population.
     pub wearer: Option<String>,
-    /// Contenders in the order of all outcomes.
+    /// Contenders, in the order of all outcomes.
     pub contenders: Vec<Contender>,
-    /// Hands that controllers could drive, in order of their draws.
+    /// Hands that could be driven, in the order of their index.
     pub cases: Vec<Case>,
-    /// Number of hands that no controller could drive, by reason. They are counted, never dropped.
+    /// Number of hands that no controller could drive, by reason. Together with `cases` they are
+    /// all hands of the plan.
     pub missing: BTreeMap<&'static str, u64>,
-    /// Number of time intervals, over all trials, for which no consistent currents were found.
+    /// Number of time intervals, over all trials, in which the simulation found no consistent
+    /// currents.
     pub unsettled: u64,
 }
 
-/// Score of one contender with one or two points.
+/// Score of one contender over all hands, with one stimulation point or with two.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Score {
-    /// Number of hands on which the device refused or stopped.
+    /// Number of hands on which the device refused the joint or stopped.
     pub refused: usize,
-    /// Number of hands, refusals excluded, on which the RMSE is no smaller than that of a finger
-    /// held in the middle of the reference.
+    /// Number of hands on which the contender tracked no better than a finger held still in the
+    /// middle of the reference. Refusals are not counted.
     pub no_better: usize,
-    /// Mean RMSE without refusals, °. This and the following fields are NaN if every hand was
-    /// refused.
+    /// Mean RMSE over the hands without a refusal, °. NaN if every hand was refused; this also
+    /// holds for the following fields.
     pub mean_deg: f64,
-    /// 95th percentile of the RMSE, °.
+    /// 95th percentile of the RMSE over the hands without a refusal, °.
     pub p95_deg: f64,
-    /// Mean RMSE as a fraction of the range that the hand holds.
+    /// Mean of the RMSE relative to the width of the range that the hand holds, 0 to 1.
     pub mean_part: f64,
-    /// 95th percentile of the RMSE as a fraction of the range that the hand holds.
+    /// 95th percentile of the RMSE relative to the width of the range that the hand holds.
     pub p95_part: f64,
-    /// RMSE minus that of the best PID on the same hand, °.
+    /// Mean difference between the RMSE and that of the best PID on the same hand, °, with its 95 %
+    /// interval.
     pub over_pid: Interval,
 }
 
@@ -74,8 +79,8 @@ fn place(points: Points) -> usize {
     usize::from(points == Points::Two)
 }
 
-/// A hand with its outcomes and its number of intervals without consistent currents, or the reason
-/// why no controller can drive the hand.
+/// A hand with its outcomes, and its number of time intervals without consistent currents; or the
+/// reason why no controller can drive the hand.
 type HandOutcomes = Result<(Case, u64), &'static str>;
 
 fn drive(
@@ -110,9 +115,9 @@ fn drive(
 }
 
 impl Hands {
-    /// Lets every contender drive every hand with one and with two points. The hands come from the
-    /// population, or are repeated draws of the first person of `whom`. The same plan gives
-    /// bit-identical results on any number of threads.
+    /// Lets every contender drive every hand, with one stimulation point and with two. The hands
+    /// come from the population or, if `whom` is given, are draws of its first person. The same
+    /// plan gives bit-identical results on any number of threads.
     ///
     /// # Errors
     /// Fails if the population's declaration cannot be read, or a hand or control law is invalid.
@@ -153,13 +158,13 @@ impl Hands {
         })
     }
 
-    /// Returns the file name of the table and the picture, without extension.
+    /// Returns the file name of table and picture, without its extension.
     pub fn file_stem(&self) -> String {
         let of = |name| format!("control_wearer_{name}");
         self.wearer.as_ref().map_or("control_hands".to_owned(), of)
     }
 
-    /// Returns the hands that a contender did not refuse, each with its RMSE, °.
+    /// Returns the hands that a contender drove without a refusal, each with its RMSE, °.
     pub fn tracked(&self, points: Points, contender: usize) -> Vec<(&Case, f64)> {
         let of = |case: &Case| {
             let outcome = &case.outcomes[place(points)][contender];
@@ -169,7 +174,7 @@ impl Hands {
         cases.filter_map(|case| Some((case, of(case)?))).collect()
     }
 
-    /// Returns the index of the PID with the smallest mean RMSE, or 0 if there is no PID.
+    /// Returns the index of the PID contender with the smallest mean RMSE, or 0 if there is no PID.
     pub fn best_pid(&self, points: Points) -> usize {
         let of = |n: &usize| {
             let tracked = self.tracked(points, *n);
@@ -179,15 +184,15 @@ impl Hands {
         pids.min_by(|a, b| of(a).total_cmp(&of(b))).unwrap_or(0)
     }
 
-    /// Returns the 5th percentile, median and 95th percentile of the widths of the ranges that
-    /// hands hold with these points, °.
+    /// Returns the 5th percentile, the median and the 95th percentile of the width of the range
+    /// that the hands hold with these points, °.
     pub fn held_range_deg(&self, points: Points) -> [f64; 3] {
         let held = self.cases.iter().map(|case| case.held_deg[place(points)]);
         let held: Vec<f64> = held.collect();
         [0.05, 0.5, 0.95].map(|part| quantile(&held, part).unwrap_or(f64::NAN))
     }
 
-    /// Counts a contender's refusals by name.
+    /// Counts on how many hands a contender was refused, by the reason that the device names.
     pub fn refusals(&self, points: Points, contender: usize) -> BTreeMap<&str, u64> {
         let mut counts = BTreeMap::new();
         for case in &self.cases {
@@ -198,7 +203,7 @@ impl Hands {
         counts
     }
 
-    /// Computes the score of one contender over all hands.
+    /// Computes the score of one contender over all hands that it drove without a refusal.
     pub fn score(&self, points: Points, contender: usize) -> Score {
         let tracked = self.tracked(points, contender);
         let all: Vec<f64> = tracked.iter().map(|pair| pair.1).collect();

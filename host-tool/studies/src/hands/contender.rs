@@ -18,26 +18,27 @@ use hal_sim::body::hand::spec::{A, B, E};
 use host_core::session::LawName;
 use methods::control::Form;
 
-/// Torque of the extensor as a fraction of the flexors' torque. Assumed, in agreement with the
-/// ranges of the population.
+/// Torque of the extensor as a fraction of that of the flexors. It is assumed, in agreement with
+/// the ranges of the population.
 const EXTENSION: f64 = 0.7;
 
-/// Control law that drives a hand. Every contender knows the voltages that were searched, and no
-/// torque.
+/// Control law that drives a hand. Every contender knows the voltages that a search found on this
+/// hand, and none knows its torques.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Contender {
-    /// The default controller in fixed point for a joint without a wearer file
+    /// The default controller in the device's fixed point, for a joint without a wearer file
     /// ([`LawSpec::ALONE`]).
     Unknown,
-    /// The default controller ([`LawSpec::RECOMMENDED`]) in fixed point with the wearer model that
-    /// a calibration would write ([`Actuation::model`]).
+    /// The default controller ([`LawSpec::RECOMMENDED`]) in the device's fixed point, with the
+    /// wearer model that a calibration of this hand would write ([`Actuation::model`]).
     Calibrated,
-    /// A law in `f64` with the parameters that the search on fingers found. With add-ons it also
-    /// knows the calibrated wearer model.
+    /// A law in `f64` with the parameters that the search on simulated fingers found. With add-ons,
+    /// it also knows the calibrated wearer model.
     Searched(Equipment, Box<Candidate>),
 }
 
-/// Returns the default controllers, the paper's controllers and the PID controllers.
+/// Returns all contenders: the default controllers, the paper's controllers, and the PID
+/// controllers.
 ///
 /// # Errors
 /// Fails if the committed table of gains cannot be read.
@@ -51,17 +52,18 @@ pub fn contenders() -> Result<Vec<Contender>, GainsError> {
     Ok(device.into_iter().chain(searched).collect())
 }
 
-/// Outcome of one contender on one hand.
+/// Outcome of one contender on one hand, with one stimulation point or with two.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Outcome {
-    /// RMSE from 10 to 30 s, °. After a refusal, that of the movement that still occurred.
+    /// RMSE from 10 to 30 s, °. If the device refused or stopped, it includes the time without
+    /// stimulation.
     pub rmse_deg: f64,
-    /// Name under which the device refused or stopped, if it did.
+    /// Name of the field or fault for which the device refused or stopped; `None` if it did not.
     pub refused: Option<String>,
 }
 
 impl Contender {
-    /// Returns the name in CSV and JSON; a plus stands for add-ons.
+    /// Returns the contender's name in CSV and JSON; a plus means that the law has add-ons.
     pub fn name(&self) -> String {
         match self {
             Self::Unknown => default::NAME.to_owned(),
@@ -70,7 +72,8 @@ impl Contender {
         }
     }
 
-    /// Returns the name in text tables and charts; a plus stands for add-ons.
+    /// Returns the contender's name in text tables and charts; a plus means that the law has
+    /// add-ons.
     pub fn title(&self) -> String {
         match self {
             Self::Unknown => LawName::Recommended.title().to_owned(),
@@ -79,12 +82,13 @@ impl Contender {
         }
     }
 
-    /// Returns whether this contender is a PID, the baseline.
+    /// Returns whether this contender is a PID controller, with which the others are compared.
     pub fn is_pid(&self) -> bool {
         matches!(self, Self::Searched(_, candidate) if candidate.form == Form::Pid)
     }
 
-    /// Returns the arithmetic in which the law computes: `f64` or `fixed`.
+    /// Returns the arithmetic in which the law computes: `f64`, or `fixed` for the device's fixed
+    /// point.
     pub const fn arithmetic(&self) -> &'static str {
         match self {
             Self::Searched(..) => "f64",
@@ -117,8 +121,8 @@ impl Contender {
         })
     }
 
-    /// Drives one hand through a trial. Returns the outcome, and the number of time intervals
-    /// without consistent currents.
+    /// Drives one hand through a trial. Returns the outcome, and the number of time intervals in
+    /// which the simulation found no consistent currents.
     ///
     /// # Errors
     /// Fails if the hand or the law is invalid.
@@ -149,7 +153,8 @@ impl Contender {
 }
 
 impl Actuation {
-    /// Returns this hand's joint as the device takes it, with this law and without a wearer model.
+    /// Returns this hand's joint as the device is configured for it, with `law` and without a
+    /// wearer model.
     pub fn joint(&self, law: LawSpec) -> JointSpec {
         let millivolts = |volts: f64| Amplitude::new((volts * 1000.0).round() as u32);
         let of = |point: usize| {
@@ -182,12 +187,13 @@ impl Actuation {
         }
     }
 
-    /// Returns the wearer model that a calibration would write.
+    /// Returns the wearer model that a calibration of this hand would write, with the lead
+    /// `lead_ms`.
     ///
-    /// The flexors' torque is the one that holds the angle of full flexion after 3 s against the
-    /// spring of the nominal finger, which nobody measures. The extensor's torque is 0.7 of it,
-    /// because its pull cannot be observed from rest. All other values are those of the nominal
-    /// finger.
+    /// The flexors' torque is chosen so that full flexion holds the measured angle after 3 s
+    /// against the spring of the nominal finger; nobody measures the real spring. The extensor's
+    /// torque is 0.7 of it, because its pull cannot be observed from rest. All other values are
+    /// those of the nominal finger.
     pub fn model(&self, lead_ms: u16) -> WearerModel {
         let finger = nominal();
         let micro = |x: f64| (x * 1e6).round() as u32;

@@ -17,49 +17,56 @@ use hal_sim::body::hand::spec::{A, B, E, RETURN};
 use hal_sim::body::hand::{Hand, InvalidHand, MovingHand};
 use std::f64::consts::TAU;
 
-/// Channels of the electrodes A, B and E.
+/// Channels of the two flexor electrodes A and B and of the extensor electrode E.
 const CHANNELS: [usize; RETURN] = [A, B, E];
-/// Length of the mean that gives a held angle, ms. The means end after 3 s (`FRESH_MS`) and at the
-/// end of the trial.
+/// Time over which a held angle is averaged, ms.
 const HELD_MS: usize = 1_000;
+/// Time at which the held angle of a rested muscle is measured, ms: the average ends here. Another
+/// ends with the trial.
 const FRESH_MS: usize = 3_000;
-/// Smallest range that a hand must hold to take part, °. The glove's noise is 0.3°.
+/// Smallest range of angles that a hand must hold to take part, °. The noise of the glove is 0.3°.
 const LEAST_DEG: f64 = 1.0;
-/// The reference: a sine between 15 % and 85 % of the held range, at the 0.2 Hz of Hamana 2022.
+/// Middle of the sinusoidal reference, as a fraction of the range that the hand holds.
 const MIDDLE: f64 = 0.5;
+/// Amplitude of the reference as a fraction of that range; the reference thus goes from 15 % to 85
+/// %.
 const SWING: f64 = 0.35;
+/// Frequency of the reference, Hz (Hamana 2022).
 const HZ: f64 = 0.2;
 
-/// One of the two ways to bend the finger: with one stimulation point or with two.
+/// A way to actuate the finger: its stimulation points with their voltages, and the angles that it
+/// holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Actuation {
     pub points: Points,
-    /// Threshold and largest voltage of A, B and E, V; `None` for an unused point.
+    /// Threshold and largest voltage of the electrodes A, B and E, V; `None` for an unused
+    /// electrode.
     pub ranges_v: [Option<[f64; 2]>; RETURN],
-    /// Angle that full flexion holds after 3 s, °.
+    /// Angle that full flexion holds in a rested hand, after 3 s, °.
     pub fresh_deg: f64,
-    /// Angles that full extension and full flexion hold, °: the narrower of the ranges when rested
-    /// and after 30 s without rest.
+    /// Smallest and largest angle that this actuation can hold throughout a trial, °. At each end
+    /// it is the less extreme of the angles that full effort holds after 3 s and after 30 s.
     pub held_deg: [f64; 2],
 }
 
-/// A hand that a controller can drive, with its reference.
+/// A hand that controllers can drive, with its reference.
 #[derive(Clone, Debug)]
 pub struct DrivenHand {
     hand: Hand,
     line: Line,
     seed: u64,
-    /// Actuation with one point, the one with the larger range, and with two points.
+    /// Actuation with one point, which is the one that holds the larger range, and actuation with
+    /// two points.
     pub ways: [Actuation; 2],
-    /// Smallest and largest angle that the hand holds with either actuation, °; the reference is
-    /// scaled to them.
+    /// Smallest and largest angle that the hand holds with either actuation, °. The reference is
+    /// scaled to this range.
     pub holds_deg: [f64; 2],
-    /// Reference angle at each millisecond, °.
+    /// Reference angle at each millisecond of the trial, °.
     pub wanted: Vec<f64>,
 }
 
 impl Actuation {
-    /// Returns the leads that are in use.
+    /// Returns which leads this actuation uses.
     pub const fn leads(&self) -> Leads {
         let [a, b, e] = &self.ranges_v;
         Leads {
@@ -67,8 +74,8 @@ impl Actuation {
         }
     }
 
-    /// Returns the voltages of full effort, with the antagonist at its threshold as in the device
-    /// (Hamana 2022, (7) to (12)).
+    /// Returns the voltages of full flexion, or of full extension. The antagonist is at its
+    /// threshold, as in the device (Hamana 2022, equations 7 to 12).
     fn full_effort_volts(&self, flexion: bool) -> Volts {
         let at = |point: usize| {
             let works = (point == E) != flexion;
@@ -77,15 +84,16 @@ impl Actuation {
         [at(A), at(B), at(E)]
     }
 
-    /// Returns the width of the range that this actuation holds, °.
+    /// Returns the width of the range of angles that this actuation holds, °.
     fn span_deg(&self) -> f64 {
         self.held_deg[1] - self.held_deg[0]
     }
 }
 
 impl DrivenHand {
-    /// Generates hand `index` of the population, or returns the reason why no law can drive it. The
-    /// transmission line is that of the simulated finger with the same seed and index.
+    /// Generates hand `index` of the population and prepares it for control, or returns the reason
+    /// why no law can drive it. Delays and losses of the link are those of the simulated finger
+    /// with the same seed and index.
     ///
     /// # Errors
     /// Fails if the declaration cannot be read or the hand is invalid.
@@ -114,8 +122,8 @@ impl DrivenHand {
     }
 
     /// Generates draw `index` of the first person of `whom`, whose forearm is random except for
-    /// what is known, or returns the reason why no law can drive it. The transmission lines are
-    /// those of [`Self::draw`].
+    /// what is known about the person, and prepares it. Returns the reason if no law can drive it.
+    /// The link is that of [`Self::draw`].
     ///
     /// # Errors
     /// Fails if the declaration cannot be read, `whom` is empty, or the hand is invalid.
@@ -133,7 +141,8 @@ impl DrivenHand {
         }
     }
 
-    /// Prepares a forearm whose voltages are known, with the transmission line of this draw.
+    /// Prepares a forearm whose voltages are known, with the link of this draw, or returns the
+    /// reason why no law can drive it.
     fn from_wearer(
         wearer: Wearer,
         seed: u64,
@@ -165,8 +174,8 @@ impl DrivenHand {
         })
     }
 
-    /// Returns the actuation with one point, the one with the larger range, and that with two
-    /// points.
+    /// Measures the actuation with point A, with point B and with both. Returns that with the
+    /// better single point and that with both points, or the reason why there are none.
     fn actuations(
         &self,
         voltages: &Voltages,
@@ -202,7 +211,8 @@ impl DrivenHand {
         Ok(Ok([one, two]))
     }
 
-    /// Adds the reference, scaled to the range that the hand holds with either actuation.
+    /// Adds the reference, scaled to the range that the hand holds with either actuation; returns
+    /// the reason if that range is too small.
     fn with_target(mut self) -> Result<Self, &'static str> {
         let [one, two] = self.ways.map(|way| way.held_deg);
         let [low, high] = [one[0].max(two[0]), one[1].min(two[1])];
@@ -218,7 +228,7 @@ impl DrivenHand {
         Ok(self)
     }
 
-    /// Returns `way` with the angles that it holds.
+    /// Measures the angles that `way` holds and returns it with them.
     fn measure_range(&self, way: Actuation) -> Result<Actuation, TwoPointsError> {
         let extended = self.held_angles_deg(&way, way.full_effort_volts(false))?;
         let flexed = self.held_angles_deg(&way, way.full_effort_volts(true))?;
@@ -229,8 +239,8 @@ impl DrivenHand {
         })
     }
 
-    /// Returns the angles at which these voltages hold the finger in the third and in the last
-    /// second, °.
+    /// Returns the mean angle at which these constant voltages hold the finger in the third second
+    /// and in the last second of a trial, °.
     fn held_angles_deg(&self, way: &Actuation, volts: Volts) -> Result<[f64; 2], TwoPointsError> {
         let (mut hand, leads) = (self.moving()?, way.leads());
         leads.ground_used(&mut hand);
@@ -253,7 +263,7 @@ impl DrivenHand {
     }
 
     /// Runs one trial in which `driver` makes the finger follow the reference. Returns the attempt,
-    /// and the number of time intervals for which no consistent currents were found.
+    /// and the number of time intervals in which the simulation found no consistent currents.
     ///
     /// # Errors
     /// Fails if the hand is invalid.
@@ -279,11 +289,11 @@ impl DrivenHand {
         Ok((Attempt { angles, refused }, hand.uncomputed_intervals()))
     }
 
-    /// RMSE from 10 to 30 s of a finger that is held in the middle of the reference, as a fraction
-    /// of the range. Every law should do better.
+    /// RMSE from 10 to 30 s of a finger that stays in the middle of the reference, as a fraction of
+    /// the range that the hand holds. Every law should do better.
     pub const STILL: f64 = SWING * std::f64::consts::FRAC_1_SQRT_2;
 
-    /// Returns the RMSE from 10 to 30 s of a finger that is not stimulated, °.
+    /// Returns the RMSE from 10 to 30 s of a finger that is not stimulated and stays at rest, °.
     pub fn at_rest_deg(&self) -> f64 {
         let scored = self.wanted.iter().skip(SCORED_FROM_MS);
         let squares = scored.map(|w| (w - REST_DEG[INDEX]).powi(2));

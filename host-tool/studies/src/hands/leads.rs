@@ -7,23 +7,24 @@ use hal_sim::body::hand::MovingHand;
 use hal_sim::body::hand::spec::{A, B, E, RETURN};
 use hal_sim::body::{Body, Drive, Lead};
 
-/// Start of the pulses of A, B and E within a period, ms. B follows 2 ms after A (pattern 8 of
-/// figure 5), and the extensor half a period after A (assumed, as in the sessions of experiment 4).
+/// Time at which the pulses of A, B and E start within a pulse period, ms. B follows 2 ms after A
+/// (pattern 8 of figure 5). The extensor follows half a period after A, which is assumed, as in the
+/// sessions of experiment 4.
 const BEGINS_MS: [usize; RETURN] = [0, 2, 10];
 
-/// Leads of the stimulation points in use; all other leads float.
+/// Leads of the stimulation points in use. All other leads are disconnected.
 ///
-/// Between pulses, a used point is grounded (figure 6). While one flexor pulses, the other is
-/// grounded, because the pair is conducted. Flexors and extensor are disconnected during each
-/// other's pulses.
+/// Between pulses, a lead in use is grounded (figure 6). While one flexor lead pulses, the other is
+/// grounded, because the pair is conducted. The flexor leads are disconnected during the pulses of
+/// the extensor, and the reverse.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Leads {
-    /// Whether A, B and E are in use.
+    /// Whether the leads A, B and E are in use.
     pub used: [bool; RETURN],
 }
 
 impl Leads {
-    /// Grounds the leads in use at time 0.
+    /// Grounds all leads in use, at time 0.
     pub fn ground_used(self, hand: &mut MovingHand) {
         for channel in self.channels() {
             hand.set_lead(0, channel, Lead::Grounded);

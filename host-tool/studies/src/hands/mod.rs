@@ -21,7 +21,7 @@ pub use drawn::{Actuation, DrivenHand};
 use crate::hamana2022::TwoPointsError;
 use crate::tracking::TrackingError;
 
-/// The reason why hands cannot be driven.
+/// Reason why hands cannot be driven.
 #[derive(Debug, thiserror::Error)]
 pub enum HandsError {
     /// A hand is invalid, or its searches failed.

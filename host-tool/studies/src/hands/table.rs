@@ -5,10 +5,10 @@ use crate::tracking::columns::{Column, add_to_json, cells, names};
 use crate::tracking::wearer::Points;
 use serde_json::{Value, json};
 
-/// Width of the column of controllers in the text.
+/// Width of the column with the controllers' names, characters.
 const LABEL: usize = 22;
 
-/// Pads the name of a controller to its column; a name that is too long gets a line of its own.
+/// Pads a controller's name to the width of its column; a longer name gets a line of its own.
 fn label(title: &str) -> String {
     match title.chars().count() {
         0..=LABEL => format!("{title:<LABEL$}"),
@@ -120,7 +120,7 @@ pub fn csv(hands: &Hands) -> String {
     out
 }
 
-/// Formats the result as JSON.
+/// Formats the result as JSON, with an entry for each number of points and contender.
 pub fn json(hands: &Hands) -> Value {
     let points = Points::ALL.map(|points| {
         let laws = hands.contenders.iter().enumerate().map(|(n, contender)| {

@@ -13,38 +13,38 @@ use host_core::session::Session;
 
 use crate::subjects::spec;
 
-/// Seed of the judged sessions.
+/// Seed of the sessions on which the selection is judged.
 pub const JUDGED: u64 = 2_026;
-/// Seed of the sessions that were used during development.
+/// Seed of the sessions that were used while the selection was developed; they are not judged.
 pub const DEVELOPMENT: u64 = 7;
-/// Number of judged sessions.
+/// Number of sessions on which the selection is judged.
 pub const SESSIONS: usize = 200;
 
-/// Kinds of session, generated in turn.
+/// Kinds of session, which follow each other in the order of their indices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Constant amplitudes, trains of single pulses.
+    /// Constant amplitudes in trains of single pulses.
     Held,
-    /// Constant amplitudes, 2 to 10 bursts or single pulses a second.
+    /// Constant amplitudes, with 2 to 10 bursts or single pulses per second.
     Bursts,
-    /// Forces in steps.
+    /// Controlled forces that jump between constant values.
     Steps,
-    /// Forces in ramps.
+    /// Controlled forces that rise and fall in ramps.
     Ramps,
-    /// A sine of force.
+    /// A controlled force that follows a sine.
     Sine,
-    /// A finger's angle in closed loop.
+    /// A finger whose angle is controlled in closed loop.
     Joint,
-    /// An arm at a virtual wall.
+    /// An arm that is pushed against a virtual wall.
     Wall,
-    /// Forces of a live client, within bounds.
+    /// Controlled forces that a live client sets within declared bounds.
     LiveForce,
-    /// Amplitudes of a live client, within bounds.
+    /// Amplitudes that a live client sets within declared bounds.
     LiveAmplitude,
 }
 
 impl Kind {
-    /// All kinds, in the order in which they are generated.
+    /// All kinds, in the order in which sessions have them.
     pub const ALL: [Self; 9] = [
         Self::Held,
         Self::Bursts,
@@ -57,7 +57,7 @@ impl Kind {
         Self::LiveAmplitude,
     ];
 
-    /// Returns the name of the kind in the table.
+    /// Returns the name of the kind in the table docs/charts/ladder.csv.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -74,7 +74,7 @@ impl Kind {
     }
 }
 
-/// Returns kind and contents of session `index` of `seed`.
+/// Returns session `index` of `seed`, with its kind.
 ///
 /// # Errors
 /// Fails if the parser refuses the session, which would be a defect of this module.
@@ -100,7 +100,7 @@ fn text(kind: Kind, random: &mut Random) -> String {
     }
 }
 
-/// Returns a session with one to four muscles on current stages.
+/// Returns the text of a session with one to four muscles on current stages.
 fn plain_session(kind: Kind, random: &mut Random) -> String {
     let duration_s = random.log_between(2.0, 30.0);
     let count = 1 + (random.unit() * 4.0) as usize;
@@ -176,8 +176,8 @@ const fn is_forced(kind: Kind) -> bool {
     )
 }
 
-/// Returns a muscle's constants and recruitment, whether it fatigues (half of them) and whether its
-/// force is reported (three in four).
+/// Returns the line of a session that describes a muscle: its constants and recruitment, whether it
+/// fatigues (one in two does), and whether the session reports its force (three in four).
 fn muscle(
     p: &Parameters,
     (threshold, slope): (f64, f64),
@@ -203,7 +203,7 @@ fn muscle(
     )
 }
 
-/// Returns the largest force of a muscle under force control, N.
+/// Returns the largest force that a muscle can reach under force control, N.
 fn reach_n(p: &Parameters, threshold: f64, slope: f64, (period_us, fastest_us): (u32, u32)) -> f64 {
     let recruitment = Recruitment::new(RecruitmentSpec {
         motor_threshold: Amplitude::new(whole(threshold * 1e3)),
@@ -223,7 +223,8 @@ fn reach_n(p: &Parameters, threshold: f64, slope: f64, (period_us, fastest_us): 
     })
 }
 
-/// Returns a channel's reference force up to `top`, N.
+/// Returns the reference force of a channel as a line of a session: a sine, or points of steps or
+/// ramps, up to `top`, N.
 fn course(kind: Kind, number: usize, top: f64, duration_s: f64, random: &mut Random) -> String {
     if kind == Kind::Sine {
         let middle = top * random.between(0.4, 0.6);
@@ -252,7 +253,8 @@ fn course(kind: Kind, number: usize, top: f64, duration_s: f64, random: &mut Ran
     format!("{{ channel = {number}, points = [{}] }}", points.join(", "))
 }
 
-/// Returns the bounds of a live client up to `top`.
+/// Returns the bounds within which a live client may set values of a channel, up to `top`, as a
+/// line of a session.
 fn bound(number: usize, top: f64, random: &mut Random) -> String {
     let least = top * random.between(0.0, 0.3);
     let steepest = match random.unit() < 0.5 {
@@ -265,8 +267,8 @@ fn bound(number: usize, top: f64, random: &mut Random) -> String {
     )
 }
 
-/// Returns a session with a participant's finger under the default controller, and
-/// predictions for its three muscles.
+/// Returns the text of a session in which the default controller moves a participant's finger, with
+/// muscle models for its three channels.
 fn joint(random: &mut Random) -> String {
     let sites = [
         ("flexor A", 20.0, 28.0),
@@ -311,7 +313,7 @@ fn joint(random: &mut Random) -> String {
     )
 }
 
-/// Returns a session with an arm that is pushed against a virtual wall two times.
+/// Returns the text of a session in which an arm is pushed against a virtual wall twice.
 fn wall(random: &mut Random) -> String {
     let mut text = "title = \"drawn\"\nduration_s = 14.0\n\
                     wearer = { max_current_ma = 80.0, rise_ms = 1 }\n"

@@ -9,45 +9,48 @@ use host_core::session::{Bounds, Model, Session, Share, level_name};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Tolerances: 1, 3, 10 and 30 %.
+/// Tolerances at which the selection is judged: 1, 3, 10 and 30 %.
 pub const TOLERANCES: [Share; 4] = [Share(100), Share(300), Share(1_000), Share(3_000)];
-/// Noise seed of the simulated wearer on which a choice is judged; the choice itself used [`SEED`].
+/// Noise seed of the simulated wearer on which a choice is judged. The choice itself was made with
+/// another seed, [`SEED`].
 pub const NOISE: u64 = 101;
-/// Number of random live clients within a session's bounds.
+/// Number of random live clients that are tried within a session's bounds.
 const CLIENTS: u64 = 3;
 
-/// Verdict on one muscle at one tolerance. Errors are in %.
+/// Verdict on the model that was chosen for one muscle at one tolerance. Errors are in % of the
+/// largest true force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verdict {
-    /// The chosen model level; `None` if the tolerance was refused.
+    /// Chosen model level; `None` if the selection refused because no model meets the tolerance.
     pub chosen: Option<MuscleLevel>,
-    /// Error of the chosen model, while all muscles use their chosen models.
+    /// Error of the chosen model, in a simulation in which all muscles of the session use their
+    /// chosen models.
     pub error_pct: f64,
-    /// Error of the next cheaper model; `None` if there is none.
+    /// Error of the next cheaper model; `None` if no cheaper model exists.
     pub cheaper_pct: Option<f64>,
 }
 
-/// A muscle of a random session.
+/// A muscle of a random session, with the verdicts on its models.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Index of the session.
+    /// Index of the session, from 0.
     pub session: usize,
     pub kind: Kind,
     /// Length of the session, s.
     pub duration_s: f64,
     /// Channel number, from 1.
     pub channel: u8,
-    /// Whether the muscle fatigues.
+    /// Whether the session's model of the muscle includes fatigue.
     pub tires: bool,
     /// Whether the session reports the muscle's force.
     pub report: bool,
-    /// Whether the muscle's force is controlled.
+    /// Whether the session controls the muscle's force.
     pub steering: bool,
     /// Verdict at each of [`TOLERANCES`].
     pub verdicts: [Verdict; 4],
 }
 
-/// Judges `count` sessions of `seed`; `step` receives the finished part.
+/// Judges the first `count` sessions of `seed`; `step` receives the finished part, 0 to 1.
 ///
 /// # Errors
 /// Returns [`JudgeError`] if a session cannot be generated or simulated.
@@ -67,7 +70,7 @@ pub fn campaign(
     Ok(rows.into_iter().flatten().collect())
 }
 
-/// Judges one session and returns a row for each muscle.
+/// Judges session `index` of `seed` at all tolerances; returns a row for each muscle.
 fn judge_session(seed: u64, index: usize) -> Result<Vec<Row>, JudgeError> {
     let (kind, session) = session(seed, index)?;
     let of = TOLERANCES.map(|tolerance| verdicts(&session, tolerance, seed ^ index as u64));
@@ -93,7 +96,8 @@ fn judge_session(seed: u64, index: usize) -> Result<Vec<Row>, JudgeError> {
     Ok(rows.collect())
 }
 
-/// Returns the verdict on each muscle of a session.
+/// Returns the verdict on each muscle of a session at one tolerance. `seed` determines the random
+/// live clients.
 fn verdicts(session: &Session, tolerance: Share, seed: u64) -> Result<Vec<Verdict>, JudgeError> {
     let choice = choose(session, tolerance, SEED)?;
     // The chosen models become fixed in the session; cheaper ones are compared with them.
@@ -136,7 +140,8 @@ fn verdicts(session: &Session, tolerance: Share, seed: u64) -> Result<Vec<Verdic
     Ok(each.collect())
 }
 
-/// Returns a random course of a live client within its bounds.
+/// Returns random values that a live client could set within its bounds, as pairs of time, µs, and
+/// value.
 fn random_course(bounds: &Bounds, session: &Session, random: &mut Random) -> Vec<(u64, u32)> {
     let span = f64::from(bounds.most - bounds.least);
     let values: Vec<(u32, u64)> = (0..2_000)
@@ -149,27 +154,28 @@ fn random_course(bounds: &Bounds, session: &Session, random: &mut Random) -> Vec
     bounds.course_through(values, session.duration_us)
 }
 
-/// Counts at one tolerance.
+/// Counts over all judged sessions at one tolerance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Summary {
-    /// Muscles for which a model was chosen.
+    /// Number of muscles for which a model was chosen.
     pub muscles: usize,
-    /// Muscles for which no model meets the tolerance.
+    /// Number of muscles for which no model meets the tolerance.
     pub refused: usize,
-    /// Muscles whose error is within the tolerance.
+    /// Number of `muscles` whose chosen model has an error within the tolerance.
     pub within: usize,
-    /// Muscles for which a cheaper model exists.
+    /// Number of `muscles` for which a cheaper model than the chosen one exists.
     pub with_cheaper: usize,
-    /// Muscles whose next cheaper model exceeds the tolerance.
+    /// Number of `with_cheaper` muscles whose next cheaper model exceeds the tolerance, so that the
+    /// choice was necessary.
     pub cheaper_fails: usize,
-    /// Sessions with a choice for every muscle.
+    /// Number of sessions in which every muscle has a chosen model.
     pub sessions: usize,
-    /// Sessions in which every muscle's error is within the tolerance.
+    /// Number of `sessions` in which every muscle's error is within the tolerance.
     pub sessions_within: usize,
 }
 
 impl Summary {
-    /// Counts these rows at the tolerance with index `tolerance` in [`TOLERANCES`].
+    /// Counts the rows at one tolerance, given its index in [`TOLERANCES`].
     #[must_use]
     pub fn from_rows(rows: &[Row], tolerance: usize) -> Self {
         let limit_pct = TOLERANCES[tolerance].fraction() * 100.0;
@@ -195,7 +201,7 @@ impl Summary {
     }
 }
 
-/// Returns all rows in the format of docs/charts/ladder.csv.
+/// Formats all rows as the table docs/charts/ladder.csv.
 #[must_use]
 pub fn csv(rows: &[Row]) -> String {
     let mut out = "session,kind,duration_s,channel,tires,report,steering".to_owned();

@@ -10,20 +10,22 @@ pub mod judge;
 
 use host_core::choice::ChoiceError;
 
-/// A random session that is invalid.
+/// Error for a generated session that the parser refuses.
 #[derive(Debug, thiserror::Error)]
-#[error("E551 random session {index} is invalid: {why}")]
+#[error(
+    "E551 random session {index} is invalid: {why} (an error in the program; please report it)"
+)]
 pub struct DrawError {
-    /// Index of the session.
+    /// Index of the session, from 0.
     pub index: usize,
-    /// Message of the parser.
+    /// Message with which the parser refuses the session.
     pub why: String,
 }
 
-/// The reason why a session was not judged.
+/// Reason why a session was not judged.
 #[derive(Debug, thiserror::Error)]
 pub enum JudgeError {
-    /// The session is invalid, a defect of the generator.
+    /// The generated session is invalid, which is a defect of the generator.
     #[error(transparent)]
     Draw(#[from] DrawError),
     /// The session cannot be simulated.

@@ -6,14 +6,15 @@ use firmware::limb::{AXES, LimbSpec, Posture};
 use firmware::units::Angle;
 use hal_sim::random;
 
-/// Sequence of random numbers, uniform in −1…1.
+/// Sequence of random numbers that are uniform from −1 to 1.
 struct UniformDeviates {
     seed: u64,
     index: u64,
 }
 
 impl UniformDeviates {
-    /// Starts the sequence of arm `n`; each arm has 1000 numbers of its own.
+    /// Starts the sequence of arm `n`. The sequences of different arms do not overlap, as long as
+    /// an arm uses at most 1000 numbers.
     const fn for_arm(seed: u64, n: u64) -> Self {
         Self {
             seed,
@@ -26,14 +27,14 @@ impl UniformDeviates {
         2.0 * random::unit(self.seed, self.index) - 1.0
     }
 
-    /// Returns `number` with a random change of up to `percent` % of it.
+    /// Returns `number`, randomly changed by up to `percent` % of it.
     fn percent(&mut self, number: i32, percent: f64) -> i32 {
         let factor = 1.0 + self.next() * percent / 100.0;
         (f64::from(number) * factor).round() as i32
     }
 }
 
-/// Returns random arm `n` and the posture in which it is asked for forces.
+/// Returns random arm `n`, and the posture in which its methods are asked for forces.
 pub(super) fn random_arm(declared: &LimbDeclaration, n: u64) -> (LimbSpec, Posture) {
     let Arms {
         bones_percent,
@@ -64,8 +65,8 @@ pub(super) fn random_arm(declared: &LimbDeclaration, n: u64) -> (LimbSpec, Postu
     (spec, posture)
 }
 
-/// Returns a random posture `n` within the ranges of the nominal arm, and a random direction of
-/// length 1.
+/// Returns random posture `n` within the joint ranges of the nominal arm, and a random direction as
+/// a vector of length 1.
 pub(super) fn random_posture(declared: &LimbDeclaration, n: u64) -> (Posture, [f64; 3]) {
     // The changed seed keeps this sequence apart from that of the arms.
     let mut deviates = UniformDeviates::for_arm(declared.seed ^ 0x5EED, n);

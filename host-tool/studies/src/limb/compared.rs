@@ -9,27 +9,31 @@ use host_core::limb::RecruitmentError;
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// Errors and switching of one method on one arm.
+/// Force errors of one recruitment method on one arm, and how abruptly it switches muscles. On a
+/// walk, the reference force turns in steps once around a circle in a plane.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct ArmScore {
     pub method: Method,
-    /// Rms error of the force at the hand over all reference forces, % of each reference force.
+    /// Rms error of the force at the hand over the independent reference forces, % of each
+    /// reference force.
     pub targets_rmse_percent: f64,
-    /// Largest change of a line's force between two consecutive answers along the walks, % of the
-    /// line's largest force.
+    /// Largest change of any line's force from one step of a walk to the next, % of the line's
+    /// largest force.
     pub largest_step_percent: f64,
-    /// Mean number of times that lines switch on or off in one walk around a plane.
+    /// Mean number of times per walk that a line of muscle starts or stops pulling.
     pub switches: f64,
-    /// Rms force error along the walks, % of the reference force, with a new answer at every step.
+    /// Rms error of the force at the hand along the walks, % of the reference force, if the forces
+    /// are computed anew at every step.
     pub walk_rmse_percent: f64,
-    /// The same error if each answer is held for the declared number of steps.
+    /// Rms error of the force at the hand along the walks, % of the reference force, if the forces
+    /// are kept for the declared number of steps before they are computed again.
     pub held_rmse_percent: f64,
 }
 
-/// Scores of one arm, in the order of [`Method::ALL`].
+/// Scores of all methods on one arm, in the order of [`Method::ALL`].
 pub type ArmScores = [ArmScore; 3];
 
-/// Scores every method on every random arm.
+/// Scores every method on every random arm of the declaration.
 ///
 /// # Errors
 /// Returns [`RecruitmentError`] if an arm is refused.
@@ -44,7 +48,7 @@ pub fn compare_arms(declared: &LimbDeclaration) -> Result<Vec<ArmScores>, Recrui
     .collect()
 }
 
-/// Unit vectors backward, forward, right, left, up and down.
+/// Unit vectors of the directions backward, forward, right, left, up and down.
 const DIRECTIONS: [[f64; 3]; 6] = [
     [1.0, 0.0, 0.0],
     [-1.0, 0.0, 0.0],
@@ -82,7 +86,8 @@ fn score_arm(
     })
 }
 
-/// Largest step, switches and squared errors, collected along all walks of one arm.
+/// Largest change, number of switches and squared relative errors, collected along all walks of one
+/// arm.
 #[derive(Default)]
 struct WalkResult {
     largest: f64,
@@ -140,12 +145,13 @@ fn walk_arm(
     Ok(walked)
 }
 
-/// Returns the root of the mean of squared relative errors, in %.
+/// Returns the root mean square of relative errors, %, given their squares.
 fn rms_percent(squares: &[f64]) -> f64 {
     100.0 * (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
 }
 
-/// Returns the spread over all arms of the quantity `of` under the method with index `method`.
+/// Returns the spread over all arms of a quantity `of` their scores, for the method with this
+/// index.
 #[must_use]
 pub fn spread(arms: &[ArmScores], method: usize, of: impl Fn(&ArmScore) -> f64) -> Spread {
     let all = arms.iter().filter_map(|arm| arm.get(method));

@@ -12,68 +12,70 @@ pub const DECLARED: &str = include_str!("../../../experiments/recruitments.toml"
 pub struct LimbDeclaration {
     /// Seed of all random numbers of the study.
     pub seed: u64,
-    /// Study of the error that the device's number format adds.
+    /// Settings of the study of the error that the device's number format adds.
     pub numbers: Numbers,
-    /// Random arms on which the methods are compared.
+    /// Random arms on which the recruitment methods are compared.
     pub arms: Arms,
-    /// Forces that are asked for independently of each other.
+    /// Reference forces that are independent of each other.
     pub targets: Targets,
-    /// Forces that are asked for one after the other along a circle.
+    /// Reference force that turns around a circle in steps, so that successive forces are similar.
     pub walk: WalkSpec,
-    /// Claims that the study judges.
+    /// Claims that the study judges on every random arm.
     pub claim: Vec<Claim>,
 }
 
-/// Size of the study of the device's number format.
+/// Settings of the study of the device's number format.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Numbers {
-    /// Number of random postures.
+    /// Number of random postures of the nominal arm.
     pub postures: u64,
 }
 
-/// Random arms around the nominal one, with uniform changes in both directions.
+/// Random arms. They differ from the nominal arm by random changes, uniform up to the given amount
+/// in both directions.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Arms {
-    /// Number of random arms.
     pub draws: u64,
     /// Largest change of a bone's length, %.
     pub bones_percent: f64,
-    /// Largest change of each coordinate of each muscle point, mm.
+    /// Largest change of each coordinate of a point at which a muscle is attached or deflected, mm.
     pub points_mm: f64,
-    /// Largest change of a line's gain, %.
+    /// Largest change of the force per current of a line, %.
     pub gains_percent: f64,
-    /// Largest change of each joint angle, °.
+    /// Largest change of each joint angle from the nominal posture, °.
     pub posture_deg: f64,
 }
 
-/// Reference forces in six directions.
+/// Independent reference forces, in six directions.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Targets {
-    /// Magnitudes as shares of the largest force that the nearest neighbour method can make in that
-    /// direction.
+    /// Magnitudes of the reference forces, as fractions of the largest force that the nearest
+    /// neighbour method can make in the same direction.
     pub shares: Vec<f64>,
 }
 
-/// Walks around a circle in each of the three coordinate planes.
+/// Walks of the reference force: in each of the three coordinate planes it turns once around a
+/// circle, in steps.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct WalkSpec {
-    /// Number of steps in one round.
+    /// Number of steps in which the reference force turns around the circle.
     pub steps: u32,
-    /// Number of steps for which one answer is held.
+    /// Number of steps for which computed line forces are kept, to determine the error of a slower
+    /// computation.
     pub hold: u32,
 }
 
-/// Claim to be judged on the random arms.
+/// Claim that is judged on every random arm.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Claim {
-    /// Key by which the rule of the verdict is found.
+    /// Key that selects the rule by which the claim is judged.
     pub name: String,
-    /// Wording of the claim.
+    /// The claim as a sentence.
     pub says: String,
 }
 

@@ -9,23 +9,24 @@ use host_core::limb::{
 };
 use serde::Serialize;
 
-/// Method that recruits muscles for a force at the hand.
+/// Method that distributes a force at the hand over the muscle lines of an arm.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
     /// Algorithm 1 of Sierotowicz 2023.
     Nearest,
-    /// Least squares with bounds on the force of each line.
+    /// Least squares, with a lower and an upper bound on the force of each line.
     LeastSquares,
-    /// Least squares with bounds and a penalty on changes of the forces.
+    /// Least squares with the same bounds, and a penalty on changes of the line forces since the
+    /// previous answer.
     Smooth,
 }
 
 impl Method {
-    /// All methods, in the order of the tables.
+    /// All methods, in the order in which tables list them.
     pub const ALL: [Self; 3] = [Self::Nearest, Self::LeastSquares, Self::Smooth];
 
-    /// Returns the name as tables show it.
+    /// Returns the name of the method in tables.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -36,13 +37,13 @@ impl Method {
     }
 }
 
-/// An arm in one posture, in double precision.
+/// An arm in one posture, computed in double precision.
 #[derive(Clone, Debug)]
 pub struct Arm {
     pub limb: Limb<Exact>,
-    /// Jacobians in this posture.
+    /// Jacobians of the arm in this posture.
     pub jacobians: Jacobians<Exact>,
-    /// Jacobians in this posture, as matrices.
+    /// The same Jacobians as matrices, for least squares.
     pub posed: PostureMatrices,
     /// Largest force of each line, N.
     pub most: Forces,
@@ -72,8 +73,8 @@ impl Arm {
         })
     }
 
-    /// Returns the forces of the nearest neighbour method, N, without regard to the limits of the
-    /// lines.
+    /// Returns the line forces of the nearest neighbour method for the force `wanted` at the hand,
+    /// N. Limits of the lines are not applied.
     #[must_use]
     pub fn nearest_forces(&self, wanted: [f64; 3]) -> Forces {
         let [x, y, z] = wanted.map(Exact);
@@ -81,7 +82,8 @@ impl Arm {
     }
 
     /// Returns the factor by which the nearest neighbour method can multiply the force `wanted`
-    /// before a line reaches its limit. The factor may exceed 1; it is infinite if no muscle helps.
+    /// until a line reaches its limit. A factor below 1 means that `wanted` itself is too large;
+    /// infinity means that no muscle pulls in this direction.
     #[must_use]
     pub fn reachable_share(&self, wanted: [f64; 3]) -> f64 {
         let forces = self.nearest_forces(wanted);
@@ -93,8 +95,8 @@ impl Arm {
         shares.fold(f64::INFINITY, f64::min)
     }
 
-    /// Returns the largest change of any line between two answers, as a share of the line's largest
-    /// force.
+    /// Returns the largest change of any line's force between two answers of a method, as a
+    /// fraction of the line's largest force.
     #[must_use]
     pub fn largest_change(&self, before: &Forces, now: &Forces) -> f64 {
         let changes = before.iter().zip(now).zip(&self.most);
@@ -104,7 +106,7 @@ impl Arm {
             .fold(0.0, f64::max)
     }
 
-    /// Returns the force at the hand, N, that these forces of the lines produce.
+    /// Returns the force at the hand that these line forces produce, N.
     #[must_use]
     pub fn endpoint_force(&self, forces: &Forces) -> [f64; 3] {
         let [x, y, z, ..] = self.posed.wrench(forces).data.0[0];
@@ -112,8 +114,8 @@ impl Arm {
     }
 }
 
-/// Returns the line that the nearest neighbour method chooses at each of the joints SC, GH and EL
-/// for `force` at the hand, N, with the line's force, N.
+/// Returns for each of the joints SC, GH and EL the line that the nearest neighbour method chooses
+/// for `force` at the hand, with the line's force, N; `None` where no line helps.
 #[must_use]
 pub fn choices<N: Number + ToDouble>(
     jacobians: &Jacobians<N>,
@@ -126,7 +128,8 @@ pub fn choices<N: Number + ToDouble>(
     })
 }
 
-/// Returns the force of every line, N, from the choices at the three joints.
+/// Returns the force of every line, N, given the line chosen at each of the three joints. Lines
+/// that were not chosen have 0.
 #[must_use]
 pub fn forces_of_choices(choices: [Option<(u8, f64)>; JOINTS]) -> Forces {
     let mut forces = Forces::zeros();
@@ -137,7 +140,7 @@ pub fn forces_of_choices(choices: [Option<(u8, f64)>; JOINTS]) -> Forces {
     forces
 }
 
-/// A recruitment method that works on one arm. The smooth method remembers its last answer.
+/// A recruitment method in use on one arm. The smooth method remembers its previous answer.
 #[derive(Debug)]
 pub struct Recruiter<'a> {
     arm: &'a Arm,
@@ -159,7 +162,7 @@ impl<'a> Recruiter<'a> {
         Ok(Self { arm, squares })
     }
 
-    /// Returns the forces of the lines, N, for the force `wanted` at the hand, N.
+    /// Returns the line forces, N, that the method computes for the force `wanted` at the hand, N.
     ///
     /// # Errors
     /// Returns [`RecruitmentError::NotConverged`] if `wanted` is not finite.
@@ -173,7 +176,7 @@ impl<'a> Recruiter<'a> {
         }
     }
 
-    /// Forgets the last answer, so that the next one does not depend on it.
+    /// Forgets the previous answer, so that the smooth method does not stay close to it.
     pub fn forget(&mut self) {
         if let Some(squares) = &mut self.squares {
             squares.forget();

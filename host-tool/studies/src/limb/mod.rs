@@ -23,29 +23,30 @@ pub use table::{Row, Verdict};
 
 use host_core::limb::RecruitmentError;
 
-/// The reason why the study cannot be carried out.
+/// Reason why the study cannot be carried out.
 #[derive(Debug, thiserror::Error)]
 pub enum LimbError {
     /// The committed declaration cannot be parsed.
     #[error("E707 the declaration host-tool/experiments/recruitments.toml is invalid: {0}")]
     Declaration(toml::de::Error),
-    /// An arm or a posture was refused.
+    /// The arm or a posture is invalid, or no forces can be computed for it.
     #[error(transparent)]
     Trouble(#[from] RecruitmentError),
 }
 
-/// Declaration and raw results of the study.
+/// Result of the study, from which tables and verdicts follow.
 #[derive(Clone, Debug)]
 pub struct Study {
-    /// Declaration, with the number of arms that was actually used.
+    /// Declaration of the study; its number of arms is the one that was used.
     pub declared: LimbDeclaration,
     /// Errors that the device's number format adds.
     pub numbers: Numbers,
-    /// Force errors of the methods, one entry per random arm.
+    /// Scores of the methods, one entry per random arm.
     pub arms: Vec<ArmScores>,
 }
 
-/// Runs the preregistered study, with `draws` arms instead of the declared number if given.
+/// Carries out the preregistered study. If `draws` is given, it replaces the declared number of
+/// random arms.
 ///
 /// # Errors
 /// Returns [`LimbError`] if the declaration cannot be parsed, or an arm or posture is refused.

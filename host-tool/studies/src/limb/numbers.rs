@@ -10,26 +10,27 @@ use host_core::limb::{Forces, RecruitmentError, Single, ToDouble};
 use host_core::statistics::Sorted;
 use serde::Serialize;
 
-/// Errors of one number format over all postures, relative to double precision.
+/// Errors of a number format over all postures, relative to the same computation in double
+/// precision.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Error {
-    /// Distance of the hand from its position in double precision, mm.
+    /// Distance between the computed position of the hand and that in double precision, mm.
     pub hand_mm: Spread,
-    /// Difference of the force at the hand from the force of the double precision recruitment, % of
-    /// the latter. Counts only postures at which both recruit the same muscles.
+    /// Difference between the force at the hand and that in double precision, % of the latter.
+    /// Postures at which other muscles were recruited are not counted.
     pub force_percent: Spread,
-    /// The same difference as a share of the recruitment's own error, %.
+    /// Difference between the force at the hand and that in double precision, % of the error that
+    /// the recruitment itself has in this posture.
     pub share_percent: Spread,
     /// Number of postures at which other muscles were recruited than in double precision.
     pub other_choices: u64,
 }
 
-/// Median, 95th percentile and maximum.
+/// Median, 95th percentile and maximum of a quantity over arms or postures.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Spread {
     pub median: f64,
     pub p95: f64,
-    /// Maximum.
     pub most: f64,
 }
 
@@ -50,18 +51,18 @@ impl Spread {
     }
 }
 
-/// Errors of the device's numbers, and of the same precision with exact functions.
+/// Errors of the device's number format, and which part of them rounding alone causes.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Numbers {
-    /// Errors of `f32` with micromath's functions.
+    /// Errors of `f32` with the sine and cosine of micromath, as on the device.
     pub device: Error,
-    /// Errors of `f32` with functions that are exact to the last digit: the effect of rounding
+    /// Errors of `f32` with correctly rounded sine and cosine, which show the effect of rounding
     /// alone.
     pub rounding: Error,
-    /// Error of the exact recruitment relative to the reference force, according to the arm's own
-    /// model, %.
+    /// Error of the recruitment itself in double precision, % of the reference force, according to
+    /// the arm model from which the forces are computed.
     pub recruitment_percent: Spread,
-    /// Number of postures, with one force each.
+    /// Number of postures with a result; each has one reference force.
     pub n: u64,
 }
 
@@ -106,7 +107,7 @@ pub fn numbers(declared: &LimbDeclaration) -> Result<Numbers, RecruitmentError> 
     })
 }
 
-/// One posture with a reference force of 1 N, and its solution in double precision.
+/// One posture with a reference force of 1 N, and the result in double precision.
 struct Case<'a> {
     arm: &'a Arm,
     posture: &'a Posture,
@@ -116,10 +117,11 @@ struct Case<'a> {
     hand: [f64; 3],
 }
 
-/// Errors of another number format in one case.
+/// Errors of a number format in one posture.
 struct NumberErrors {
     hand_m: f64,
-    /// Error of the force at the hand, N; `None` if other muscles are recruited.
+    /// Difference of the force at the hand from that in double precision, N; `None` if other
+    /// muscles were recruited.
     force: Option<f64>,
     given: f64,
     recruitment: f64,
@@ -153,7 +155,7 @@ impl Case<'_> {
     }
 }
 
-/// Errors collected over all postures.
+/// Errors of a number format, collected over all postures.
 #[derive(Default)]
 struct PostureErrors {
     hand_mm: Vec<f64>,

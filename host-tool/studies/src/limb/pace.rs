@@ -13,21 +13,21 @@ use serde::Serialize;
 use std::hint::black_box;
 use std::time::Instant;
 
-/// Median run times of one recruitment.
+/// Median computing times of one recruitment by least squares on this computer.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Pace {
-    /// Time from a force at the hand to ten amplitudes by least squares in an unchanged posture,
-    /// µs.
+    /// Time to compute ten amplitudes from a force at the hand in an unchanged posture, µs.
     pub least_squares_us: f64,
-    /// The same time with the Jacobians and matrices of a new posture included, µs.
+    /// Time to compute ten amplitudes from a force at the hand in a new posture, µs, including its
+    /// Jacobians and matrices.
     pub with_posture_us: f64,
-    /// Number of timed recruitments.
+    /// Number of recruitments in an unchanged posture that were timed.
     pub n: usize,
 }
 
 const TIMED: u64 = 4000;
 
-/// Times 4000 recruitments.
+/// Times 4000 recruitments in random postures.
 ///
 /// # Errors
 /// Returns [`LimbError`] if the declaration cannot be parsed, or the arm or a posture is refused.

@@ -5,41 +5,42 @@ use super::{ArmScore, ArmScores, Method, Spread, Study};
 use host_core::statistics::wilson_share;
 use serde::Serialize;
 
-/// One quantity with its spread over arms or postures.
+/// Row of the result table: one quantity with its spread over arms or postures.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
-    /// Unique key.
+    /// Unique key of the row.
     pub id: String,
-    /// Description of the quantity.
+    /// Description of the quantity, with its method or number format.
     pub quantity: String,
     /// Unit of `ours`, `p95` and `most`.
     pub unit: &'static str,
     /// Always `None`: the paper prints none of these quantities.
     pub paper: Option<f64>,
-    /// Median of our values.
+    /// Median over arms or postures.
     pub ours: f64,
-    /// 95th percentile.
+    /// 95th percentile over arms or postures.
     pub p95: f64,
-    /// Maximum.
+    /// Maximum over arms or postures.
     pub most: f64,
     /// Number of arms or postures.
     pub n: u64,
 }
 
-/// Claim with the number of arms on which it holds.
+/// A claim, with the number of random arms on which it holds.
 #[derive(Clone, Debug, Serialize)]
 pub struct Verdict {
-    /// Wording as declared.
+    /// The claim as a sentence.
     pub claim: String,
     /// Number of arms on which the claim holds.
     pub holds: u64,
-    /// Number of all arms.
+    /// Number of arms on which the claim was judged.
     pub of: u64,
-    /// Share of arms on which the claim holds, and Wilson's 95 % interval: share, low, high.
+    /// Share of arms on which the claim holds, and both ends of its 95 % interval by Wilson, 0 to
+    /// 1.
     pub share: [f64; 3],
 }
 
-/// Quantity of an arm under a method: its key, description, unit and getter.
+/// Quantity in an arm's score: its key, description, unit, and a function that returns it.
 type Quantity = (
     &'static str,
     &'static str,
@@ -64,7 +65,8 @@ const QUANTITIES: [Quantity; 5] = [
 ];
 
 impl Study {
-    /// Returns one row for each quantity and method, then the rows of the number formats.
+    /// Returns one row for each quantity and method, then the rows about the device's number
+    /// format.
     #[must_use]
     pub fn rows(&self) -> Vec<Row> {
         let mut rows = Vec::new();
@@ -121,7 +123,7 @@ impl Study {
         rows
     }
 
-    /// Judges the declared claims; leaves out claims that have no rule.
+    /// Judges the declared claims; claims without a rule are left out.
     #[must_use]
     pub fn verdicts(&self) -> Vec<Verdict> {
         let claims = self.declared.claim.iter();

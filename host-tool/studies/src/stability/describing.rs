@@ -11,45 +11,47 @@ use std::f64::consts::TAU;
 
 type Complex = num_complex::Complex<f64>;
 
-/// Returns the amplitudes of the measured angle, degrees: from the device's resolution to most of
-/// the joint's range, ×1.3 each.
+/// Returns the amplitudes of the measured angle at which a law is tested, °: from the device's
+/// resolution to most of the joint's range, each 1.3 times the one before.
 fn amplitudes() -> impl Iterator<Item = f64> {
     (0..27).map(|n| 0.05 * 1.3f64.powi(n))
 }
 
-/// Returns the periods, ms: from three pulse periods to longer than any limit cycle here, even so
-/// that a whole number of law periods fits.
+/// Returns the periods at which a law is tested, ms: from three pulse periods to more than any
+/// limit cycle of the map has. All are even, so that a whole number of law periods fits.
 fn periods() -> impl Iterator<Item = u32> {
     (0..30).map(|n| 2 * (30.0 * 1.13f64.powi(n)) as u32)
 }
 
-/// Number of periods that settle unseen, and of periods that are measured.
+/// Number of periods after which a law has settled and its response is recorded.
 const SETTLING: u32 = 3;
+/// Number of periods for which the response of a law is recorded.
 const LOOKED_AT: u32 = 2;
-/// Middle of the joint's range, degrees; the law receives only the error around it.
+/// Angle around which the measured angle oscillates, °: the middle of the joint's range. Only the
+/// error matters to the law.
 const MIDDLE_DEG: f64 = 50.0;
 
-/// Responses of a law to sines of the measured angle.
+/// Responses of a control law to sinusoidal measured angles.
 pub(super) struct Efforts {
-    /// Responses by amplitude, then by period.
+    /// Responses, first by amplitude, then by period.
     answers: Vec<Vec<Answer>>,
 }
 
-/// Efforts of the law, one for each ms of whole periods, without their mean.
+/// Efforts of the law in each millisecond of whole periods, with their mean subtracted.
 struct Answer {
     amplitude_deg: f64,
     period_ms: u32,
     efforts: Vec<f64>,
 }
 
-/// Describing function N of law and recruitment at the angle that a finger holds, N·m/rad, by
-/// amplitude, degrees, then by period, ms.
+/// Describing function N of law and recruitment, N·m/rad, around the effort with which a finger
+/// holds its angle. Rows are by amplitude, °; entries are by period, ms.
 pub(super) struct DescribingFunction {
     rows: Vec<(f64, Vec<(f64, Complex)>)>,
 }
 
 impl Efforts {
-    /// Drives the joint's law with every amplitude and period.
+    /// Measures the response of the joint's law to every amplitude and period.
     pub(super) fn measure(joint: &JointSpec) -> Self {
         let joint = Joint::with_full_gain(joint).expect("a valid joint");
         let answer = |a, period| Answer::of(&joint, a, period);
@@ -60,8 +62,8 @@ impl Efforts {
         }
     }
 
-    /// Returns the describing function at the angle that `plant` holds, which does not depend on
-    /// the plant's delay.
+    /// Returns the describing function around the effort with which `plant` holds its angle. The
+    /// delay of the plant does not affect it.
     pub(super) fn around(&self, plant: &Plant) -> DescribingFunction {
         let row = |row: &Vec<Answer>| {
             let one = |a: &Answer| (f64::from(a.period_ms), a.harmonic(plant));
@@ -103,7 +105,7 @@ impl Answer {
         }
     }
 
-    /// Returns the first harmonic of the torque divided by the error, N·m/rad.
+    /// Returns the first harmonic of the torque divided by the error, N·m/rad, with its phase.
     fn harmonic(&self, plant: &Plant) -> Complex {
         let sum: Complex = (self.efforts.iter().zip(0u32..))
             .map(|(u, ms)| {
@@ -118,9 +120,9 @@ impl Answer {
 }
 
 impl DescribingFunction {
-    /// Returns the amplitude of the true angle's limit cycle on this finger, degrees; 0 if there is
-    /// none. Of several limit cycles, returns the largest stable one, beyond which the loop's gain
-    /// falls below 1.
+    /// Returns the predicted amplitude of the true angle in the finger's limit cycle, °; 0 if there
+    /// is none. If there are several limit cycles, it is the largest stable one, above whose
+    /// amplitude the loop's gain is below 1.
     pub(super) fn limit_cycle_deg(&self, plant: &Plant) -> f64 {
         let margin = |(a, row): &(f64, Vec<_>)| {
             let (gain, period) = crossing(row, plant);
@@ -143,8 +145,8 @@ impl DescribingFunction {
     }
 }
 
-/// Returns the loop's largest gain where its phase passes −180°, and the period there, ms; the gain
-/// is 0 if the phase never does.
+/// Returns the largest gain of the loop at a frequency where its phase passes −180°, and the period
+/// of that frequency, ms. The gain is 0 if the phase never passes −180°.
 fn crossing(row: &[(f64, Complex)], plant: &Plant) -> (f64, f64) {
     let gain =
         |(period, n): &(f64, Complex)| (*period, n * plant.frequency_response(TAU / period * 1e3));
@@ -169,11 +171,11 @@ fn crossing(row: &[(f64, Complex)], plant: &Plant) -> (f64, f64) {
 pub(super) struct Plant {
     spec: FingerSpec,
     progress: f64,
-    /// Effort that holds the angle.
+    /// Effort with which the finger holds the angle.
     effort: f64,
-    /// Stiffness, including the part from the flexor's shortening, N·m/rad.
+    /// Stiffness of the joint, N·m/rad; it includes the flexor's loss of torque when it shortens.
     stiffness: f64,
-    /// Lag of the force behind a change of recruitment, s.
+    /// Time constant with which the force follows a change of recruitment, s.
     lag_s: f64,
 }
 
@@ -201,8 +203,8 @@ impl Plant {
         }
     }
 
-    /// Returns the steady torque of an effort, N·m: recruitment of the flexor above 0, of the
-    /// extensor below.
+    /// Returns the steady torque at an effort, N·m. Efforts above 0 recruit the flexor, efforts
+    /// below 0 the extensor.
     fn torque(&self, effort: f64) -> f64 {
         let s = &self.spec;
         let share = recruitment(effort.abs(), 0.0, 1.0, s.recruitment_curvature);
@@ -213,8 +215,8 @@ impl Plant {
         }
     }
 
-    /// Returns the response from requested torque to measured angle: hold between pulses, delay,
-    /// muscle, joint, sensor.
+    /// Returns the frequency response from the requested torque to the measured angle. It consists
+    /// of the hold between pulses, the delay, the muscle, the joint and the sensor.
     fn frequency_response(&self, omega: f64) -> Complex {
         let s = &self.spec;
         let jw = Complex::new(0.0, omega);

@@ -9,12 +9,12 @@ use hal_sim::body::{Body, Drive, Finger, FingerSpec, Pulse};
 
 /// Period of control ticks and of the simulated finger, 1 ms.
 const TICK_US: u64 = 1000;
-/// Stimulation at 50 Hz (Hamana 2022 §II-D).
+/// Pulse period, µs: 50 Hz (Hamana 2022 §II-D).
 pub(super) const PULSE_PERIOD_US: u64 = 20_000;
 const WIDTH_US: u32 = 200;
 
-/// Returns participant P's finger with a sensor without noise or rounding, so that every motion
-/// comes from the loop.
+/// Returns participant P's finger with a sensor that has no noise and does not round, so that every
+/// oscillation comes from the control loop.
 pub(super) fn quiet_finger() -> FingerSpec {
     FingerSpec {
         sensor_noise_deg: 0.0,
@@ -23,14 +23,14 @@ pub(super) fn quiet_finger() -> FingerSpec {
     }
 }
 
-/// Returns participant P's joint with flexor point A and the extensor, at the law's own period and
-/// cutoff.
+/// Returns participant P's joint with the flexor point A and the extensor, under `law` with its own
+/// period and cutoff, without a wearer model.
 pub(super) fn one_point(law: LawSpec, hold: HoldPolicy) -> JointSpec {
     wearer::joint(law, Points::One, hold)
 }
 
-/// Returns participant P's joint as shipped, with everything that the wearer file configures:
-/// feed-forward, predictor and learning.
+/// Returns participant P's joint under the default controller, with everything that the wearer file
+/// configures: feed-forward, predictor and learning.
 pub(super) fn default_one_point(hold: HoldPolicy) -> JointSpec {
     JointSpec {
         hold,
@@ -38,12 +38,13 @@ pub(super) fn default_one_point(hold: HoldPolicy) -> JointSpec {
     }
 }
 
-/// Converts an angle to the link's hundredths of a degree.
+/// Converts an angle in degrees to the fixed point that the device uses, rounded to hundredths of a
+/// degree.
 pub(super) fn angle(deg: f64) -> Angle {
     Angle::from_centideg((deg * 100.0).round() as i16)
 }
 
-/// A running closed loop.
+/// The device's joint code in closed loop with a simulated finger.
 pub(super) struct Loop {
     joint: Joint,
     state: JointState,
@@ -52,8 +53,8 @@ pub(super) struct Loop {
 }
 
 impl Loop {
-    /// Starts at rest, always with the law's full gain because the law itself is mapped. Both
-    /// specifications come from this module and are valid.
+    /// Starts the loop with the finger at rest. The law always has its full gain, because the map
+    /// is about the law itself. Both specifications must be valid.
     pub(super) fn new(finger: FingerSpec, joint: &JointSpec, seed: u64) -> Self {
         Self {
             joint: Joint::with_full_gain(joint).expect("a valid joint"),
@@ -63,7 +64,7 @@ impl Loop {
         }
     }
 
-    /// Gives the joint a setpoint for now, degrees.
+    /// Gives the joint a setpoint that is valid from the current time on, °.
     pub(super) fn setpoint(&mut self, deg: f64) {
         let now = self.now();
         let taken = self
@@ -76,8 +77,8 @@ impl Loop {
         Micros::new((self.tick * TICK_US) as u32)
     }
 
-    /// Simulates one millisecond: measure, control, pulse, move. Returns the true angle at its end,
-    /// degrees.
+    /// Simulates one millisecond: measurement, control, pulse and movement. Returns the true angle
+    /// at its end, °.
     pub(super) fn step(&mut self) -> f64 {
         let now = self.now();
         let seen = angle(self.finger.sensed_deg());

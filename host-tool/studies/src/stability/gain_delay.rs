@@ -14,22 +14,24 @@ use firmware::control::{HoldPolicy, JointSpec, LawSpec};
 use hal_sim::body::FingerSpec;
 use host_core::session::LawName;
 
-/// Muscle torque relative to the nominal finger.
+/// Muscle torques of the rows, relative to the nominal finger.
 const GAINS: [f64; 11] = [0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0];
-/// Delay added to the finger's electromechanical delay, ms.
+/// Delays of the columns, ms, which are added to the finger's electromechanical delay.
 const DELAYS: [u32; 16] = [
     0, 5, 10, 15, 20, 25, 30, 35, 40, 50, 60, 70, 80, 100, 120, 150,
 ];
-/// Angle to hold, degrees, within reach of the weakest of these fingers.
+/// Reference angle, °. Even the weakest finger of the map can hold it.
 const TARGET_DEG: f64 = 30.0;
-/// Length of a trial, and of the part at its end that is judged, ms.
+/// Length of a simulated trial, ms.
 const TRIAL_MS: u32 = 20_000;
+/// Length of the part at the end of a trial that is judged, ms.
 const JUDGED_MS: u32 = 5_000;
-/// Largest peak-to-peak angle that counts as rest, degrees.
+/// Largest peak-to-peak angle that counts as at rest, °.
 const REST_DEG: f64 = 2.0;
-/// Peak-to-peak angle below which sensor and pulses matter, too, degrees.
+/// Peak-to-peak angle below which predictions are not compared, because sensor and pulses then
+/// matter, too, °.
 const FAINT_DEG: f64 = 0.5;
-/// Peak-to-peak angle above which the linearisation no longer holds, degrees.
+/// Peak-to-peak angle above which the finger's linearisation no longer holds, °.
 const WIDE_DEG: f64 = 10.0;
 
 const CLASSES: [Class; 6] = [
@@ -41,7 +43,7 @@ const CLASSES: [Class; 6] = [
     Class::new('X', f64::INFINITY, "more than 20°", 1),
 ];
 
-/// Computes the map.
+/// Computes the map by simulating every cell; the seed is not used.
 pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let mut panels = Panels::new(laws().len(), progress);
     for (name, joint) in laws() {
@@ -87,7 +89,8 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     }
 }
 
-/// Returns the compared controllers: the default controller, then two without a wearer's model.
+/// Returns the compared controllers with their names: the default controller, then two without a
+/// wearer model.
 fn laws() -> [(&'static str, JointSpec); 3] {
     let alone = |law| one_point(law, HoldPolicy::Hold);
     [
@@ -100,7 +103,8 @@ fn laws() -> [(&'static str, JointSpec); 3] {
     ]
 }
 
-/// Describes the range of predicted over measured swings, separately below and above [`WIDE_DEG`].
+/// Describes the smallest and the largest ratio of predicted to simulated oscillation, separately
+/// for oscillations below and above [`WIDE_DEG`].
 fn told_over_found(panel: &Panel) -> String {
     let range = |wide: bool| {
         let clear = panel.cells().filter_map(|cell| {
@@ -134,7 +138,7 @@ fn plant(gain: f64, delay_ms: u32) -> Plant {
     Plant::new(&finger(gain, delay_ms), TARGET_DEG)
 }
 
-/// Returns the peak-to-peak true angle at the end of a trial, degrees.
+/// Returns how far the true angle oscillates at the end of a trial, peak to peak, °.
 fn limit_cycle_swing_deg(finger: &FingerSpec, joint: &JointSpec) -> f64 {
     let mut device = Loop::new(finger.clone(), joint, 0);
     device.setpoint(TARGET_DEG);

@@ -9,7 +9,7 @@ use hal_sim::body::muscle::{Parameters, SUBJECTS};
 use methods::muscle::{Integrator, Method, Number, Setting};
 use rayon::prelude::*;
 
-/// Methods of the rows.
+/// Methods of the rows, each with its number format.
 const METHODS: [(Method, Number); 8] = [
     (Method::Euler, Number::F64),
     (Method::Heun, Number::F64),
@@ -20,30 +20,33 @@ const METHODS: [(Method, Number); 8] = [
     (Method::LogTable, Number::F64),
     (Method::Shipped, Number::Device),
 ];
-/// Steps of the columns, µs. The shipped model always steps by 1 ms; for it this is the time
-/// between calls.
+/// Steps of the columns, µs. The shipped model always steps by 1 ms; in its row they are the times
+/// between two calls.
 const STEPS_US: [u32; 25] = [
     250, 500, 1000, 2000, 3000, 4000, 5000, 6000, 7000, 8000, 9000, 10_000, 10_500, 11_000, 12_000,
     13_000, 14_000, 15_000, 16_000, 18_000, 20_000, 22_000, 24_000, 27_000, 30_000,
 ];
-/// Pulse rates of the trains of 1 s; the first pulse lies off every grid.
+/// Pulse rates of the trains, Hz; each train lasts 1 s.
 const RATES_HZ: [f64; 3] = [20.0, 40.0, 80.0];
+/// Time of the first pulse, µs, chosen so that pulses do not coincide with the ends of steps.
 const FIRST_PULSE_US: u32 = 137;
-/// Length of a run with a rest of 3 s, in which an instability can grow.
+/// Length of a run, s: 1 s with pulses, then 3 s of rest in which an instability can grow.
 const DURATION_S: f64 = 4.0;
-/// Length of two windows at the end of the rest: |F| in the second must be below that in the first.
+/// Length of each of two windows at the end of a run, s. If |F| is larger in the second than in the
+/// first, the method diverges.
 const WINDOW_S: f64 = 0.5;
-/// Negative force that counts, as a part of the peak.
+/// Size of a negative force that counts as a failure, as a fraction of the peak force.
 const NEGATIVE: f64 = 1e-3;
 
-/// Outcome of a run.
+/// Outcome of runs with one method and step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
-    /// Largest error, % of the train's peak.
+    /// Largest error of the force, % of the train's peak force.
     pub error: f64,
-    /// Whether the force fell below −0.1 % of the peak.
+    /// Whether the force fell below −0.1 % of the peak force.
     pub negative: bool,
-    /// Whether the force was not finite, was off by more than the peak, or grew without pulses.
+    /// Whether the method diverged: a force was not finite, an error exceeded the peak force, or
+    /// |F| still grew at the end of the rest.
     pub diverges: bool,
 }
 
@@ -57,7 +60,7 @@ const CLASSES: [Class; 7] = [
     Class::new('X', f64::INFINITY, "diverges", 2),
 ];
 
-/// Computes the map.
+/// Computes the map by simulating every cell; the seed is not used.
 pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let mut panels = Panels::new(SUBJECTS.len(), progress);
     for (subject, p) in (1..).zip(&SUBJECTS) {
@@ -110,7 +113,8 @@ fn class(found: &Outcome) -> usize {
     }
 }
 
-/// Runs all [`METHODS`] at one step, and returns the worst outcome over the pulse rates for each.
+/// Runs each of the map's methods with this step on one muscle, and returns the worst outcome over
+/// all pulse rates for each method.
 pub fn run(p: &Parameters, step_us: u32) -> Vec<Outcome> {
     let mut worst: Vec<Option<Outcome>> = vec![None; METHODS.len()];
     for rate in RATES_HZ {
@@ -139,7 +143,8 @@ impl Outcome {
     }
 }
 
-/// Runs a muscle and compares it at the ends of its steps.
+/// Runs a muscle through a train and compares its force with the true force at the end of every
+/// step.
 fn judge(muscle: &mut dyn Integrator, pulses: &[u32], truth: &[Sample], step_us: u32) -> Outcome {
     let peak = truth.iter().fold(0.0, |most: f64, s| most.max(s.force_n));
     let (mut error, mut lowest) = (0.0f64, 0.0f64);
@@ -163,10 +168,10 @@ fn judge(muscle: &mut dyn Integrator, pulses: &[u32], truth: &[Sample], step_us:
     }
 }
 
-/// Predicts the verdict. Without pulses x falls to 0 and τ to its shortest value τ1; the equations
-/// then describe two decays, and a method's growth factor at z = h/τ decides (Hairer & Wanner,
-/// Solving ODEs II, IV.2). Before that, the smallest inner value of C in a step must not pass the
-/// pole of x at −K.
+/// Predicts the verdict, as in [`Class::verdict`]. Without pulses, x falls to 0 and τ to its
+/// shortest value τ1. The equations then describe two decays, and a method is stable if its growth
+/// factor at z = h/τ is (Hairer & Wanner, Solving ODEs II, IV.2). With pulses, no intermediate
+/// value of C within a step may pass the pole of x at −K.
 fn predicted(method: Method, p: &Parameters, step_us: u32) -> u8 {
     let h = f64::from(step_us) * 1e-6;
     let z = h / p.tau_c_s;

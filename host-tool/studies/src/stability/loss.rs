@@ -10,24 +10,26 @@ use firmware::control::{HoldPolicy, JointSpec, LawSpec};
 use firmware::units::Micros;
 use std::f64::consts::TAU;
 
-/// Setpoints per second (Hamana 2022: the glove's rate).
+/// Rate at which setpoints are sent, Hz: that of the glove in Hamana 2022.
 const RATE_HZ: f64 = 90.0;
-/// Reference 45 ± 40° at 0.2 Hz (Hamana 2022 experiment 4; the offset assumed).
+/// Middle of the sinusoidal reference, ° (assumed).
 const MIDDLE_DEG: f64 = 45.0;
+/// Amplitude of the reference, ° (Hamana 2022, experiment 4).
 const SWING_DEG: f64 = 40.0;
+/// Frequency of the reference, Hz (Hamana 2022, experiment 4).
 const TARGET_HZ: f64 = 0.2;
-/// Part of a trial that is scored, ms.
+/// Part of a trial over which the error is computed, ms from its start.
 const SCORED_MS: std::ops::Range<u32> = 10_000..30_000;
-/// Number of seeds in a cell's mean square: for the track alone, for the finger. Long gaps are rare
-/// and contribute most, so that few seeds scatter.
+/// Number of seeds over which the mean square of a cell is averaged: for the track alone, then for
+/// the finger. Long gaps are rare and contribute most, so that results of few seeds scatter.
 const SEEDS: [u64; 2] = [16, 3];
-/// Shares of lost setpoints, %.
+/// Shares of lost setpoints in the columns, %.
 const LOSS: [u32; 20] = [
     0, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 55, 60, 65, 70, 75, 80, 85, 90, 95,
 ];
-/// Longest extrapolation, ms; 0 holds the last value.
+/// Longest extrapolations of the rows, ms; 0 means that the last setpoint is held.
 const REACH: [u16; 9] = [0, 10, 20, 50, 100, 200, 300, 500, 1000];
-/// Longest extrapolation of the shipped device, [`crate::tracking::wearer::SHIPPED_HOLD`].
+/// Longest extrapolation of the device by default, ms ([`crate::tracking::wearer::SHIPPED_HOLD`]).
 const SHIPPED_MS: u16 = match SHIPPED_HOLD {
     HoldPolicy::Extrapolate { max_ms } => max_ms,
     HoldPolicy::Hold => 0,
@@ -54,10 +56,12 @@ const CLASSES: [Class; 7] = [
     Class::new('X', f64::INFINITY, "more than 10°", 1),
 ];
 
-/// Function that builds a joint with one of the device's controllers, given a [`HoldPolicy`].
+/// Function that builds a joint with one of the device's controllers and with this policy for lost
+/// setpoints.
 type JointOf = fn(HoldPolicy) -> JointSpec;
 
-/// Returns the compared cases: the track alone, or the finger under a controller.
+/// Returns the panels with their titles: the setpoint track alone (`None`), or the finger under a
+/// controller.
 fn runs() -> [(&'static str, Option<JointOf>); 3] {
     [
         ("the setpoint track alone", None),
@@ -70,7 +74,7 @@ fn alone(hold: HoldPolicy) -> JointSpec {
     one_point(LawSpec::ALONE, hold)
 }
 
-/// Computes the map.
+/// Computes the map by simulating every cell; `seed` determines which setpoints are lost.
 pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let runs = runs();
     let mut lossless = Vec::new();
@@ -122,7 +126,7 @@ pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     }
 }
 
-/// Simulates which frames arrive; the first always does.
+/// Decides at random which setpoints arrive; the first always does.
 struct Frames {
     next: u32,
     loss: f64,
@@ -138,7 +142,8 @@ impl Frames {
         }
     }
 
-    /// Returns whether a setpoint arrives in this millisecond.
+    /// Returns whether a setpoint arrives in millisecond `ms`; must be called once for each
+    /// millisecond.
     fn arrives(&mut self, ms: u32) -> bool {
         if f64::from(ms) / 1000.0 * RATE_HZ < f64::from(self.next) {
             return false;
@@ -148,7 +153,7 @@ impl Frames {
     }
 }
 
-/// Returns the RMSE of the track's value, degrees.
+/// Returns the RMSE between the setpoint track and the reference, °.
 pub fn track_rmse_deg(reach_ms: u16, loss_percent: u32, seed: u64) -> f64 {
     let mut track = SetpointTrack::default();
     let mut frames = Frames::new(loss_percent, seed);
@@ -168,7 +173,7 @@ pub fn track_rmse_deg(reach_ms: u16, loss_percent: u32, seed: u64) -> f64 {
     (square / SCORED_MS.len() as f64).sqrt()
 }
 
-/// Returns the RMSE of the true angle, degrees.
+/// Returns the RMSE between the finger's true angle and the reference, °.
 fn finger_rmse_deg(joint: JointOf, reach_ms: u16, loss_percent: u32, seed: u64) -> f64 {
     let joint = joint(policy(reach_ms));
     let mut finger = Loop::new(quiet_finger(), &joint, seed);
@@ -187,7 +192,7 @@ fn finger_rmse_deg(joint: JointOf, reach_ms: u16, loss_percent: u32, seed: u64) 
     (square / SCORED_MS.len() as f64).sqrt()
 }
 
-/// Predicts the track's RMSE, degrees.
+/// Returns the RMSE between setpoint track and reference that theory predicts, °.
 fn predicted(reach_ms: u16, loss_percent: u32) -> f64 {
     /// Number of ages of a setpoint within one period of the stream, as 1 kHz ticks sample it.
     const PLACES: u32 = 11;

@@ -5,85 +5,87 @@
 
 use rayon::prelude::*;
 
-/// Largest width of the text.
+/// Largest width of a line in the map's text, characters.
 const COLUMNS: usize = 80;
 
-/// One axis: name, unit, and a label for each row or column.
+/// An axis of a map, with a label for each row or column.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
     /// Name of the quantity that varies.
     pub name: &'static str,
-    /// Unit; empty for names and pure numbers.
+    /// Unit of the quantity; empty for names and pure numbers.
     pub unit: &'static str,
     /// One label for each row or column.
     pub labels: Vec<String>,
 }
 
-/// One class of cells.
+/// A class of cells, with its mark in the text and its verdict.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Class {
-    /// Mark in the text.
+    /// Character that stands for a cell of this class in the text.
     pub mark: char,
-    /// Largest number in the class; larger numbers belong to a later class.
+    /// Largest number of a cell in this class; a larger number belongs to a later class.
     pub up_to: f64,
-    /// Description for the legend.
+    /// Description of the class for the legend.
     pub meaning: &'static str,
-    /// Verdict: 0 holds, 1 fails, 2 fails badly.
+    /// Verdict on the method in these cells: 0 if it holds, 1 if it fails, 2 if it fails badly.
     pub verdict: u8,
 }
 
-/// Result and prediction for one pair of axis values.
+/// A cell of a map: result and prediction for one value of each axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
-    /// Index into [`Map::classes`].
+    /// Index of the cell's class in [`Map::classes`].
     pub class: usize,
-    /// Measured value of [`Map::quantity`].
+    /// Measured value of the quantity that [`Map::quantity`] names.
     pub number: f64,
-    /// Verdict that theory predicts, as in [`Class::verdict`]; `None` if theory predicts nothing.
+    /// Verdict that theory predicts, as in [`Class::verdict`]; `None` where theory makes no
+    /// prediction.
     pub predicted: Option<u8>,
-    /// Number that theory predicts, if it predicts one.
+    /// Number that theory predicts for `number`; `None` if theory predicts no number.
     pub told: Option<f64>,
 }
 
-/// Cells for one value of the third axis.
+/// All cells for one value of the third quantity, which distinguishes the panels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
-    /// Value of the third axis, in words.
+    /// Value of the third quantity, in words.
     pub title: String,
-    /// Cells by row, as many as the axes have labels.
+    /// Cells, row by row: as many rows and columns as the axes have labels.
     pub rows: Vec<Vec<Cell>>,
-    /// Text after each row; may be empty.
+    /// Text that follows each row; the list may be empty.
     pub remarks: Vec<String>,
 }
 
-/// Arrangement of the panels in a map's figure, with the number of panels side by side.
+/// How the figure of a map shows its panels. Each variant contains the number of panels side by
+/// side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Layout {
-    /// Cells, panels along each row.
+    /// As coloured cells, panels following each other along the rows.
     Beside(usize),
-    /// Cells, panels down each column.
+    /// As coloured cells, panels following each other down the columns.
     Down(usize),
-    /// Measured and predicted numbers as lines, panels along each row.
+    /// As lines of measured and predicted numbers, panels following each other along the rows.
     Lines(usize),
 }
 
-/// A map with its prediction and its explanation.
+/// A map of where a method holds and where it fails, with predictions of theory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
-    /// File stem in docs/maps.
+    /// Name of the map's files in docs/maps, without extension.
     pub name: &'static str,
-    /// Title of one line.
+    /// Title of the map, a single line.
     pub title: &'static str,
-    /// Axis of the columns.
+    /// Axis along which the columns lie.
     pub across: Axis,
-    /// Axis of the rows.
+    /// Axis along which the rows lie.
     pub down: Axis,
-    /// Quantity of the cells' numbers, with its unit.
+    /// Quantity of the numbers in the cells, with its unit.
     pub quantity: &'static str,
-    /// Classes from the best to the worst.
+    /// Classes of cells, from the best to the worst.
     pub classes: &'static [Class],
     pub panels: Vec<Panel>,
-    /// Formula of the predicted boundary, with its source.
+    /// Formula by which theory predicts numbers or verdicts, with its source.
     pub theory: &'static str,
     pub layout: Layout,
     /// Notes for the reader: method, fixed numbers, assumptions.
@@ -91,7 +93,7 @@ pub struct Map {
 }
 
 impl Axis {
-    /// Makes an axis of values; `label` formats each.
+    /// Creates an axis for these values; `label` formats each value.
     pub fn new<T>(
         name: &'static str,
         unit: &'static str,
@@ -105,7 +107,7 @@ impl Axis {
         }
     }
 
-    /// Returns name and unit.
+    /// Returns the name with the unit in parentheses.
     pub fn caption(&self) -> String {
         match self.unit {
             "" => self.name.to_owned(),
@@ -125,14 +127,16 @@ impl Class {
     }
 }
 
-/// Returns the class of a number; a number within rounding of a limit belongs to the lower class.
+/// Returns the index of the class to which a number belongs. A number that exceeds a limit only by
+/// a rounding error belongs to the class below it.
 pub fn class_of(classes: &[Class], number: f64) -> usize {
     let above = |class: &&Class| number > class.up_to * (1.0 + 1e-9);
     classes.iter().take_while(above).count()
 }
 
 impl Cell {
-    /// Makes a cell from a measured number, and the number that theory predicts.
+    /// Creates a cell from a measured number and the number that theory predicts, if it predicts
+    /// one.
     pub fn with_prediction(classes: &[Class], number: f64, told: Option<f64>) -> Self {
         Self {
             class: class_of(classes, number),
@@ -142,7 +146,8 @@ impl Cell {
         }
     }
 
-    /// Makes a cell from a measured number, and the verdict that theory predicts.
+    /// Creates a cell from a measured number and the verdict that theory predicts, if it predicts
+    /// one.
     pub fn with_verdict(classes: &[Class], number: f64, predicted: Option<u8>) -> Self {
         Self {
             predicted,
@@ -158,18 +163,19 @@ impl Panel {
     }
 }
 
-/// Builds panels; their cells are computed on all cores.
+/// Builds the panels of a map one after the other; the cells of a row are computed on all cores.
 pub struct Panels<'a> {
-    /// Number of panels.
+    /// Number of panels that the map will have.
     count: usize,
-    /// Receives the finished part, 0 to 1.
+    /// Function that receives the finished part of the map, 0 to 1.
     progress: &'a mut dyn FnMut(f64),
-    /// Finished panels.
+    /// Panels that are finished.
     pub made: Vec<Panel>,
 }
 
 impl<'a> Panels<'a> {
-    /// Starts without panels; `count` will be added.
+    /// Starts without a panel. `count` panels must be added; `progress` receives the finished part,
+    /// 0 to 1.
     pub fn new(count: usize, progress: &'a mut dyn FnMut(f64)) -> Self {
         Self {
             count,
@@ -178,7 +184,7 @@ impl<'a> Panels<'a> {
         }
     }
 
-    /// Adds a panel with the cell of each row and column.
+    /// Computes a panel by calling `cell` for each pair of a row and a column, and adds it.
     pub fn add<R: Sync, C: Sync>(
         &mut self,
         title: String,
@@ -206,24 +212,24 @@ pub fn extremes(ratios: impl Iterator<Item = f64>) -> (f64, f64) {
     ratios.fold((f64::MAX, 0.0), |(low, high), x| (low.min(x), high.max(x)))
 }
 
-/// Comparison of measured and predicted verdicts over a map.
+/// How well predicted verdicts agree with measured ones, over all cells of a map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Agreement {
-    /// Number of cells with a prediction.
+    /// Number of cells for which theory predicts a verdict.
     pub predicted: usize,
-    /// Number of cells worse than predicted.
+    /// Number of cells whose measured verdict is worse than the predicted one.
     pub worse: usize,
-    /// Number of cells better than predicted.
+    /// Number of cells whose measured verdict is better than the predicted one.
     pub better: usize,
 }
 
 impl Map {
-    /// Returns the measured verdict of a cell.
+    /// Returns the measured verdict of a cell, which is that of its class.
     pub fn verdict(&self, cell: &Cell) -> u8 {
         self.classes[cell.class].verdict
     }
 
-    /// Counts the cells in which measured and predicted verdicts differ.
+    /// Compares measured and predicted verdicts, and counts the differences.
     pub fn agreement(&self) -> Agreement {
         let mut all = Agreement::default();
         for cell in self.panels.iter().flat_map(Panel::cells) {
@@ -238,8 +244,8 @@ impl Map {
         all
     }
 
-    /// Returns the map as text: at most 80 columns, one mark for each cell, `|` between cells where
-    /// theory's verdict changes.
+    /// Returns the map as text of at most 80 columns, with one mark for each cell and `|` between
+    /// cells where the predicted verdict changes.
     pub fn text(&self) -> String {
         let mut out = String::new();
         self.write(&mut out);
@@ -320,7 +326,8 @@ impl Map {
     }
 }
 
-/// Writes `words` after `head`, wrapped at 80 columns and indented below the head.
+/// Appends `head` and `words` to `out`. Words are wrapped at 80 columns and indented so that they
+/// start below each other.
 fn wrapped(out: &mut String, head: &str, words: &str) {
     let indent = head.chars().count().min(8);
     let mut line = head.to_owned();

@@ -20,13 +20,13 @@ pub mod word_length;
 
 pub use map::{Axis, Cell, Class, Layout, Map, Panel, Panels};
 
-/// Computes a map from a seed, and reports the finished part, 0 to 1.
+/// Function that computes a map from a seed, and reports the finished part, 0 to 1.
 pub type Draw = fn(u64, &mut dyn FnMut(f64)) -> Map;
 
 /// Seed of the committed maps.
 pub const SEED: u64 = 1;
 
-/// Every map by the name of its files in docs/maps.
+/// Every map with the name of its files in docs/maps.
 pub const MAPS: [(&str, Draw); 10] = [
     ("gain_delay", gain_delay::draw),
     ("integrator", integrator::draw),

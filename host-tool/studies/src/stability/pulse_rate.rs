@@ -17,15 +17,19 @@ const STEPS_US: [u32; 18] = [
     250, 500, 750, 1000, 1500, 2000, 3000, 4000, 5000, 6000, 8000, 10_000, 12_000, 15_000, 18_000,
     20_000, 25_000, 30_000,
 ];
-/// Factors by which all three time constants of the mean subject are multiplied.
+/// Factors by which all three time constants of the mean subject are multiplied, one for each
+/// panel.
 const SCALES: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
-/// Trains of 1 s and rest. Every pulse deviates from its regular time by up to this part of the
-/// period, so that it falls anywhere in its step.
+/// Time span of the pulses of a train, s.
 const TRAIN_S: f64 = 1.0;
+/// Largest deviation of a pulse from its regular time, as a fraction of the period. It makes pulses
+/// fall anywhere within a step.
 const JITTER: f64 = 0.2;
+/// Length of a run, s: a train, then a rest.
 const DURATION_S: f64 = 1.8;
-/// Error that the product stays far below, and error that people notice, %.
+/// Error that the device's model stays far below, % of the peak force.
 const GOOD: f64 = 0.1;
+/// Error that people notice, % of the peak force.
 const NOTICEABLE: f64 = 10.0;
 
 const CLASSES: [Class; 5] = [
@@ -36,7 +40,7 @@ const CLASSES: [Class; 5] = [
     Class::new('X', f64::INFINITY, "more than 10 %", 2),
 ];
 
-/// Computes the map.
+/// Computes the map by simulating every cell; `seed` determines the deviations of the pulses.
 pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let mut panels = Panels::new(2 * SCALES.len(), progress);
     for (pulses, name) in [
@@ -88,14 +92,17 @@ fn muscle(scale: f64) -> Parameters {
     }
 }
 
-/// A train with the properties of its exact solution that theory needs.
+/// A train, with the properties of its exact solution from which theory predicts the error.
 struct Train {
     rate_hz: f64,
     pulses_us: Vec<u32>,
-    /// Largest error E of the theory for h = 1 s, over the whole run and in the rest after the last
-    /// pulse, % of peak; then the largest |F'|, % of peak per s.
+    /// Largest error that theory predicts over the whole run for a step of 1 s, % of the peak
+    /// force. It grows with the square of the step.
     error_per_h2: f64,
+    /// Largest error that theory predicts in the rest after the last pulse, for a step of 1 s, % of
+    /// the peak force.
     error_at_rest_per_h2: f64,
+    /// Largest slope |F'| of the force, % of the peak force per s.
     slope: f64,
 }
 
@@ -117,7 +124,7 @@ impl Train {
         train
     }
 
-    /// Integrates the solution and the theory's error on a fine grid.
+    /// Computes the exact solution on a fine grid, and from it the fields for theory.
     fn solve(&mut self, p: &Parameters) {
         const FINE_US: u32 = 100;
         let fine = f64::from(FINE_US) * 1e-6;
@@ -149,7 +156,7 @@ impl Train {
         self.slope = slope / peak * 100.0;
     }
 
-    /// Predicts the error, % of peak.
+    /// Returns the error that theory predicts for this step, % of the peak force.
     fn predicted(&self, step_us: u32, pulses: Pulses) -> f64 {
         let h = f64::from(step_us) * 1e-6;
         match pulses {
@@ -162,9 +169,10 @@ impl Train {
     }
 }
 
-/// Returns 1/τ, and the rate at which a step of 1 s adds to the error (times h²): exact flow minus
-/// the midpoint's, from the Magnus series of F' = a − r·F up to h³ (Iserles et al., "Lie-group
-/// methods", Acta Numerica 2000, §4).
+/// Returns 1/τ, and the rate at which the midpoint method adds to the error, for a step of 1 s; it
+/// grows with the square of the step. It is the difference between the exact flow and that of the
+/// method, from the Magnus series of F' = a − r·F up to h³ (Iserles et al., "Lie-group methods",
+/// Acta Numerica 2000, §4).
 fn local_error(p: &Parameters, c: f64, force: f64) -> (f64, f64) {
     let x = c / (c + p.k);
     let x1 = -x * (1.0 - x) / p.tau_c_s;
@@ -177,7 +185,7 @@ fn local_error(p: &Parameters, c: f64, force: f64) -> (f64, f64) {
     (r, (a2 - r2 * force) / 24.0 + (r * a1 - r1 * a) / 12.0)
 }
 
-/// Returns the method's largest error, % of peak.
+/// Returns the largest error of the midpoint method on a train, % of the peak force.
 fn error(p: &Parameters, train: &Train, step_us: u32, pulses: Pulses) -> f64 {
     let seconds: Vec<f64> = train
         .pulses_us

@@ -12,12 +12,13 @@ use host_core::session::{BodySpec, LawName, Session};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Values of the wearer's `rise_ms`.
+/// Values of the wearer's `rise_ms` in the rows of the map.
 const RISES_MS: [u16; 9] = [10, 20, 50, 100, 200, 500, 1_000, 2_000, 5_000];
-/// Delay added to the finger's electromechanical delay, ms.
+/// Delays that are added to the finger's electromechanical delay, ms.
 const DELAYS_MS: [u32; 5] = [0, 15, 30, 50, 80];
-/// Length of a trial and its judged part, µs: two periods of the sine.
+/// Length of a simulated trial, µs.
 const TRIAL_US: u64 = 20_000_000;
+/// Start and end of the judged part of a trial, µs: two periods of the sine.
 const JUDGED_US: (u64, u64) = (10_000_000, 20_000_000);
 
 const CLASSES: [Class; 7] = [
@@ -30,7 +31,7 @@ const CLASSES: [Class; 7] = [
     Class::new('!', f64::INFINITY, "the device ended the session", 1),
 ];
 
-/// Computes the map.
+/// Computes the map by simulating every cell; the seed is not used.
 pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let sessions = sessions();
     let mut panels = Panels::new(sessions.len(), progress);
@@ -76,8 +77,8 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     }
 }
 
-/// Returns sessions with the default controller for a known wearer, and with the paper's
-/// controller.
+/// Returns the sessions of the panels with their names: the default controller for a known wearer,
+/// and the paper's controller.
 fn sessions() -> [(&'static str, Session); 2] {
     let known = include_str!("../../../sessions/hamana_exp4_two_point_wearer.toml");
     let paper = include_str!("../../../sessions/hamana_exp4_two_point_finger.toml")
@@ -92,8 +93,8 @@ fn sessions() -> [(&'static str, Session); 2] {
     })
 }
 
-/// Returns the range from threshold to maximum as a part of the limit, the largest of the joint's
-/// points.
+/// Returns the range from threshold to maximum as a fraction of the channel's limit, the largest
+/// among the points of the joint.
 fn range(session: &Session) -> f64 {
     let joint = session.joint.as_ref().expect("a joint");
     let points = joint.flexors.iter().chain([&joint.extensor]);
@@ -107,7 +108,8 @@ fn range(session: &Session) -> f64 {
     points.map(part).fold(0.0, f64::max)
 }
 
-/// Returns the RMSE without a rise for each delay of the map or its theory, degrees.
+/// Returns the RMSE without a rise, °, by delay, ms. It covers the delays of the map, alone and
+/// with each of `late_ms`, the delays by which theory replaces a rise.
 fn rmse_without_rise(session: &Session, late_ms: [u32; RISES_MS.len()]) -> BTreeMap<u32, f64> {
     let mut delays: Vec<u32> = (late_ms.into_iter().chain([0]))
         .flat_map(|late_ms| DELAYS_MS.map(|delay_ms| delay_ms + late_ms))
@@ -118,8 +120,8 @@ fn rmse_without_rise(session: &Session, late_ms: [u32; RISES_MS.len()]) -> BTree
     delays.into_par_iter().map(rmse).collect()
 }
 
-/// Returns the RMSE of the true angle with this `rise_ms` from zero, or without a rise, degrees;
-/// infinite if the device ended the session.
+/// Returns the RMSE of the true angle, °, with amplitudes that rise from zero within `rise_ms`, or
+/// without a rise; infinite if the device ended the session.
 fn rmse_deg(session: &Session, rise_ms: Option<u16>, delay_ms: u32) -> f64 {
     let mut session = session.clone();
     session.duration_us = TRIAL_US;

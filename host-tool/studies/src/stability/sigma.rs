@@ -8,38 +8,43 @@ use firmware::control::super_twisting;
 use methods::control::integrator::{Disturbance, Loop, fitted_order};
 use methods::control::twist::{Discretization, Twist};
 
-/// L, 1/s: as large as the device allows with gains of 40 L; L·h² at 1 ms is 34 bits.
+/// Bound L of the disturbance's slope |d'|, 1/s. It is as large as the device allows with gains of
+/// 40 L; L·h² is then 34 bits at h = 1 ms.
 const SLOPE: f64 = 2.0;
-/// Law periods that the device accepts, ms.
+/// Law periods of the first map, ms: those that the device accepts.
 const PERIODS_MS: [u8; 16] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 14, 16, 18, 20];
-/// Time between two turns of the slow triangle, whatever the law period, s.
+/// Time between two turns of the slow triangular disturbance, s; it does not depend on the law
+/// period.
 const TURN_S: f64 = 0.2;
-/// k1/√L and k2/L of the first map.
+/// Gains of the first map, each as k1/√L and k2/L.
 const GAINS: [(f64, f64); 2] = [(1.5, 1.1), (4.0, 8.0)];
-/// k1/√L and k2/L of the second map, which has one period.
+/// Values of k1/√L in the columns of the second map.
 const K1: [f64; 18] = [
     0.3, 0.5, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.45, 1.6, 1.8, 2.0, 2.5, 3.0, 4.0, 8.0, 16.0,
 ];
+/// Values of k2/L in the rows of the second map.
 const K2: [f64; 14] = [
     0.5, 0.7, 0.9, 1.01, 1.05, 1.1, 1.2, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 40.0,
 ];
+/// Law period of the second map, ms.
 const GRID_PERIOD_MS: u8 = 2;
-/// Growth of |σ| from the third to the last quarter of a run that counts as divergence: linear
-/// growth gives 4/3.
+/// Ratio of |σ| in the last quarter of a run to that in the third, above which |σ| counts as
+/// growing without end. Linear growth gives 4/3.
 const GROWTH: f64 = 1.25;
-/// Difference between a fitted and a predicted order that counts as disagreement.
+/// Difference between a fitted and a predicted order of |σ| above which they disagree.
 const ORDER_OFF: f64 = 0.1;
-/// Largest |σ| that counts as optimal, L·h².
+/// Largest |σ| that counts as optimal, in units of L·h².
 const OPTIMAL: f64 = 1.1;
 
-/// A form of the law: in f64, or the product's own code.
+/// Implementation of super-twisting: a discretization in f64, or the device's own code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Form {
     Of(Discretization),
     Shipped,
 }
 
-/// The product's form first, then its f64 twin, then the others.
+/// Forms in the order of the rows: the device's code first, then the same discretization in f64,
+/// then the others.
 const FORMS: [Form; 7] = [
     Form::Shipped,
     Form::Of(Discretization::ProperImplicit),
@@ -65,7 +70,7 @@ impl Form {
         )
     }
 
-    /// Runs the loop with this form of the law.
+    /// Runs this form of the law against a disturbance.
     fn run(self, of: &Loop<f64>, disturbance: Disturbance) -> LoopResult {
         match self {
             Self::Of(discretization) => {
@@ -84,7 +89,7 @@ impl Form {
 }
 
 struct LoopResult {
-    /// Largest |σ| once settled, L·h².
+    /// Largest |σ| after settling, in units of L·h².
     worst: f64,
     /// Whether |σ| still grew when the run ended.
     grows: bool,
@@ -107,7 +112,7 @@ impl LoopResult {
     }
 }
 
-/// Runs the loop with the device's fixed-point code.
+/// Runs the device's fixed-point code against a disturbance.
 fn run_shipped(of: &Loop<f64>, disturbance: Disturbance) -> LoopResult {
     let milli = |x: f64| (x * 1e3).round() as u32;
     let twist =
@@ -140,14 +145,14 @@ const CLASSES: [Class; 6] = [
     Class::new('X', f64::INFINITY, "more than 1000", 2),
 ];
 
-/// Classes of a map that recognizes endless growth.
+/// Classes of a map whose last class also contains cells in which |σ| grows without end.
 const ENDLESS: [Class; 6] = {
     let mut classes = CLASSES;
     classes[5].meaning = "grows without end, or more than 1000";
     classes
 };
 
-/// A disturbance that does not depend on the law period.
+/// Kind of disturbance, defined without reference to the law period.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     SlowTriangle,
@@ -155,7 +160,7 @@ enum Kind {
     Resonant,
 }
 
-/// Every kind, in the order of the panels.
+/// All kinds, in the order of the panels.
 const KINDS: [Kind; 3] = [Kind::SlowTriangle, Kind::Adversarial, Kind::Resonant];
 
 impl Kind {
@@ -177,7 +182,8 @@ impl Kind {
         }
     }
 
-    /// Predicts |σ|, L·h²; infinite if |σ| grows without end.
+    /// Returns the |σ| that theory predicts, in units of L·h²: infinite if |σ| grows without end,
+    /// `None` if theory predicts no number.
     fn predicted_sigma(self, form: Form, h: f64) -> Option<f64> {
         match (form, self) {
             (form, _) if form.is_proper() => Some(1.0),
@@ -189,7 +195,7 @@ impl Kind {
         }
     }
 
-    /// Predicts the order of |σ| in h; `None` if |σ| grows without end.
+    /// Returns the order p of |σ| ~ h^p that theory predicts; `None` if |σ| grows without end.
     fn predicted_order(self, form: Form) -> Option<f64> {
         match self.predicted_sigma(form, 1.0) {
             Some(told) if told.is_infinite() => None,
@@ -227,7 +233,7 @@ fn remark(found: Option<f64>, told: Option<f64>) -> String {
     }
 }
 
-/// Fits the order of |σ| in h along a row; `None` if it diverges anywhere.
+/// Fits the order p of |σ| ~ h^p to a row of cells; `None` if |σ| grows without end in any of them.
 fn fitted(row: &[Cell]) -> Option<f64> {
     let points: Vec<(f64, f64)> = (row.iter().zip(PERIODS_MS))
         .map(|(cell, ms)| (ms.into(), cell.number * f64::from(ms).powi(2)))
@@ -236,7 +242,7 @@ fn fitted(row: &[Cell]) -> Option<f64> {
     fitted_order(&points).filter(|_| finite)
 }
 
-/// Computes the map of |σ| against the period.
+/// Computes the first map: |σ| of each form against the law period.
 pub fn order(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let mut panels = Panels::new(KINDS.len() * GAINS.len(), progress);
     for kind in KINDS {
@@ -287,7 +293,7 @@ fn notes(panels: &[Panel]) -> Vec<String> {
     ]
 }
 
-/// Lists the rows whose order differs from the predicted one.
+/// Lists the rows whose fitted order differs from the predicted one.
 fn order_mismatches(panels: &[Panel]) -> Vec<String> {
     let kinds = KINDS.iter().flat_map(|kind| [kind; GAINS.len()]);
     let mut off = Vec::new();
@@ -305,7 +311,8 @@ fn order_mismatches(panels: &[Panel]) -> Vec<String> {
     off
 }
 
-/// Describes the range of measured over predicted |σ| for each form with a predicted number.
+/// Describes, for each form with a predicted number, the smallest and the largest ratio of measured
+/// to predicted |σ|.
 fn found_over_told(panels: &[Panel]) -> String {
     let range = |(row, form): (usize, &Form)| {
         let cells = panels.iter().flat_map(|panel| &panel.rows[row]);
@@ -317,7 +324,7 @@ fn found_over_told(panels: &[Panel]) -> String {
     ranges.join(", ")
 }
 
-/// Computes the map of |σ| over the gains.
+/// Computes the second map: |σ| of each form over both gains.
 pub fn gains(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let mut panels = Panels::new(FORMS.len(), progress);
     for form in FORMS {
@@ -354,10 +361,11 @@ pub fn gains(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     }
 }
 
-/// Returns |σ'| when σ returns to 0, divided by |σ'| when σ left 0, under the worst disturbance of
-/// slope L = 1 in continuous time: outward while |σ| grows, inward while it falls (the majorant
-/// curve of Levant, "Robust exact differentiation via sliding mode technique", Automatica 34
-/// (1998)). From 1 on, σ is driven ever further out.
+/// Returns by which factor the worst disturbance amplifies an excursion of σ: |σ'| when σ returns
+/// to 0, divided by |σ'| when σ left 0. Time is continuous and the disturbance's slope is L = 1,
+/// outward while |σ| grows and inward while it falls (the majorant curve of Levant, "Robust exact
+/// differentiation via sliding mode technique", Automatica 34 (1998)). From 1 on, excursions grow
+/// without end.
 fn overshoot(k1: f64, k2: f64) -> f64 {
     const STEP: f64 = 2e-3;
     // y = √σ over ds = dt/(2y): y' = v − k1·y, v' = −2y·(k2 ∓ 1).

@@ -19,16 +19,17 @@ use hal_sim::body::ElbowSpec;
 use hal_sim::body::muscle::Parameters;
 use std::f64::consts::{PI, TAU};
 
-/// Stiffness of the wall, µA/°.
+/// Stiffness of the wall in the columns, µA/°.
 const STIFFNESS: [u32; 17] = [
     1000, 1200, 1400, 1700, 2000, 2400, 2800, 3400, 4000, 4800, 5600, 6700, 8000, 9500, 11_000,
     13_000, 16_000,
 ];
-/// Electromechanical delay, ms; the elbow's own is 25.
+/// Electromechanical delays in the rows, ms; that of the nominal elbow is 25.
 const DELAY_MS: [u32; 10] = [5, 10, 15, 20, 25, 30, 40, 50, 70, 100];
-/// Electromechanical delays for the classical condition, which does not depend on delay, ms.
+/// Electromechanical delays in the rows of the map with the classical condition, ms. They are few,
+/// because that condition does not depend on delay.
 const FEW_DELAYS_MS: [u32; 3] = [5, 25, 50];
-/// Panels: passive friction, N·m·s/rad, and the wall's Td, s.
+/// Damping of each panel: passive friction of the joint, N·m·s/rad, and the wall's Td, s.
 const DAMPING: [(f64, f64); 6] = [
     (0.2, 0.0),
     (0.5, 0.0),
@@ -37,10 +38,12 @@ const DAMPING: [(f64, f64); 6] = [
     (0.5, 0.05),
     (0.5, 0.1),
 ];
-/// Length of a trial, and of the part at its end that is judged, s.
+/// Length of a simulated trial, s.
 const TRIAL_S: u64 = 40;
+/// Length of the part at the end of a trial that is judged, s.
 const JUDGED_S: u64 = 4;
-/// Peak-to-peak angle from which an arm counts as swinging, degrees: ten times the pulses' ripple.
+/// Peak-to-peak angle above which an arm counts as swinging, °: ten times the ripple that the
+/// pulses cause.
 const SWING_DEG: f64 = 0.5;
 
 const CLASSES: [Class; 3] = [
@@ -49,25 +52,26 @@ const CLASSES: [Class; 3] = [
     Class::new('X', f64::INFINITY, "swings more than 5 deg", 1),
 ];
 
-/// The linearised loop of one cell.
+/// Linearised loop of arm and wall at the point of rest, in the symbols of the equation above.
 #[derive(Clone, Copy, Debug)]
 struct Linear {
     inertia: f64,
     damping: f64,
     stiffness: f64,
-    /// K, torque per angle of the wall, N·m/rad.
+    /// K: change of the wall's torque per change of the angle, N·m/rad.
     gain: f64,
-    /// τ, the lag of the muscle, s.
+    /// τ: time constant with which the muscle's force follows recruitment, s.
     lag_s: f64,
-    /// Td, the damping of the wall divided by its stiffness, s.
+    /// Td: damping of the wall divided by its stiffness, s.
     lead_s: f64,
-    /// 1/ωc, the time constant of the velocity filter, s.
+    /// 1/ωc: time constant of the velocity filter, s.
     filter_s: f64,
-    /// D, the sum of all delays, s.
+    /// D: sum of all delays in the loop, s.
     delay_s: f64,
 }
 
-/// Computes the map with the linear delay margin, including the muscle's lag.
+/// Computes the map with the prediction of the linear delay margin, which includes the muscle's
+/// lag.
 pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let theory = "D is the smallest (pi + arg L(iw))/w with |L(iw)| = 1, L = K (1 + s Td/(1 + \
                   s/wc)) / ((1 + tau s)(I s^2 + b s + k)), with the muscle's lag tau in the loop; \
@@ -79,7 +83,8 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     }
 }
 
-/// Computes some of the same cells with the classical condition of a sampled wall.
+/// Computes the map for a few delays, with the prediction of the classical condition for a sampled
+/// wall.
 pub fn draw_classical(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let theory = "b = K T/2 + K Td, T the 20 ms between pulses: a sampled wall without a muscle's \
                   lag and without a delay (Colgate and Schenkel 1997). Left of the line, theory \
@@ -138,7 +143,7 @@ fn notes() -> String {
     )
 }
 
-/// Returns the simulated swing of a cell, with the verdict that `swings` predicts.
+/// Simulates the arm of one cell; `swings` predicts whether it swings.
 fn cell(
     friction: f64,
     lead_s: f64,
@@ -162,7 +167,7 @@ fn arm(friction: f64, delay_ms: u32) -> ElbowSpec {
     })
 }
 
-/// Returns the peak-to-peak angle at the end of a trial, degrees.
+/// Returns how far the arm swings at the end of a trial, peak to peak, °.
 fn swing_deg(arm: &ElbowSpec, stiffness: u32, damping: u32) -> f64 {
     let angles = angles(&wall(stiffness, damping), arm.clone(), TRIAL_S);
     let judged = angles.iter().rev().take(JUDGED_S as usize * 1000);
@@ -173,8 +178,8 @@ fn swing_deg(arm: &ElbowSpec, stiffness: u32, damping: u32) -> f64 {
 }
 
 impl Linear {
-    /// Linearises the loop at the point of rest: the triceps holds push and passive torque, which
-    /// fixes recruitment, amplitude and thus penetration.
+    /// Linearises the loop at the point of rest. There the triceps balances push and passive
+    /// torque; this determines recruitment, amplitude and penetration.
     fn of(arm: &ElbowSpec, stiffness_ua_per_deg: u32, lead_s: f64) -> Self {
         let curvature = arm.recruitment_curvature;
         let triceps = &arm.triceps;
@@ -215,7 +220,8 @@ impl Linear {
         !self.rests_without_delay() || self.delay_s > self.delay_margin_s()
     }
 
-    /// Applies Routh's criterion to (1 + f s)(1 + τ s)(I s² + b s + k) + K (1 + (f + Td) s).
+    /// Returns whether the arm rests if the loop has no delay, by Routh's criterion. Its polynomial
+    /// is `(1 + f s)(1 + τ s)(I s² + b s + k) + K (1 + (f + Td) s)`, where f = 1/ωc.
     fn rests_without_delay(&self) -> bool {
         let (f, t) = (self.filter_s, self.lag_s);
         let (i, b, k, g) = (self.inertia, self.damping, self.stiffness, self.gain);
@@ -232,8 +238,8 @@ impl Linear {
         a.iter().all(|a| *a > 0.0) && first > 0.0 && second > 0.0
     }
 
-    /// Returns the largest delay with which a loop stays at rest that rests without delay, s;
-    /// infinite if the gain never reaches 1.
+    /// Returns the largest delay at which the arm still rests, s, if it rests without delay;
+    /// infinite if the loop's gain never reaches 1.
     fn delay_margin_s(&self) -> f64 {
         // In steps of a hundredth of an octave; bisection then refines each crossing.
         let rates = (0..1400).map(|n| 0.1 * 2f64.powf(f64::from(n) * 0.01));
@@ -259,7 +265,8 @@ impl Linear {
         margin
     }
 
-    /// Returns gain and phase of L without delay at w rad/s.
+    /// Returns gain and phase of the open loop without delay, at the angular frequency `w` in
+    /// rad/s.
     fn response(&self, w: f64) -> (f64, f64) {
         let arm = (self.stiffness - self.inertia * w * w, self.damping * w);
         let parts = [
@@ -277,7 +284,8 @@ impl Linear {
     }
 }
 
-/// Returns the lag τ of a muscle that is pulsed every [`PERIOD_MS`], s.
+/// Returns the time constant τ with which the force of a muscle, pulsed every [`PERIOD_MS`],
+/// follows recruitment, s.
 fn lag_s(p: &Parameters) -> f64 {
     let period_s = PERIOD_MS as f64 * 1e-3;
     let top = 1.0 / -(-period_s / p.tau_c_s).exp_m1();

@@ -7,16 +7,16 @@ use firmware::units::{Amplitude, Angle, Micros};
 use hal_sim::body::elbow::VoluntaryApproach;
 use hal_sim::body::{Body, Drive, Elbow, ElbowSpec, Pulse};
 
-/// Pulse period of either channel, ms: 50 Hz, for which the elbow's torques are valid.
+/// Pulse period of each channel, ms: 50 Hz, for which the elbow's torques are valid.
 pub(super) const PERIOD_MS: u64 = 20;
-/// Time from the tick that computes an amplitude to the pulse that has it, ms: the device needs at
-/// most 1.54 ms.
+/// Time from the control tick that computes an amplitude to the pulse that has it, ms. The device
+/// needs at most 1.54 ms.
 pub(super) const LATENCY_MS: u64 = 2;
 /// Angle of the wall (Harris 2017), m°.
 pub(super) const WALL_MDEG: i32 = 90_000;
 
-/// Returns a proportional wall on the triceps (Harris 2017, equation 1) with a damping term;
-/// `stiffness` in µA/°, `damping` in µA·s/°.
+/// Returns a proportional wall that stimulates the triceps (Harris 2017, equation 1), with an
+/// additional damping term. `stiffness` is in µA/°, `damping` in µA·s/°.
 pub(crate) fn wall(stiffness: u32, damping: u32) -> WallSpec {
     WallSpec {
         at_mdeg: WALL_MDEG,
@@ -35,9 +35,9 @@ pub(crate) fn wall(stiffness: u32, damping: u32) -> WallSpec {
     }
 }
 
-/// Modifies an arm so that it leans gently on a wall at 90° and then pushes with a constant torque.
-/// The intended speed rises over 4 s, so that there is no impact, and is never reached once the
-/// wall holds.
+/// Changes an arm's wearer so that the arm meets the wall at 90° without an impact and then leans
+/// on it with a constant torque. The intended speed rises over 4 s and is never reached while the
+/// wall resists.
 pub(super) fn leaning(mut arm: ElbowSpec) -> ElbowSpec {
     arm.person.start_deg = 89.0;
     arm.person.onset_s = 4.0;
@@ -50,9 +50,9 @@ pub(super) fn leaning(mut arm: ElbowSpec) -> ElbowSpec {
     arm
 }
 
-/// Simulates the arm for `seconds` and returns the true angle every millisecond, degrees. Both
-/// channels are pulsed at [`PERIOD_MS`], the antagonist's half a period later. Wall and arm come
-/// from this module and are valid.
+/// Simulates the arm at the wall for `seconds` and returns its true angle at each millisecond, °.
+/// Both channels are pulsed every [`PERIOD_MS`], the antagonist half a period later. Wall and arm
+/// must be valid.
 pub(crate) fn angles(wall: &WallSpec, arm: ElbowSpec, seconds: u64) -> Vec<f64> {
     let widths = [arm.triceps.width_us, arm.biceps.width_us];
     let wall = Wall::new(wall).expect("a valid wall");

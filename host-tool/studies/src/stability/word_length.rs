@@ -6,34 +6,34 @@
 use super::{Axis, Cell, Class, Layout, Map, Panels};
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
 
-/// Step, s: the device's tick.
+/// Step of the simulation, s: the device's control tick.
 const H: f64 = 1e-3;
-/// Steps between two pulses, 40 Hz.
+/// Number of steps between two pulses, for a rate of 40 Hz.
 const BETWEEN_PULSES: u32 = 25;
-/// Number of steps with pulses, then without: 1 s and 6 s.
+/// Number of steps with pulses, and number of steps after them: 1 s and 6 s.
 const STEPS: [u32; 2] = [1000, 6000];
 const BITS: [u32; 25] = [
     6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30,
 ];
-/// Largest error allowed for the shipped model, % of peak.
+/// Largest error allowed for the device's model, % of the peak force.
 const TOLERANCE: f64 = 0.02;
 
-/// Rounding of C.
+/// How C is rounded after each step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rounding {
-    /// To the nearest, halves up.
+    /// To the nearest value; halves are rounded up.
     Nearest,
     Down,
 }
 
-/// Effect of one word length on one muscle, forces in % of its peak.
+/// Effect of one word length of C on one muscle. Forces are in % of the peak force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
     /// Force that remains 6 s after the last pulse.
     pub residual: f64,
-    /// Time after the last pulse when C reaches 0 for good, ms; `None` if it does not.
+    /// Time from the last pulse until C reaches 0 for good, ms; `None` if it never does.
     pub zero_after_ms: Option<u32>,
-    /// Largest difference from the same method with C in f64.
+    /// Largest difference between the force and that of the same method with C in f64.
     pub error: f64,
 }
 
@@ -45,7 +45,7 @@ const CLASSES: [Class; 5] = [
     Class::new('X', f64::INFINITY, "more than 10 %", 2),
 ];
 
-/// Computes the map.
+/// Computes the map by simulating every cell; the seed is not used.
 pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let mut panels = Panels::new(PANELS.len(), progress);
     for (title, rounding, least, found, told) in PANELS {
@@ -84,8 +84,9 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     }
 }
 
-/// A panel: title, rounding of C, smallest class index of its cells (1 for a remaining force, which
-/// is not an error), the plotted number, and the theory's value for it.
+/// Definition of a panel: its title, the rounding of C, the smallest class index of its cells, a
+/// function for the plotted number, and one for theory's prediction of it. The smallest class is 1
+/// for a remaining force, which is not an error.
 type PanelOf = (
     &'static str,
     Rounding,
@@ -94,8 +95,9 @@ type PanelOf = (
     fn(&Parameters, u32, Rounding) -> f64,
 );
 
-/// The remaining force, and the largest error. With rounding down nothing remains at any word
-/// length (a note and a test confirm it), so that a panel for it would be empty.
+/// Panels of the map: the force that remains, and the largest error with each rounding. There is no
+/// panel for the force that remains with rounding down, because none remains at any word length; a
+/// note and a test confirm this.
 #[rustfmt::skip]
 const PANELS: [PanelOf; 3] = [
     ("force 6 s after the last pulse; C rounded to nearest", Rounding::Nearest, 1, |of| of.residual, |p, bits, _| predicted_residual(p, bits)),
@@ -103,8 +105,9 @@ const PANELS: [PanelOf; 3] = [
     ("worst error; C rounded down", Rounding::Down, 0, |of| of.error, predicted_error),
 ];
 
-/// Returns the longest time that C rounded down takes to reach 0 after the last pulse, ms, and the
-/// largest force that remains at the end, % of peak, over all cells.
+/// Returns, for C rounded down, the longest time that C takes to reach 0 after the last pulse, ms,
+/// and the largest force that remains at the end, % of the peak force. Both are over all muscles
+/// and word lengths.
 fn slowest_to_zero() -> (u32, f64) {
     let all = SUBJECTS
         .iter()
@@ -116,7 +119,7 @@ fn slowest_to_zero() -> (u32, f64) {
     })
 }
 
-/// Simulates one muscle with `bits` fraction bits for C.
+/// Simulates one muscle whose C has `bits` fraction bits.
 pub fn run(p: &Parameters, bits: u32, rounding: Rounding) -> Outcome {
     let one = 1u128 << bits;
     let factor = ((-H / p.tau_c_s).exp() * (1u64 << 32) as f64) as u128;
@@ -153,7 +156,7 @@ pub fn run(p: &Parameters, bits: u32, rounding: Rounding) -> Outcome {
     }
 }
 
-/// Returns F after one step that starts with C = `c`.
+/// Returns the force after one step, given the force and the C at its start.
 fn after_step(p: &Parameters, force: f64, c: f64) -> f64 {
     let middle = c * (-0.5 * H / p.tau_c_s).exp();
     let x = middle / (middle + p.k);
@@ -161,7 +164,7 @@ fn after_step(p: &Parameters, force: f64, c: f64) -> f64 {
     force + (1.0 - (-H / tau).exp()) * (p.a_n_per_s * x * tau - force)
 }
 
-/// Returns the C at which rounding to nearest stops its decay, in units of the last bit.
+/// Returns the value of C at which rounding to nearest stops its decay, in units of its last bit.
 fn frozen(p: &Parameters) -> f64 {
     (0.5 / (1.0 - (-H / p.tau_c_s).exp())).ceil() - 1.0
 }
@@ -171,14 +174,15 @@ fn steady(p: &Parameters, c: f64) -> f64 {
     p.a_n_per_s * x * (p.tau1_s + p.tau2_s * x)
 }
 
-/// Returns the largest C of the train, and the steady force at its mean.
+/// Returns the largest C of the train, and the steady force at its mean C.
 fn level(p: &Parameters) -> (f64, f64) {
     let period = H * f64::from(BETWEEN_PULSES);
     let top = 1.0 / (1.0 - (-period / p.tau_c_s).exp());
     (top, steady(p, p.tau_c_s / period))
 }
 
-/// Predicts the remaining force for C rounded to nearest, % of the steady force.
+/// Returns the force that theory predicts to remain if C is rounded to nearest, % of the steady
+/// force.
 fn predicted_residual(p: &Parameters, bits: u32) -> f64 {
     let c = frozen(p) * (-f64::from(bits)).exp2();
     steady(p, c) / level(p).1 * 100.0
