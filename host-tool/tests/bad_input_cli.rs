@@ -94,7 +94,7 @@ fn a_chart_of_a_wearer_needs_a_forearm() {
         (
             "no forearm",
             "chart control --quick --wearer none.toml",
-            "E625 none.toml: the file has no `[forearm]`",
+            "E625 the wearer file none.toml cannot be used here: the file has no `[forearm]`",
         ),
         (
             "nobody",

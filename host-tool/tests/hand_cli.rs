@@ -319,7 +319,7 @@ fn a_wearer_of_one_s_own_comes_from_a_file() {
     for ((find, replace), wanted) in [
         (
             ("thresholds_v = [20.0, 20.0, 16.0]", ""),
-            "E625 bad.toml: the file has no thresholds",
+            "E625 the wearer file bad.toml cannot be used here: the file has no thresholds",
         ),
         (("[forearm]", "[forearn]"), "E402"),
         (("20.0, 16.0", "42.0, 1.0"), "is 42.0; allowed: 2 to 40"),
@@ -391,7 +391,7 @@ fn what_cannot_be_is_refused_by_name() {
         ),
         (
             &["harris-wall", "--wearer", "P"],
-            "E663 P does not fit: the wearer file has no `[elbow]`",
+            "E663 P does not fit this experiment: the wearer file has no `[elbow]`",
         ),
         (
             &["hamana-4", "--wearer", "P", "--device", "/dev/none"],

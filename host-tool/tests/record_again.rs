@@ -200,7 +200,10 @@ fn an_experiment_repeats() {
     fs::remove_file(copy.join("result.json")).unwrap();
     let json = run_json(&folder, "report lacking");
     let damaged = json["damaged"].as_str().unwrap();
-    assert!(damaged.contains("E607 lacking/result.json"), "{damaged}");
+    assert!(
+        damaged.contains("E607 cannot read or write lacking/result.json"),
+        "{damaged}"
+    );
 }
 
 /// A user's declaration is repeated from its record alone; a changed record is refused.

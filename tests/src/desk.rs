@@ -45,7 +45,7 @@ pub fn load_session(name: &str) -> SessionFile {
 pub struct PlayedSession {
     /// Outcome that the host recorded.
     pub outcome: Outcome,
-    /// Pins of the device.
+    /// Levels and DAC codes that the device emitted.
     pub trace: Trace,
     /// Start of the trains in the port's time, µs.
     pub epoch_us: u64,
@@ -56,7 +56,8 @@ pub struct PlayedSession {
 }
 
 impl PlayedSession {
-    /// Returns the edges of the pins from the start on, with times relative to it.
+    /// Returns the edges of the pins from the start of the trains on, with times relative to that
+    /// start.
     pub fn edges(&self) -> impl Iterator<Item = Edge> {
         let since = self.trace.edges_from(self.epoch_us);
         since.map(|edge| Edge {
@@ -74,7 +75,7 @@ pub fn play(file: &SessionFile, device: &DeviceName) -> PlayedSession {
     play_on(file, port)
 }
 
-/// Does the same as [`play`] on the simulated device behind `port`.
+/// Plays `file` like [`play`], on the simulated device behind `port`.
 #[must_use]
 pub fn play_on(file: &SessionFile, port: Box<dyn Port>) -> PlayedSession {
     let (outcome, port) = run(file, port, None, |_| ());
@@ -100,7 +101,8 @@ pub fn flashed_image() -> Image {
     chip_image(None).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Returns ten output stages of this full scale, none of a conducted group.
+/// Returns current stages of this full scale on all ten channels. No channel belongs to a conducted
+/// group.
 #[must_use]
 pub const fn stages(full_scale_ma: f64) -> [Option<Output>; 10] {
     let full_scale = Drive::Milliamps(full_scale_ma);
@@ -161,7 +163,7 @@ pub fn wearer(host_timeout_ms: u16) -> WearerSpec {
     }
 }
 
-/// Arm order; the sender fills in the checksum of the setup.
+/// Request to arm; the sender fills in the checksum of the setup.
 pub const ARM: Request = Request::Arm { setup: 0 };
 
 /// Encodes a request as a host's frame.

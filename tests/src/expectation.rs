@@ -8,7 +8,7 @@ use host_core::session::{Course, Session};
 use std::ops::Range;
 
 /// Returns the expectation for stimulation from `epoch_us` to `end_us`: every pulse of every
-/// channel in the session's constant amplitudes.
+/// channel that the session's constant amplitudes drive.
 ///
 /// # Panics
 /// Panics if the session streams angles, whose amplitudes are not known beforehand.

@@ -39,7 +39,7 @@ pub struct Position {
 }
 
 impl Position {
-    /// Returns the offset in `text`, in bytes.
+    /// Returns the byte offset of the position in `text`, or `None` if `text` has no such position.
     fn offset(self, text: &str) -> Option<usize> {
         let before = self.line.checked_sub(1)?;
         let start: usize = text.split_inclusive('\n').take(before).map(str::len).sum();

@@ -10,7 +10,7 @@ use hal_sim::trace::{self, Trace, Unwrap};
 pub struct Record {
     /// Levels and DAC codes.
     pub trace: Trace,
-    /// Bytes that it sent to the host.
+    /// Bytes that the device sent to the host.
     pub bytes: Vec<u8>,
     levels: Unwrap,
     dac: Unwrap,

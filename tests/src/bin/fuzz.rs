@@ -59,7 +59,7 @@ fn main() -> anyhow::Result<ExitCode> {
     if let Some(threads) = arguments.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build_global()
-            .context("E782 this number of --threads cannot be started")?;
+            .context("E782 this number of --threads cannot be started; give a smaller one")?;
     }
     let signal = catch_signals()?;
     let campaign = Campaign {
@@ -175,7 +175,9 @@ fn save_find(arguments: &Arguments, find: &Find) -> anyhow::Result<PathBuf> {
     let written =
         std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&file, &find.input));
     let place = file.display();
-    written.with_context(|| format!("E782 the input cannot be saved in {place}"))?;
+    written.with_context(|| {
+        format!("E782 the input cannot be saved in {place}; check permissions and free space")
+    })?;
     eprintln!(
         "E780 {name}: input {} of seed {seed} fails: {}; the input is saved in {place}; repeat it \
          with --input {place}",
@@ -187,8 +189,12 @@ fn save_find(arguments: &Arguments, find: &Find) -> anyhow::Result<PathBuf> {
 /// Runs each file once; a panic is printed as it comes.
 fn run_files(target: &Target, files: &[PathBuf]) -> anyhow::Result<ExitCode> {
     for file in files {
-        let input = std::fs::read(file)
-            .with_context(|| format!("E782 {} cannot be read", file.display()))?;
+        let input = std::fs::read(file).with_context(|| {
+            format!(
+                "E782 the input file {} cannot be read; check the path and the permissions",
+                file.display()
+            )
+        })?;
         (target.function)(&input);
         println!("{}: {} passes", target.name, file.display());
     }

@@ -102,7 +102,7 @@ fn build(root: &Path) -> anyhow::Result<PathBuf> {
     Ok(target.join("release/flexor"))
 }
 
-/// Returns the length of the session in the file at `path`.
+/// Returns the length of the session in the file at `path`, s.
 fn duration_s(path: &Path) -> anyhow::Result<f64> {
     let text = std::fs::read_to_string(path);
     let text = text.with_context(|| format!("cannot read {}", path.display()))?;

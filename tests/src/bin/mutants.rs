@@ -192,7 +192,7 @@ impl Bench {
     }
 }
 
-/// Time limit that no build reaches.
+/// Time limit of a build, far above the time that any build takes.
 const BUILD: Duration = Duration::from_secs(3600);
 
 /// Test program with its proofs.

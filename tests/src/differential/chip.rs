@@ -51,7 +51,8 @@ pub fn records(program: &Program, encodings: &Encodings, executed: &mut [u32]) -
     bail!("seed {}: the program does not end", program.seed)
 }
 
-/// Appends the data that the semihosting write with the block at `block` would write.
+/// Appends to `records` the data of a semihosting write whose parameters are at the address
+/// `block`.
 fn copy(bus: &Flat, block: u32, records: &mut Vec<u8>) -> Result<()> {
     let word = |at: u32| {
         let word = bus.word(at);

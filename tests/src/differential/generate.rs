@@ -8,18 +8,19 @@ pub(super) const SCRATCH: u32 = 0x2000_1000;
 /// Size of the scratch memory; it also holds the stack, and accesses of cases stay inside.
 pub(super) const SCRATCH_BYTES: u32 = 256;
 
-/// Registers before a case.
+/// Register contents with which a case starts.
 #[derive(Clone, Debug)]
 pub struct Input {
-    /// Floating-point status and control.
+    /// Floating-point status and control register (FPSCR) at the start: rounding and other modes,
+    /// flags.
     pub fpscr: u32,
-    /// Flags N, Z, C, V, Q and GE.
+    /// Flags N, Z, C, V, Q and GE at the start.
     pub apsr: u32,
-    /// Single-precision registers S0–S31.
+    /// Single-precision registers S0–S31 at the start.
     pub s: [u32; 32],
-    /// Core registers R0–R12.
+    /// Core registers R0–R12 at the start.
     pub r: [u32; 13],
-    /// Link register, R14.
+    /// Link register, R14, at the start.
     pub lr: u32,
 }
 
@@ -283,7 +284,8 @@ pub(super) struct Access {
 }
 
 impl Access {
-    /// Returns `None` if the access is UNPREDICTABLE or too long.
+    /// Computes the access of the instruction `w`; returns `None` if the access is UNPREDICTABLE or
+    /// too long.
     fn of(pattern: &Pattern, form: Form, size: u32, w: u32, index: u32) -> Option<Self> {
         let bit = |n: u32| w >> n & 1 != 0;
         let byte = (w & 0xFF) as i32;

@@ -18,13 +18,14 @@ const CASES: usize = 3_000;
 
 /// Address of the harness, after the vector table.
 const HARNESS_AT: u32 = FLASH + 0x40;
-/// Start of tables and cases, high enough for literals below.
+/// Start address of tables and cases; the harness and its literals fit below.
 const TABLES_AT: u32 = FLASH + 0x2000;
 
-/// Offsets of the BKPTs in the harness, at which the host opens a file, writes to it, and ends the
-/// program.
+/// Offset in the harness of the BKPT at which the host opens the output file.
 const OPEN: u32 = 0x20;
+/// Offset in the harness of the BKPT at which the host writes full buffers to the file.
 const WRITE: u32 = 0xCA;
+/// Offset in the harness of the BKPT at which the host ends the program.
 const EXIT: u32 = 0xB6;
 const AFTER: u32 = 0x64;
 const SUPERVISOR_CALL: u32 = 0xCE;

@@ -235,7 +235,7 @@ impl Builder<'_> {
         self.push((width, store));
     }
 
-    /// Writes or reads a mask register, then clears them.
+    /// Writes or reads a mask register, then clears all mask registers.
     ///
     /// A written value has its lowest four bits clear: QEMU keeps those of BASEPRI, which this
     /// chip, with four bits of priority, does not have (Arm ARM B1.4.3; PM0214: bits 3:0 reserved).

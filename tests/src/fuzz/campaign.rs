@@ -22,7 +22,7 @@ pub struct Campaign<'a> {
     pub inputs: Range<u64>,
 }
 
-/// Input that broke a promise.
+/// Input for which the tested code broke a promise.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Find {
     /// Number of the input in the stream.
@@ -134,7 +134,8 @@ fn panic_text(info: &PanicHookInfo<'_>) -> String {
     format!("{}: {words}", place.unwrap_or_default())
 }
 
-/// Returns every file in these folders of the repository, sorted by name, without schemas.
+/// Returns the contents of every file in these folders of the repository, sorted by name, without
+/// schemas.
 ///
 /// # Panics
 /// Panics if a file, all of which are committed, cannot be read.

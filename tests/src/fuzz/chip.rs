@@ -9,9 +9,9 @@ use std::collections::VecDeque;
 use std::io;
 use std::path::Path;
 
-/// Fuzzes an image's file: it is refused with a number, or it fits the flash, starts in it and has
-/// valid symbols, and a chip that runs it for about a thousand instructions ends in a state that it
-/// can report.
+/// Fuzzes an image's file. Either the file is refused with an error number, or the image fits the
+/// flash, starts in it and has valid symbols, and a chip that runs it for about a thousand
+/// instructions ends in a state that it can report.
 pub fn elf(data: &[u8]) {
     let image = match Image::parse(Path::new("image.elf"), data) {
         Ok(image) => image,

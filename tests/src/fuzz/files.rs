@@ -29,8 +29,9 @@ pub fn wearer(data: &[u8]) {
     }
 }
 
-/// Fuzzes a calibration's journal: it is refused with its line, or the calibration continues from
-/// it. Runs once unchanged and once with corrected checksums, so that the contents are read too.
+/// Fuzzes a calibration's journal: it is refused with an error number, or the calibration continues
+/// from it. Runs once unchanged and once with corrected checksums, so that the contents are read
+/// too.
 pub fn journal(data: &[u8]) {
     for text in [data.to_vec(), with_checksums(data)] {
         let kept = match calibration::parse_journal(Path::new("x.journal"), &text) {
@@ -81,8 +82,8 @@ fn with_checksums(data: &[u8]) -> Vec<u8> {
     out
 }
 
-/// Fuzzes the lines that a program or person enters at a calibration, in pieces: each is an order,
-/// or refused with a number. An order reads back from its output.
+/// Fuzzes the lines that a program or person enters at a calibration, in pieces: each line is a
+/// command, or is refused with an error number. A command can be parsed from its own output.
 pub fn lines(data: &[u8]) {
     let (mut whole, mut pieces) = (PartialLine::default(), PartialLine::default());
     let lines = whole.take_lines(data, true);
@@ -126,7 +127,7 @@ pub fn stage_words(data: &[u8]) {
     );
 }
 
-/// Returns the words with the first and last ones as a board writes them.
+/// Returns the words with magic, version, chip ID and checksum as a board writes them.
 fn with_valid_checksum(mut words: StageWords, [a, b, c]: [u32; 3]) -> StageWords {
     let [magic, version, x, y, z, ..] = &mut words;
     (*magic, *version) = (u32::from_le_bytes(*b"FXST"), *version & 1 | 1 << 16);
@@ -167,13 +168,13 @@ fn check_ranges(table: &StageTable) -> Result<(), OutOfRange> {
 }
 
 /// Fuzzes a record in which one file is replaced by the input: its name, a line, its contents. The
-/// record is refused with a number, or loaded and checked for damage.
+/// record is refused with an error number, or loaded and checked for damage.
 pub fn record(data: &[u8]) {
     with_spoilt_file(data, |dir| drop(load(dir)));
 }
 
-/// Fuzzes a record in the same way; if it loads, it is shown and compared, as `report` and
-/// `compare` do.
+/// Fuzzes a record as the target `record` does; if the record loads, it is shown and compared, as
+/// the commands `report` and `compare` do.
 pub fn report(data: &[u8]) {
     with_spoilt_file(data, |dir| {
         if let Some(run) = load(dir) {

@@ -24,7 +24,7 @@ const PULSES_PER_S: usize = 1_700;
 /// Limits and events of a run.
 #[derive(Clone, Default)]
 pub struct JudgedRun {
-    /// Largest limit that was armed, µA or mV.
+    /// Largest limit of each channel that was armed, µA or mV.
     limits: [u32; CHANNELS],
     /// Longest time from the host's last message until the outputs must be silent, µs.
     silent_us: u32,

@@ -26,7 +26,7 @@ pub use mutate::mutation;
 pub use session::{BOOTED, Session, payload, request_frame};
 pub use usb::usb;
 
-/// Fuzz target.
+/// Fuzz target: a function for any bytes, with its name and example inputs.
 pub struct Target {
     /// Name in commands and folders.
     pub name: &'static str,
@@ -91,7 +91,8 @@ pub fn lockstep(data: &[u8]) {
     run_steps(Session::open(), data);
 }
 
-/// Does the same beside a board that skips no refill; both must emit the same.
+/// Fuzzes like the target `lockstep`, on a board that may skip refills and on a second board that
+/// skips none; both must emit the same.
 pub fn skipping(data: &[u8]) {
     run_steps(Session::with_unskipping_twin(), data);
 }
@@ -122,7 +123,7 @@ impl Budget {
     };
 }
 
-/// Step of an input.
+/// Step of an input, such as a request or a time that passes.
 enum Step<'a> {
     Request(&'a [u8]),
     Time(u32),

@@ -23,7 +23,7 @@ const SESSION: u16 = 1;
 /// Native board with an open session, whose outputs are checked.
 pub struct Session {
     board: Lockstep,
-    /// Second board that must emit the same.
+    /// Second board that must emit the same output.
     twin: Option<Lockstep>,
     sensors: Sensors,
     watch: Watch,
@@ -41,12 +41,12 @@ impl Session {
         Self::boot(false, Stages::AsConfigured)
     }
 
-    /// Does the same for a board with these stages.
+    /// Boots a board like [`Self::open`], with these stages.
     pub fn with_stages(stages: StageTable) -> Self {
         Self::boot(false, Stages::Stored(stages))
     }
 
-    /// Does the same beside a board that skips no refill.
+    /// Boots a board like [`Self::open`], with a twin beside it that skips no refill.
     pub fn with_unskipping_twin() -> Self {
         Self::boot(true, Stages::AsConfigured)
     }
@@ -72,8 +72,8 @@ impl Session {
         session
     }
 
-    /// Delivers bytes of at most one frame. An arm order of an empty setup gets the checksum of the
-    /// setup sent, because nothing would ever be armed otherwise.
+    /// Delivers bytes of at most one frame. A request to arm an empty setup gets the checksum of
+    /// the setup sent, because nothing would ever be armed otherwise.
     pub fn receive(&mut self, bytes: &[u8]) {
         let mut meant = None;
         for message in requests(&mut self.heard, bytes) {
@@ -226,7 +226,7 @@ impl Sink for Outputs {
     }
 }
 
-/// Bytes that a message contains unchanged.
+/// Bytes that are encoded into a message unchanged.
 struct Raw<'a>(&'a [u8]);
 
 impl serde::Serialize for Raw<'_> {
@@ -264,7 +264,7 @@ fn requests(decoder: &mut Decoder, bytes: &[u8]) -> Vec<ToDevice> {
     found
 }
 
-/// Decodes `bytes` as a host reads answers, which they need not be.
+/// Decodes `bytes` as a host decodes answers, although they may be anything.
 pub fn decode_as_host(bytes: &[u8]) {
     let mut decoder = Decoder::default();
     for &byte in bytes {

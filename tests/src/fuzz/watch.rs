@@ -8,7 +8,7 @@ use firmware::safety::State;
 use firmware::units::{DacCode, Micros, us};
 
 /// Longest time from an arm request to the last pulse of the electrode check: two windows until the
-/// order is taken, and ten pulses 2 ms apart.
+/// request is processed, and ten pulses 2 ms apart.
 const CHECK_US: u32 = 25_000;
 
 /// Time for which rendered windows play on after a change of state: two windows.
@@ -25,7 +25,7 @@ const DEAD_TIME_US: u32 = firmware::pulse::DEAD_TIME_US as u32;
 struct Channel {
     line: Line,
     since: Micros,
-    /// Latest drive and its end.
+    /// Direction of the latest drive, and time at which it ended.
     drive: Option<(Line, Micros)>,
 }
 
@@ -70,7 +70,7 @@ impl Watch {
         self.allow_until(now + us(CHECK_US));
     }
 
-    /// Notes that the board is in `state` at `now`; must be called at least every window.
+    /// Notes that the board is in `state` at `now`; must be called at least once in every window.
     pub fn note_state(&mut self, now: Micros, state: State) {
         if matches!(state, State::Armed | State::Stimulating | State::Stopping) {
             self.allow_until(now + us(RENDERED_US));

@@ -18,9 +18,9 @@ const LONGEST_MINUTES: u64 = 7 * 24 * 60;
 pub(super) enum VerifyMode {
     /// Steps by name; all steps if empty.
     Steps(Vec<String>),
-    /// Rounds on fresh seeds for this time.
+    /// Rounds of the property tests on fresh seeds, for this time.
     Soak(Duration),
-    /// One round on this seed.
+    /// One round of the property tests on this seed.
     SoakSeed(u64),
     Help,
 }

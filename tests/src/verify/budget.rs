@@ -105,7 +105,8 @@ fn usage(sections: impl Iterator<Item = Section>) -> Memory {
 /// Table of each algorithm's cycles on the chip simulator.
 const CYCLES: &str = "docs/charts/cycles.csv";
 
-/// Row of that table: the largest cycles in both readings of the flash documentation.
+/// Row of that table: the largest number of cycles under each of the two interpretations of the
+/// flash documentation.
 #[derive(Deserialize)]
 struct CycleRow {
     algorithm: String,
@@ -114,8 +115,8 @@ struct CycleRow {
 }
 
 impl CycleRow {
-    /// Returns the larger of both readings. No board has shown which is right, so a budget covers
-    /// both.
+    /// Returns the larger number of cycles of the two interpretations. No board has shown which is
+    /// right, so a budget covers both.
     fn max_budget(&self) -> u64 {
         self.max_cycles.max(self.max_cycles_prefetched_not_cached)
     }
@@ -147,7 +148,7 @@ fn cycles(table: &str, budgets: &Budgets) -> anyhow::Result<Report> {
     Ok(report)
 }
 
-/// Returns whether growth could stay unnoticed below the budget.
+/// Returns whether the use is so far below the budget that growth could stay unnoticed.
 const fn is_loose(used: u64, budget: u64, margin_percent: u64) -> bool {
     used * 100 < budget * 100u64.saturating_sub(margin_percent)
 }

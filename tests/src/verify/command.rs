@@ -13,7 +13,7 @@ use std::time::Duration;
 const REFRESH: Duration = Duration::from_millis(200);
 
 /// Longest time for which the output of an ended program may stay open and silent; a process that
-/// it left behind could hold it forever.
+/// the program left behind could keep it open forever.
 const LINGER: Duration = Duration::from_secs(5);
 
 /// First words of cargo's and rustup's routine messages.
@@ -23,9 +23,9 @@ const CHATTER: &str = "Adding Blocking Checking Compiling Downloaded Downloading
 /// Result of a program that has ended.
 #[derive(Debug)]
 pub(super) struct Finished {
-    /// Whether it ended with exit code 0.
+    /// Whether the program ended with exit code 0.
     pub success: bool,
-    /// Both outputs, in the order in which they were written.
+    /// Lines of standard output and standard error, in the order in which they were written.
     pub lines: Vec<String>,
 }
 
@@ -55,7 +55,7 @@ pub(super) fn execute(
     execute_with(at, console, program, arguments, &[])
 }
 
-/// Does the same as [`execute`] with these environment variables.
+/// Runs `program` like [`execute`], with these environment variables.
 pub(super) fn execute_with(
     at: &Workspace,
     console: &mut Console,

@@ -28,7 +28,7 @@ impl Console {
         }
     }
 
-    /// Begins a step.
+    /// Begins the step `heading`: shows it and starts to measure its time.
     pub fn begin(&mut self, heading: &str) {
         heading.clone_into(&mut self.heading);
         self.since = Instant::now();
@@ -53,7 +53,7 @@ impl Console {
         }
     }
 
-    /// Ends the step.
+    /// Ends the step and prints its result and time.
     pub fn end(&mut self, report: &Report) {
         if self.terminal {
             print!("\r\x1b[2K{}", self.heading);
@@ -77,7 +77,7 @@ fn clip(line: &str) -> String {
     line.chars().take(WIDTH - 1).collect()
 }
 
-/// Formats a duration for people.
+/// Formats a duration for people, in seconds or in minutes and seconds.
 pub(super) fn seconds(time: Duration) -> String {
     let whole = time.as_secs();
     if whole < 60 {

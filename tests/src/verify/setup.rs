@@ -22,7 +22,7 @@ const PROGRAMS: [[&str; 3]; 3] = [
     ],
 ];
 
-/// Makes one check for each: present, or installed now.
+/// Makes one check for each requirement: it is present, or is installed now.
 pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     let mut report = target(at, console).unwrap_or_else(Report::from_error);
     report.add(components(at, console).unwrap_or_else(Report::from_error));

@@ -7,12 +7,14 @@ const fn fits_fixed(w: u32) -> bool {
     w >> 7 & 1 != 0 || (w & 15) << 1 | w >> 5 & 1 <= 16
 }
 
-/// Returns whether another register follows this one.
+/// Returns whether the S register in the instruction is not S31: VMOV of two S registers also uses
+/// the next one.
 const fn has_successor(w: u32) -> bool {
     w & 0x2F != 0x2F
 }
 
-/// Encodings in which any S register is `f`, and the fifth bit of a D register is zero.
+/// Floating-point encodings. The letter `f` marks the bits of an S register; the fifth bit of a D
+/// register is fixed at zero, because only D0–D15 exist.
 #[rustfmt::skip]
 pub(super) const ENCODINGS: &[Encoding] = &[
     plain("VMLA", "111011100f00ffff ffff1010f0f0ffff"),

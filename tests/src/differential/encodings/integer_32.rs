@@ -27,7 +27,7 @@ const fn inserts(w: u32) -> bool {
     w & 31 >= low_bit(w)
 }
 
-/// Returns whether both copies of the operand's number are equal.
+/// Returns whether the operand's register number is equal in both fields that must contain it.
 const fn has_same_operands(w: u32) -> bool {
     w >> 16 & 15 == w & 15
 }

@@ -46,23 +46,24 @@ pub enum Form {
     Stack,
     /// Base plus the lowest 12 bits.
     Offset,
-    /// Base plus or minus the lowest byte, before or after.
+    /// Base plus or minus the lowest byte, which applies before or after the access.
     Indexed,
     /// Base plus index.
     Register,
     /// Base plus index, shifted left by bits 5:4.
     ShiftedRegister,
-    /// Base plus or minus the lowest byte times 4, before or after; aligned.
+    /// Base plus or minus the lowest byte times 4, which applies before or after the access;
+    /// aligned.
     Dual,
     /// Base plus or minus the lowest byte times 4; aligned.
     Float,
-    /// A list of core registers, upwards.
+    /// List of core registers at rising addresses from the base on.
     Up,
-    /// A list of core registers, downwards.
+    /// List of core registers below the base address.
     Down,
-    /// As many words as the lowest byte says, upwards.
+    /// Floating-point registers from the base on; the lowest byte is the number of words.
     FloatsUp,
-    /// As many words as the lowest byte says, downwards.
+    /// Floating-point registers below the base; the lowest byte is the number of words.
     FloatsDown,
     /// Program counter plus or minus an immediate: the program itself.
     Literal,
@@ -71,17 +72,17 @@ pub enum Form {
 /// Surroundings that an instruction needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
-    /// Instructions that it may skip.
+    /// For a branch: instructions that it may skip.
     Skip,
-    /// One to four instructions that it makes conditional.
+    /// For IT: one to four instructions that become conditional.
     Block,
     /// A place outside an IT block.
     Alone,
-    /// A branch to the address in a register.
+    /// For BX and BLX: the address of the target in a register.
     ToRegister,
-    /// A load or move to the program counter.
+    /// For a load or move to the program counter: the address of the target.
     ToLoaded,
-    /// A table of branches.
+    /// For TBB and TBH: a table of branch targets.
     Table,
     /// A register list stored to the stack, and loaded again.
     Stack,
@@ -89,7 +90,7 @@ pub enum Unit {
     Adjust,
     /// An exclusive load, and an exclusive store.
     Exclusive,
-    /// An event that is set before it.
+    /// For WFE and SEV: an event that is set before WFE waits for it.
     Event,
     /// Code that clears the mask registers after it.
     Mask,
@@ -123,7 +124,7 @@ const fn row(name: &'static str, pattern: &'static str, kind: Kind) -> Encoding 
     }
 }
 
-/// Parsed encoding.
+/// Encoding whose pattern was parsed into fixed bits and fields.
 #[derive(Clone, Debug)]
 pub struct Pattern {
     /// Encoding that was parsed.

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 const PATIENCE: Duration = Duration::from_secs(30);
 /// Interval between two checks.
 const LOOK: Duration = Duration::from_millis(200);
-/// Processors of a task in the document's script.
+/// Smallest number of processors of the node: a task in the document's script needs as many.
 const LEAST_CPUS: usize = 2;
 /// Number of lines of each log that a failure shows.
 const TAIL: usize = 8;

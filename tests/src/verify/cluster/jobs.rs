@@ -71,8 +71,8 @@ impl Array {
         self.compare(at, console, cluster, String::new())
     }
 
-    /// Checks the same for an array whose first task is requeued and continues from its finished
-    /// units.
+    /// Checks that an array also equals the single run if its first task is requeued and continues
+    /// from its finished units.
     ///
     /// # Errors
     /// Returns the errors of [`Self::check_merged`].

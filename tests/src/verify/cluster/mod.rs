@@ -54,8 +54,8 @@ const KINDS: [[&str; 3]; 3] = [
     ],
 ];
 
-/// Study with random wearers, one task of which is requeued: each computes 41 sessions in some
-/// seconds.
+/// Study with random wearers, one task of which is requeued. Each wearer takes 41 sessions, which
+/// are computed in some seconds.
 const REQUEUED: [&str; 3] = ["lee", "sweep lee --draws 1", "sweep lee"];
 
 /// Runs every kind as an array, and one with a requeued task.

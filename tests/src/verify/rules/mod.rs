@@ -15,10 +15,11 @@ use source::find_word;
 use std::iter;
 use std::path::Path;
 
-/// Number of lines from which a file is reported, and above which the product's and the tests'
-/// files fail.
+/// Number of lines above which a file is reported as long.
 const LONG_LINES: usize = 400;
+/// Largest number of lines of a file of the product.
 const TOO_LONG_LINES: usize = 450;
+/// Largest number of lines of a test file.
 const TOO_LONG_TEST_LINES: usize = 600;
 
 /// Files and folders without sources of this project.
@@ -160,8 +161,8 @@ fn unsafe_elsewhere(source: &Source) -> Findings {
     source.places(find_word(&source.code, "unsafe"))
 }
 
-/// Returns panics in images and boards without a comment on the same line or the line above, which
-/// is the proof.
+/// Returns panics in images and boards without a comment on the same line or the line above; such a
+/// comment must prove that the panic cannot happen.
 fn panics(source: &Source) -> Findings {
     let is_device = |room| source.path.starts_with(room);
     if !source.is_rust() || !["firmware/src/", METHODS].iter().any(is_device) {
@@ -234,8 +235,8 @@ fn machine_paths(source: &Source) -> Findings {
     source.places(found)
 }
 
-/// Returns places with a fixed seed or a seed file: `cargo verify --soak` would not vary the first,
-/// and the second would not be run by name.
+/// Returns places with a fixed seed, which `cargo verify --soak` would not vary, or with a seed
+/// file, whose cases would not be run by name.
 fn own_seeds(source: &Source) -> Findings {
     let found = [
         "from_seed",

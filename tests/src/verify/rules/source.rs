@@ -99,7 +99,7 @@ fn blank_non_code(text: &str) -> String {
     String::from_utf8_lossy(&out).into_owned()
 }
 
-/// Copies names and punctuation to their places.
+/// Copies the names and punctuation of `tokens` from `text` to the same offsets of `out`.
 fn copy(text: &str, tokens: TokenStream, out: &mut [u8]) {
     let mut inside = Vec::new();
     let mut put = |span: Span| {
