@@ -75,7 +75,8 @@ fn wrong_arguments_exit_with_2() {
         ("a place for no file", "chart ladder --no-files --workspace x", 2, &["--workspace"]),
         ("chance of a map without", "chart stability wall --seed 3 --out .", 2, &["E518 --seed", "pulse_rate"]),
         ("an image of none", "selftest --image x.elf", 2, &["E518 --image", "--device chip"]),
-        ("a soak of none", "selftest --device chip --minutes 1", 2, &["E518 --minutes"]),
+        ("a soak of none", "selftest --device chip --seconds 60", 2, &["E518 --seconds"]),
+        ("a former name", "selftest --device chip --minutes 1", 2, &["note: `--minutes` is now `--seconds`", "E518 --seconds"]),
         ("a board's seed", "monitor --device tcp:127.0.0.1:1 --seed 3", 2, &["E518 --seed needs"]),
     ];
     rows.into_iter().for_each(|row| check(&folder, row));

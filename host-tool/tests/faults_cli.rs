@@ -197,7 +197,7 @@ fn what_cannot_be_played_is_refused_by_name() {
             &["--class", "bits"],
             2,
             "available: flips, declarations, registers, electrode, link, sensor, streams, cpu, \
-             supply, pairs, allowance; or all",
+             supply, pairs, allowance, or all",
         ),
         (
             &["--class", "flips", "--draws", "0"],

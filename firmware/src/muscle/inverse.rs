@@ -30,7 +30,7 @@ type Forces = [u32; PIECES + 1];
 /// Period of the slowest train, 0.5 Hz, µs.
 const SLOWEST_US: u32 = 2_000_000;
 
-/// Numerator of a pulse rate: a rate is this value divided by its period in µs, 2^20 to 2^28.
+/// Numerator of a pulse rate: a rate is this value divided by the period in µs.
 const RATE: u64 = 1 << 40;
 
 /// Pulses that produce a force.

@@ -38,8 +38,8 @@ pub struct Usage {
 pub struct Entry {
     /// Time and charge spent up to the moment at which the entry was made.
     pub spent: Usage,
-    /// Whether stimulation may continue after the entry was made. A reset then adds [`OPEN_US`]
-    /// and `most_nc`.
+    /// Whether stimulation could continue after the entry was made. If it could, the boot after a
+    /// reset adds [`OPEN_US`] and `most_nc` to `spent`, which is then at least what was output.
     pub is_open: bool,
     /// Largest charge that each channel can output within [`OPEN_US`], nC.
     pub most_nc: [u32; CHANNELS],

@@ -40,8 +40,7 @@ impl Hash for Rise {
 /// The limits on the amplitude of one burst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reach {
-    /// Fractions of the wanted amplitude that time and bursts allow, each as numerator and
-    /// denominator; `None` after the rise.
+    /// Parts of the wanted amplitude that time and bursts allow: numerator, denominator.
     parts: Option<[(u32, u32); 2]>,
     /// Time since the channel's previous burst, µs; `None` at the first burst of a rise.
     since_us: Option<u32>,
@@ -379,7 +378,8 @@ mod tests {
         }
     }
 
-    /// A growing width lowers the amplitude, so that the charge rises no faster.
+    /// If the pulse width grows, the amplitude is lowered: the charge per phase rises no faster than
+    /// it would at a constant width.
     #[test]
     fn a_width_rises_no_faster_than_an_amplitude() {
         let wanted = [(10_000, 20, PERIOD_US); 40]

@@ -119,8 +119,7 @@ pub(super) struct Order<'a> {
     /// Command, as the record names it.
     pub command: String,
     pub device: &'a DeviceName,
-    /// Seed of the order of trials, the noise and the random wearers; and the number of random
-    /// wearers.
+    /// Seed of trial order, noise and random wearers; number of random wearers.
     pub decided: (u64, u64),
     /// Folder for the record.
     pub out: &'a OutArgs,

@@ -65,8 +65,8 @@ fn register_shutdown(signal: Signal, condition: &Arc<AtomicBool>) -> std::io::Re
     flag::register_conditional_shutdown(number, code, Arc::clone(condition)).map(drop)
 }
 
-/// Makes a file that exceeds its size limit a write error from now on, instead of a signal that
-/// ends the program without a message.
+/// From now on, writing beyond the size limit of files (SIGXFSZ) fails with an error, instead of
+/// ending the program without a message.
 ///
 /// # Errors
 /// Returns the errors of [`catch_signals`].

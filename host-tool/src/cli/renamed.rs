@@ -5,7 +5,7 @@
 
 use std::ffi::OsString;
 
-/// Option that was renamed.
+/// Former and present name of an option, and what happens to its value.
 struct RenamedOption {
     /// Commands that have the option.
     commands: &'static [&'static str],

@@ -237,7 +237,7 @@ fn conclusion<E>(search: &Search, session: &Session, finding: &Finding<E>) -> St
     let found = match (finding.value, finding.high) {
         (Some(value), Some(high)) => {
             let set = finding.level_to_set(search).unwrap_or_default();
-            format!("{value} {unit}, between {low} and {high}; level to set: {set} {unit}")
+            format!("{value} {unit}, between {low} and {high}; set {set} {unit}")
         }
         _ => format!("not found up to {low} {unit}"),
     };

@@ -179,7 +179,7 @@ impl Builder<'_> {
         ((32, 0xED2D_0000 | place()), (32, 0xECBD_0000 | place()))
     }
 
-    /// Moves the stack pointer down, reads it, and moves it up.
+    /// Appends instructions that move the stack pointer down, copy it, and move it up again.
     fn push_stack_adjustment(&mut self, name: &str) {
         let immediate = self.random.within(0..128);
         let (down, up) = match name {

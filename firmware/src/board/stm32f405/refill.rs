@@ -126,7 +126,7 @@ fn TIM2() {
     with_refill(Refill::run);
 }
 
-/// Runs at the refill's priority, which SysTick has from reset.
+/// Disconnects the outputs, because the refill is overdue. SysTick has the priority of the refill from reset.
 #[exception]
 fn SysTick() {
     with_refill(Refill::is_overdue);

@@ -258,9 +258,8 @@ impl Controller {
             .map_err(|_| Refusal::new(Code::NoFatigue, "fatigue").with_channel(channel))
     }
 
-    /// Carries out a request. If a stop came after the request, `is_latest` is false, and the
-    /// request is refused if it could cause output. Returns the arrival time of an accepted
-    /// setpoint.
+    /// Carries out a request; if `is_latest` is false, a stop came after it, and it may cause no
+    /// output. Returns the arrival time of an accepted setpoint.
     fn handle_request(
         &mut self,
         request: ControlRequest,
@@ -379,8 +378,7 @@ impl Controller {
         heard
     }
 
-    /// Runs joint or wall while stimulating; an implausible or stale sensor is a fault for the
-    /// pulser to latch.
+    /// Runs joint or wall while stimulating; a stale or implausible sensor is a fault.
     fn run_joint_or_wall(
         &mut self,
         now: Micros,
@@ -443,8 +441,7 @@ impl Controller {
         let _ = mail.report_event(now, event); // counted
     }
 
-    /// Records a requested amplitude as the present one, only while stimulating: during a fall the
-    /// pulses have smaller amplitudes than requested.
+    /// Records a requested amplitude as the present one, except during a fall, which lowers it.
     fn record_order(&mut self, channel: u8, amplitude: Amplitude) {
         if self.state == State::Stimulating {
             self.in_force.set_amplitude(channel, amplitude);

@@ -15,8 +15,8 @@ use heapless::Vec;
 impl Draft {
     /// Checks all parts again, together. Passes each mistake to `found`, until `found` returns an
     /// error. A rule between parts is checked only for parts that are valid by themselves. Without
-    /// a mistake, the result is the setup for the pulser; the controller's setup is in
-    /// [`Self::parts`], all of which can be built then.
+    /// a mistake, the result is the setup for the pulser, and every controller and model can be
+    /// built from its specification in [`Self::parts`].
     ///
     /// # Errors
     /// Returns the error of `found`.

@@ -65,7 +65,7 @@ pub enum ControlRequest {
         /// Whether the object is held, and not released.
         is_held: bool,
     },
-    /// A joint angle measured by the host.
+    /// A joint angle that the host measured, for the control of a joint, an arm or a wall.
     Measurement {
         /// Sequence number of the host's request, which the answer repeats.
         seq: u16,

@@ -42,7 +42,7 @@ pub enum ImageError {
     #[error("E532 {0} is not for a Cortex-M: {1} (needed: 32-bit little-endian ARM, Thumb)")]
     WrongArchitecture(PathBuf, String),
     /// The flash has no valid vector table, from which the core starts.
-    #[error("E533 {0} has no vector table at {start:#010x}: {1}", start = FLASH.start)]
+    #[error("E533 {0} has no vector table at {start:#010x}: {1}; link the image for this address", start = FLASH.start)]
     NoVectorTable(PathBuf, String),
     /// Some bytes lie outside the flash.
     #[error(

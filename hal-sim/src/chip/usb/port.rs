@@ -31,9 +31,9 @@ pub enum Port {
     Suspended(Cycle),
     /// The host drives SE0, which resets the device.
     Resetting(Cycle),
-    /// The host sends starts of frames, but no transactions yet.
+    /// The host sends start-of-frame packets, but no transactions yet.
     Recovering(Cycle),
-    /// The host sends starts of frames and transactions.
+    /// The host sends start-of-frame packets, and transactions.
     Running,
 }
 

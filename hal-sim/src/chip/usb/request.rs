@@ -28,7 +28,7 @@ pub enum Request {
     ConfigurationHeader,
     /// GET_DESCRIPTOR: the whole configuration.
     Configuration,
-    /// GET_DESCRIPTOR: string 0–2 for manufacturer, product, serial number.
+    /// GET_DESCRIPTOR: a string; 0 is the manufacturer, 1 the product and 2 the serial number.
     String(usize),
     /// SET_CONFIGURATION, which makes the data endpoints usable.
     Configure,

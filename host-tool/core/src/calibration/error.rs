@@ -120,7 +120,9 @@ pub enum CalibrationError {
     Wrong(PathBuf, String),
     /// The result of a drift check could not be added to the wearer file, for the given reason
     /// (E689).
-    #[error("E689 the check was not added to the wearer file: {0}; stimulation has ended")]
+    #[error(
+        "E689 the check is lost, because it could not be added to the wearer file: {0}; remove the cause and check again (stimulation has ended)"
+    )]
     Store(String),
     /// The standard input is not a terminal, so that no operator can answer (E688).
     #[error(

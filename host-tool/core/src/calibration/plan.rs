@@ -268,7 +268,8 @@ fn millis(name: &str, seconds: f64, [least, most]: [f64; 2], told: &mut Vec<Stri
     (seconds * 1e3).round() as u32 // saturates
 }
 
-/// Returns the limits of a wearer file, with those lowered that a calibration needs to be lower.
+/// Returns the limits of a wearer file. Those in [`MOST_MS`] are lowered to the largest value that
+/// a calibration may use.
 fn tighten_limits(mut limits: Table) -> Table {
     for (name, most) in MOST_MS {
         let said = limits.get(name).and_then(toml::Value::as_integer);

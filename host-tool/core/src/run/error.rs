@@ -68,8 +68,9 @@ pub enum RunError {
     /// The currents in the simulated hand could not be computed in some stretches of time, so the
     /// result is not reliable (E567). The field is the number of these stretches.
     #[error(
-        "E567 the circuit of the simulated hand could not be solved in {0} intervals; no current \
-         flowed there, so the angle is not valid; what was recorded is kept"
+        "E567 at {0} times of the session the simulation could not compute the currents in the \
+         hand and assumed none: do not use the angles of this record, change the load or the \
+         amplitudes and run again"
     )]
     Unsettled(u64),
     /// A signal ended the session (E580).

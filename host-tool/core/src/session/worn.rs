@@ -48,8 +48,7 @@ pub fn builtin_wearer_text(file: &str) -> Result<String, SessionError> {
     found.ok_or_else(|| unreadable_wearer(file, "no built-in wearer has this name"))
 }
 
-/// Returns the error E650, which says that the wearer file `file` of a session cannot be read, and
-/// the `reason`.
+/// Returns the error E650: the wearer file `file` cannot be read, for `reason`.
 #[must_use]
 pub fn unreadable_wearer(file: &str, reason: &str) -> SessionError {
     let reason = format!("{file}: {reason}");
@@ -77,11 +76,9 @@ pub const KEPT_AS: &str = "wearer.toml";
 #[derive(Default)]
 pub(super) struct WearerContext {
     pub(super) worn: Option<SessionWearer>,
-    /// Whether the wearer file has errors. They were reported, and nothing in the session is then
-    /// checked against the wearer file.
+    /// Whether the wearer file has errors, which were reported; nothing is checked against it then.
     pub(super) is_unknown: bool,
-    /// Whether amplitudes must be 0 or between I_MT and 1.5 · I_MT, where I_MT is the motor
-    /// threshold.
+    /// Whether amplitudes must be 0, or 1 to 1.5 times the motor threshold.
     is_haptic: bool,
 }
 

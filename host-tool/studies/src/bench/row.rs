@@ -93,7 +93,9 @@ impl<N: ToString> From<&firmware::bench::Row<N>> for Row {
 
 /// Error for a line that is not a row; it contains the line.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("E573 a benchmark image printed a line that cannot be read: {0}")]
+#[error(
+    "E573 a benchmark image printed a line that is not a result: {0}; build the image and flexor from the same source"
+)]
 pub struct RowError(String);
 
 impl RowError {

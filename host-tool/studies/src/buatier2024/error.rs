@@ -43,7 +43,9 @@ pub enum LiftError {
     )]
     Faulted(String),
     /// The caller asked to end.
-    #[error("E580 a signal came before the computation was complete")]
+    #[error(
+        "E580 the study was interrupted (Ctrl-C, SIGTERM or SIGHUP) before it was complete; run the same command again"
+    )]
     Asked,
     /// The statistics of a sample cannot be computed.
     #[error("E768 no statistics of {0} can be computed: {1}")]

@@ -17,12 +17,14 @@ pub enum FaultsError {
         symbol: String,
     },
     /// The board does not stimulate even without a fault; contains the reason.
-    #[error("E617 the board does not stimulate even without an injected fault: {0}")]
+    #[error(
+        "E617 the board does not stimulate even without an injected fault ({0}): correct the image, or the session of the campaign"
+    )]
     NeverStimulates(String),
     /// The judge calls the output severe even without a fault; contains the finding.
     #[error(
-        "E618 the output is judged severe even without an injected fault, so no campaign can be \
-         judged: {0}"
+        "E618 even without an injected fault a pulse exceeds what is allowed ({0}): correct the \
+         image or the session of the campaign first"
     )]
     SevereItself(String),
     /// The class of faults needs the chip simulator; contains the name of the class.
@@ -30,8 +32,10 @@ pub enum FaultsError {
         "E620 --class {0} needs --device chip: the native simulator has no memory or registers"
     )]
     ChipOnly(&'static str),
-    /// The folder contains cases in the file format of an earlier program version.
-    #[error("E619 the declaration of the fault campaigns is invalid: {0}")]
+    /// The declaration of a campaign cannot be read; contains file and reason.
+    #[error(
+        "E619 the declaration of the fault campaigns is invalid: {0}; restore the file in host-tool/experiments/faults and build again"
+    )]
     Declaration(String),
     /// The folder contains cases in the format of an earlier version.
     #[error(

@@ -21,7 +21,7 @@ pub enum TwoPointsError {
     #[error("E627 --ablation `{0}` does not exist; choose one of {1}")]
     NoDeparture(String, String),
     /// A wearer file lacks values that these studies need: the file, and the values.
-    #[error("E625 the wearer file {0} cannot be used here: {1}")]
+    #[error("E625 the wearer file {0} cannot be used here: {1}; complete it, or give another one")]
     Wearer(String, String),
     /// A wearer file has mistakes or cannot be read.
     #[error(transparent)]

@@ -23,7 +23,7 @@ const ISOLATED_US: [u32; 4] = [1_000, 2_000, 5_000, 10_000];
 pub enum Points {
     /// One point alone, [`A`] or [`B`].
     One(usize),
-    /// Both points, one after the other.
+    /// A and B, each with one pulse in every period.
     Two {
         /// Point that is pulsed first, [`A`] or [`B`].
         first: usize,

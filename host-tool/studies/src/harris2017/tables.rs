@@ -205,7 +205,7 @@ impl Study {
             heads: heads.map(str::to_owned).to_vec(),
             rows,
         };
-        let title = "thresholds of the participants against pulse width";
+        let title = "thresholds against pulse width";
         (!grid.rows.is_empty())
             .then(|| Sheet::table("Strength and duration", title, caption.to_owned(), grid))
     }

@@ -32,9 +32,9 @@ pub struct Comparison {
     /// Name of the compared measure, with a note if its values are medians over wearers.
     pub quantity: String,
     pub unit: String,
-    /// Readable name of the level that has the first values.
+    /// Name of the factor's level whose value comes first in each pair.
     pub this: &'static str,
-    /// Readable name of the level that has the second values.
+    /// Name of the factor's level whose value comes second in each pair.
     pub than: &'static str,
     /// One pair for each combination of the other factors' levels.
     pub pairs: Vec<Pair>,

@@ -377,8 +377,7 @@ impl Rcc {
         )
     }
 
-    /// Returns the bits of CR that switch on the oscillator and PLL from which the core clock
-    /// comes.
+    /// Returns the bits of CR that switch on the sources of the core clock.
     const fn clock_bits_in_use(&self) -> u32 {
         let pll_source = if self.pllcfgr & 1 << 22 != 0 {
             cr::HSEON

@@ -3,19 +3,13 @@
 use super::anova::{self, SOURCES, published, replications};
 use super::printed::{TABLE_8, TABLE_9};
 use super::spread::{cell, cells};
-use super::tracking::mean;
+use super::tracking::{in_words, mean};
 use super::{Part, Study, draw_results};
 use crate::hamana2022::participant::Participant;
 use crate::hamana2022::sessions::{claim, row};
 use crate::hamana2022::tracked::LAWS;
 use crate::laboratory::{Grid, Row, Share, Sheet};
-use host_core::session::LawName;
 use host_core::statistics::Spread;
-
-/// Returns the displayed name of a controller.
-pub(super) fn in_words(law: &str) -> &'static str {
-    LawName::from_name(law).map_or("", LawName::title)
-}
 
 /// Returns the name of a controller in the ids of rows, which stay as they were published.
 fn id_name(law: &str) -> &'static str {

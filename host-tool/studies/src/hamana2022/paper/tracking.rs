@@ -1,10 +1,10 @@
 //! Runs every trial of experiment 4 on one random forearm.
 
 use super::Study;
-use super::control::in_words;
 use crate::hamana2022::error::TwoPointsError;
 use crate::hamana2022::tracked::{LAWS, Method, TrialTracking};
 use crate::hamana2022::wearers::Wearer;
+use host_core::session::LawName;
 use serde::{Deserialize, Serialize};
 
 /// Result of one trial of experiment 4.
@@ -175,6 +175,11 @@ impl Tracking {
         }
         all
     }
+}
+
+/// Returns the displayed name of a controller.
+pub(super) fn in_words(law: &str) -> &'static str {
+    LawName::from_name(law).map_or("", LawName::title)
 }
 
 /// Returns the mean of `all`, which must not be empty.
