@@ -50,7 +50,7 @@ fn wrong_arguments_exit_with_2() {
     let folder = test_folder("arguments");
     let seed = studies::tracking::search::TRAINING_SEED.to_string();
     let trained = format!("chart control --quick --seed {seed}");
-    let rows: [Row; 26] = [
+    let rows: [Row; 27] = [
         ("no command", "", 2, &["Usage"]),
         ("unknown command", "runn session.toml", 2, &["run"]),
         ("unknown option", "run session.toml --devise native", 2, &["E518 unexpected", "--device"]),

@@ -378,8 +378,7 @@ mod tests {
         }
     }
 
-    /// If the pulse width grows, the amplitude is lowered: the charge per phase rises no faster than
-    /// it would at a constant width.
+    /// A growing width lowers the amplitude: the charge rises no faster than at a constant width.
     #[test]
     fn a_width_rises_no_faster_than_an_amplitude() {
         let wanted = [(10_000, 20, PERIOD_US); 40]

@@ -113,13 +113,13 @@ impl Script {
             (PacketPosition::Between, b'+' | b'-') => PacketPosition::Between,
             (PacketPosition::Between, b'$') => PacketPosition::Packet(0),
             (PacketPosition::Between, other) => {
-                panic!("gdb is told {other:#04x} outside of a packet")
+                panic!("gdb receives {other:#04x} outside of a packet")
             }
             (PacketPosition::Packet(sum), b'#') => PacketPosition::Sum(sum, None),
             (PacketPosition::Packet(sum), byte) => PacketPosition::Packet(sum.wrapping_add(byte)),
             (PacketPosition::Sum(sum, None), byte) => PacketPosition::Sum(sum, Some(digit(byte))),
             (PacketPosition::Sum(sum, Some(high)), byte) => {
-                assert_eq!(16 * high + digit(byte), sum, "gdb is told a wrong sum");
+                assert_eq!(16 * high + digit(byte), sum, "gdb receives a wrong sum");
                 PacketPosition::Between
             }
         };

@@ -293,7 +293,7 @@ fn force_rate(millinewton_per_s: i32) -> Result<ForceRate, Refusal<'static>> {
     )))
 }
 
-#[inline(never)] // where whoever watches an image stops
+#[inline(never)] // tests of the image stop here
 fn later(order: Order, mail: &mut SessionMail<'_>) -> Answer {
     if !mail.has_room_for_order() {
         return Err(busy_refusal());

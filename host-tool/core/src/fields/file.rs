@@ -46,7 +46,7 @@ pub(crate) fn parse<T>(
     match (doc.into_error(), content.flatten()) {
         (Some(e), _) => Err(e),
         (None, Some(content)) => Ok(content),
-        (None, None) => unreachable!("a file is read, or something is told"),
+        (None, None) => unreachable!("a file is read, or a mistake is reported"),
     }
 }
 

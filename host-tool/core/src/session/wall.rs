@@ -15,7 +15,7 @@ pub(super) fn read_wall(t: &Table<'_>, channels: &Channels) -> Option<WallSpec> 
     let channel = channels.find(t, "channel");
     let known = channel.and_then(|channel| channels.usable_range(channel));
     let pre_wall = t.optional_table("pre_wall", |p| {
-        channel?; // of one that is wrong itself, everything is told
+        channel?; // its own mistakes are reported
         let most = match t.has("max") {
             true => Some(Amplitude::new(t.integer("max"))),
             false => known.map(|[_, most]| most),

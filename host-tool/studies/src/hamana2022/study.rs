@@ -116,8 +116,8 @@ pub struct KnownThresholds {
     pub pads_m: Option<[[f64; 2]; 3]>,
     /// Largest voltage of the searches, V.
     pub most_v: f64,
-    /// Whether A and B are the first selective places that a person finds:
-    /// [`super::Departure::first_found`].
+    /// Whether A and B are the first selective places that a person finds, instead of the most
+    /// selective ones; an ablation sets this.
     pub first_found: bool,
 }
 

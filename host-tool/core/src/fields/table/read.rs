@@ -227,7 +227,7 @@ impl<'a> Table<'a> {
                     });
                     read.map(|value| (value, item.span()))
                 });
-                let each: Vec<Option<_>> = each.collect(); // all mistakes are told
+                let each: Vec<Option<_>> = each.collect(); // reports all mistakes
                 each.into_iter().collect::<Option<_>>().map(Value::Wholes)
             }),
             Kind::Pairs(number, count, what) => file.as_array().and_then(|list| {

@@ -61,7 +61,7 @@ pub(super) fn read_wrenches(
         let force_mn = read_triple(item, "force_n")?;
         let Range { min, max, .. } = Endpoint::FORCE_MN;
         if !force_mn.iter().all(|mn| (min..=max).contains(mn)) {
-            return None; // it was told with its range
+            return None; // reported with its range
         }
         points.push((at_us, force_mn));
     }
