@@ -70,12 +70,12 @@ pub fn read_text(path: &Path, longest: u64) -> io::Result<String> {
         return Err(io::Error::new(io::ErrorKind::InvalidData, why));
     }
     if bytes.contains(&0) {
-        let why = "it contains a zero byte, so it is not text";
+        let why = "it contains a zero byte, as UTF-16 text does; save it as UTF-8";
         return Err(io::Error::new(io::ErrorKind::InvalidData, why));
     }
     read_rest(&file, longest, &mut bytes)?;
     String::from_utf8(bytes).map_err(|_| {
-        let why = "it is not UTF-8 text";
+        let why = "it is not UTF-8 text; save it as UTF-8";
         io::Error::new(io::ErrorKind::InvalidData, why)
     })
 }

@@ -23,8 +23,8 @@ pub struct Telemetry {
     /// Effort of the controller, in thousandths of its own unit; with a wall, the penetration in
     /// 0.001°, negative in front of the wall. `None` while neither runs.
     pub effort_milli: Option<i32>,
-    /// Whether, since the last sample, an amplitude was clamped to the wearer's limit, or a force
-    /// was requested that is not possible.
+    /// Whether, since the last sample, a rise delayed an accepted amplitude, a computed amplitude
+    /// was clamped to the wearer's limit, or a force was requested that is not possible.
     pub limiting: bool,
     /// Amplitudes of the latest pulses, one per channel of the setup, lowest channel first. `None`
     /// while the channel plays nothing: once amplitude 0 was requested, or the next burst is

@@ -152,7 +152,7 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
         .collect();
     if !output.json {
         for e in &wrong {
-            eprintln!("{:?}", miette::Report::new((*e).clone()));
+            eprintln!("{}", super::mistakes_picture(e));
         }
         for ((path, _), told) in checked.iter().zip(&opposed) {
             if let Some(told) = told {

@@ -41,7 +41,7 @@ const GROUPS: [(&str, &[Entry]); 7] = [
     ]),
     ("Models", &[
         ("muscle", MUSCLE, "docs/muscle.md"),
-        ("explain-model", "flexor explain-model ten_channels", "docs/muscle.md"),
+        ("explain-model", "flexor explain-model force_ramp", "docs/muscle.md"),
     ]),
     ("Board", &[
         ("serve", "flexor serve --tcp 127.0.0.1:4242", "docs/protocol.md"),

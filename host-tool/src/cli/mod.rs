@@ -52,7 +52,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{FromArgMatches, Parser, Subcommand};
 use host_core::choice::{self, ChoiceError};
 use host_core::record::Ending;
-use host_core::session::{Session, escape_control_chars};
+use host_core::session::{Session, SessionError, escape_control_chars};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
 use std::path::Path;
@@ -375,11 +375,16 @@ fn print_stderr(text: &str) {
 
 /// Prints the error: a session file's with the line in question, any other as one sentence.
 fn print_error(error: &anyhow::Error) {
-    use host_core::session::SessionError;
     match error.downcast_ref::<SessionError>() {
-        Some(file) => print_stderr(&format!("{:?}", miette::Report::new(file.clone()))),
+        Some(mistakes) => print_stderr(&mistakes_picture(mistakes)),
         None => print_stderr(&format!("error: {}", printable(&format!("{error:#}")))),
     }
+}
+
+/// Returns all mistakes of a file, each with its number, lines of the file and advice.
+fn mistakes_picture(mistakes: &SessionError) -> String {
+    let picture = format!("{:?}", miette::Report::new(mistakes.clone()));
+    picture.replace("\nError: E", "\nE") // miette marks all but the first
 }
 
 #[cfg(test)]

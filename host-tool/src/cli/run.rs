@@ -12,12 +12,12 @@ use host_core::run::{DeviceName, Keys, SessionFile};
 use host_core::session::LawName;
 use std::path::PathBuf;
 
-/// Run a session on a device; write its record and report
+/// Run a session on a simulator or a board; write its record and report
 #[derive(Args, Debug)]
 pub struct RunArgs {
-    /// Session file (TOML)
+    /// Session file (TOML), or the name of a shipped one (flexor list)
     session: PathBuf,
-    /// Device: native, chip, qemu, a serial port, or tcp:HOST:PORT
+    /// Simulator (native, chip or qemu) or board (a serial port or tcp:HOST:PORT)
     #[arg(long, default_value = "native")]
     device: DeviceName,
     #[command(flatten)]

@@ -59,9 +59,15 @@ pub fn status_text(model: &Model, told: usize) -> String {
 /// Formats the remaining time, and the charge of the channel with the least charge left.
 pub fn allowance_text(left: &RemainingAllowance) -> String {
     let (minutes, seconds) = (left.time_ms / 60_000, left.time_ms / 1_000 % 60);
-    let millicoulombs = f64::from(left.dose_uc) * 1e-3;
-    let number = left.channel + 1;
-    format!("left {minutes}:{seconds:02} min, {millicoulombs:.1} mC on {number}")
+    // The largest number also stands for more, which is no limit to anybody.
+    let charge = (left.dose_uc < u32::MAX).then(|| {
+        let (millicoulombs, number) = (f64::from(left.dose_uc) * 1e-3, left.channel + 1);
+        format!(", {millicoulombs:.1} mC on {number}")
+    });
+    format!(
+        "left {minutes}:{seconds:02} min{}",
+        charge.unwrap_or_default()
+    )
 }
 
 /// Returns the same values as [`status_text`] in JSON; unknown values are null.

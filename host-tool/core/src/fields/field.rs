@@ -240,13 +240,13 @@ impl Number {
         })
     }
 
-    /// Returns the unit for messages. It is empty if the number has no unit, or if the unit depends
-    /// on the output stage.
+    /// Returns the unit for messages: both of an amplitude if the unit depends on the output stage.
+    /// It is empty if the number has no unit.
     pub(crate) fn display_unit(&self) -> &'static str {
-        if self.unit.starts_with(UNIT) {
-            ""
-        } else {
-            self.unit
+        match self.unit.strip_prefix(UNIT) {
+            Some("") => "mA or V",
+            Some(_) => "",
+            None => self.unit,
         }
     }
 

@@ -162,7 +162,7 @@ fn head(trial: &Trial, codes: Option<(u16, u16)>, channel: u8, at: f64) -> Head 
         more: match codes {
             Some((low, high)) if low < high => format!("DAC {low} to {high}"),
             Some((code, _)) => format!("DAC code {code}"),
-            None => "no pulse".to_owned(),
+            None => "no pulse in this period".to_owned(),
         },
         bold: false,
     }

@@ -263,7 +263,7 @@ fn is_open_loop(run: &Run) -> bool {
 fn amplitudes(run: &Run) -> Html {
     figure(
         &lanes::amplitudes(&run.trials),
-        "Amplitude of the latest burst of every channel. The upper line is the wearer's limit.",
+        "Amplitude of the latest burst of every channel. The upper line is the limit of the channel.",
     )
 }
 

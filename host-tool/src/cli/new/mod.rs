@@ -15,36 +15,38 @@ use std::path::{Path, PathBuf};
 
 /// Write a session file from questions, options or a shipped file
 ///
-/// Asks on a terminal; otherwise options and defaults decide. The result passes flexor check.
+/// On a terminal, asks for what no option gives; elsewhere the defaults apply. The file passes
+/// flexor check.
 #[derive(Args, Debug, Default)]
 pub struct New {
     /// Session file to write; an existing file is never replaced
     session: PathBuf,
-    /// Name in reports
+    /// Name in reports; default: A first session
     #[arg(long)]
     title: Option<String>,
-    /// Duration of the stimulation, s
+    /// Duration of the stimulation, s; default: 10
     #[arg(long)]
     seconds: Option<String>,
-    /// Number of channels, 1 to 10
+    /// Number of channels, 1 to 10; default: 1
     #[arg(long)]
     channels: Option<String>,
-    /// Output stage: current or voltage
+    /// Output stage: current (default) or voltage
     #[arg(long)]
     stage: Option<String>,
-    /// Largest amplitude of each channel, mA or V
+    /// Largest amplitude that each channel accepts, mA or V; default: 10
     #[arg(long)]
     limit: Option<String>,
-    /// Amplitude of each channel, mA or V
+    /// Amplitude of each channel, at most --limit, mA or V; default: 5
     #[arg(long)]
     amplitude: Option<String>,
-    /// Width of one phase, µs
+    /// Width of one phase, µs; default: 200
     #[arg(long)]
     width: Option<String>,
-    /// Pulses per second
+    /// Pulses per second; default: 30
     #[arg(long)]
     frequency: Option<String>,
-    /// Pattern of the amplitudes: constant, or an example program: on-off, ramp or cycle
+    /// Pattern of the amplitudes: constant (default), on-off (2 s each; channels take turns), ramp
+    /// (up and down), or cycle (phases of a crank at 40 rpm). The times are in the file
     #[arg(long)]
     program: Option<String>,
     /// Wearer file: one channel for each of its electrodes, at the motor threshold unless

@@ -30,9 +30,11 @@ pub(super) fn compose(
         "on-off" => {
             let each = (0_u32..).zip(channels).map(|(place, (channel, value))| {
                 format!(
-                    "[[program]]\nkind = \"on-off\"\nchannels = [{channel}]\nvalue = {value}\n\
-                     on_s = {TURN_S:?}\noff_s = {TURN_S:?}\nramp_up_s = 0.5\nramp_down_s = 0.5\n\
-                     delay_s = {:?}\n",
+                    "[[program]] # repeats until `duration_s`\nkind = \"on-off\"\n\
+                     channels = [{channel}]\nvalue = {value} # mA or V\n\
+                     on_s = {TURN_S:?} # with both ramps\noff_s = {TURN_S:?}\n\
+                     ramp_up_s = 0.5\nramp_down_s = 0.5\n\
+                     delay_s = {:?} # of the first time on\n",
                     f64::from(place % 2) * TURN_S
                 )
             });

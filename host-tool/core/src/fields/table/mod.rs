@@ -334,8 +334,12 @@ impl Table<'_> {
                 // The field's own error message is more precise.
                 let own = number.filter(|n| !n.bound.is_empty() && n.range == Some(bounds));
                 if own.is_none() || !table.has(found.name) {
-                    let allowed = number.map(|number| number.format_bounds(bounds.0, bounds.1));
-                    table.report_out_of_range(found.name, allowed.unwrap_or_default());
+                    let allowed = number.map(|number| {
+                        let range = number.format_bounds(bounds.0, bounds.1);
+                        format!("{range} {}", number.display_unit())
+                    });
+                    let allowed = allowed.unwrap_or_default();
+                    table.report_out_of_range(found.name, allowed.trim_end().to_owned());
                 }
             }
             None => self.report_out_of_range(field, format!("{min} to {max}")),
