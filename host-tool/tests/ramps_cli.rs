@@ -21,7 +21,7 @@ fn ramps_are_told_and_written() {
     for line in people.lines() {
         assert!(line.chars().count() <= 80, "{line}");
     }
-    assert!(people.contains("Angles: what ±15° do"), "{people}");
+    assert!(people.contains("Angles: effect of ±15°"), "{people}");
     assert!(
         people.contains("1000 to 1000 µs, by design 1000"),
         "{people}"

@@ -12,7 +12,7 @@ use host_core::run::{DeviceName, Keys, SessionFile};
 use host_core::session::LawName;
 use std::path::PathBuf;
 
-/// Run a session on a simulator or a board; write its record and report
+/// Run a session on a simulator or board; write record and report
 #[derive(Args, Debug)]
 pub struct RunArgs {
     /// Session file (TOML), or the name of a shipped one (flexor list)

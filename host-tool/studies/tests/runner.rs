@@ -121,7 +121,7 @@ fn a_unit_that_was_changed_by_hand_is_named_by_its_line() {
     let error = error.err().unwrap();
     let error = error.to_string();
     assert!(
-        error.contains("E608") && error.contains("line 2: its sum"),
+        error.contains("E608") && error.contains("line 2: its checksum"),
         "{error}"
     );
 }

@@ -319,10 +319,10 @@ mod tests {
         ];
         let told = caption(&of_p);
         assert!(told.contains("25: P, draw 4, B trial 3;"), "{told}");
-        assert!(told.contains("28: no draw has a number"), "{told}");
+        assert!(told.contains("28: no draw has this trial"), "{told}");
         let told = caption(&of_p[..1]);
         assert!(
-            told.contains("25: Q, draw 0 (of P no draw has it), B trial 3"),
+            told.contains("25: Q, draw 0 (no draw of P has points and voltages), B trial 3"),
             "{told}"
         );
     }
