@@ -327,8 +327,8 @@ mod tests {
 
     #[test]
     fn millinewtons_round_trip() {
-        let all = (0..=100_000).chain(32_700_000..=32_767_000);
-        for mn in all {
+        let millinewtons = (0..=100_000).chain(32_700_000..=32_767_000);
+        for mn in millinewtons {
             assert_eq!(Force::from_millinewton(mn).to_nearest_millinewton(), mn);
         }
         let negative = Force(I16F16::from_bits(-65_536));

@@ -31,8 +31,8 @@ fn time_of_stimulation_ends_and_is_not_given_back() {
     // The first run lasts a second, plus its answers and its fall. The last run is only the fall,
     // which ends when the allowance does.
     assert!((1_800_000..1_950_000).contains(&took), "{took} µs");
-    for told in [Event::Stopping, Event::Stopped] {
-        assert!(has_event(&heard, told(StopCause::TimeOver)), "{heard:?}");
+    for event in [Event::Stopping, Event::Stopped] {
+        assert!(has_event(&heard, event(StopCause::TimeOver)), "{heard:?}");
     }
     assert_eq!(desk.state(), State::Idle);
     let spent = refusal(Code::TimeOver, "max_session_s");

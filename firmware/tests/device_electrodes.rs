@@ -218,16 +218,16 @@ fn a_fault_that_readings_tell_cuts_no_pulse() {
             desk.keep_alive(4, 30_000);
             let record = desk.status().fault.unwrap();
             assert_eq!(record.fault, fault, "{breaks_us}");
-            let (told, levels) = (desk.record.since_boot_us(record.at), &desk.record.levels);
+            let (fault_us, levels) = (desk.record.since_boot_us(record.at), &desk.record.levels);
             assert_balanced(levels, 0, breaks_us);
             let second = driven_starts(levels, 0).into_iter().next_back().unwrap();
             // Two windows after the pulse began, or one more if its second phase was read.
             assert!(
-                (250..=750).contains(&(told - second)),
-                "{breaks_us}: {told}"
+                (250..=750).contains(&(fault_us - second)),
+                "{breaks_us}: {fault_us}"
             );
             assert!(
-                levels.last().is_some_and(|last| last.0 < told),
+                levels.last().is_some_and(|last| last.0 < fault_us),
                 "{breaks_us}"
             );
         }

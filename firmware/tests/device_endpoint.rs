@@ -97,9 +97,9 @@ fn expected(force_mn: [i32; 3]) -> Vec<Option<Amplitude>> {
     let [x, y, z] = force_mn.map(|mn| mn as f32 / 1e3);
     let given = limb.jacobians_at_posture(&before_the_trunk()).unwrap();
     let made = limb.recruit(&given, &Wrench::from_force(x, y, z)).unwrap();
-    let of = |channel| made.orders.iter().find(|(value, _)| *value == channel);
+    let order = |channel| made.orders.iter().find(|(value, _)| *value == channel);
     (0..9)
-        .map(|channel| of(channel).map(|pair| pair.1))
+        .map(|channel| order(channel).map(|pair| pair.1))
         .collect()
 }
 
@@ -128,11 +128,14 @@ fn a_wanted_force_becomes_the_room_s_amplitudes() {
             desk.wait(10_000);
         }
         let sample = desk.samples().pop().unwrap();
-        let told = WrenchSample {
+        let expected_wrench = WrenchSample {
             reference_mn: WANTED,
             achievable_permille: 1000,
         };
-        assert_eq!((sample.wrench, sample.limiting), (Some(told), false));
+        assert_eq!(
+            (sample.wrench, sample.limiting),
+            (Some(expected_wrench), false)
+        );
         let expected = expected(WANTED);
         assert!(expected.iter().flatten().count() >= 2, "{expected:?}");
         let heard: Vec<_> = sample.amplitudes.iter().copied().collect();
@@ -375,8 +378,12 @@ fn the_draft_tells_all_that_parts_break_together() {
     for request in [muscle(0), control(0, FORCE), joint(1, 2, 5_000, 15_000)] {
         draft.configure(&request).unwrap().unwrap();
     }
-    let all = lines();
-    for mut line in [all[0].clone(), all[1].clone(), all[3].clone()] {
+    let arm_lines = lines();
+    for mut line in [
+        arm_lines[0].clone(),
+        arm_lines[1].clone(),
+        arm_lines[3].clone(),
+    ] {
         line.limit = Amplitude::new(20_000 + u32::from(line.channel == 1));
         draft.set_line(line).unwrap();
     }
@@ -400,7 +407,7 @@ fn the_draft_tells_all_that_parts_break_together() {
     assert_eq!(draft.controlled_channels(), 0b1111);
     // A line replaces that of its channel, whatever the order of requests.
     let sum = draft.checksum();
-    draft.set_line(all[0].clone()).unwrap();
+    draft.set_line(arm_lines[0].clone()).unwrap();
     assert_eq!(draft.checksum(), sum);
     draft.clear();
     assert_eq!(draft.controlled_channels(), 0);

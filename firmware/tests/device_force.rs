@@ -389,13 +389,13 @@ fn an_isolated_group_keeps_its_rates() {
         let refused = arming_refusal(wearer(), &specs, requests);
         assert_eq!(refused, refusal(Code::RateChanges, "groups"));
     }
-    let said = ForceSpec {
+    let explicit = ForceSpec {
         max_period_us: Some(SLOW.period_us),
         ..fixed
     };
     for (partner, spec) in [
         (Partner::Isolated, fixed),
-        (Partner::Isolated, said),
+        (Partner::Isolated, explicit),
         (Partner::Conducted, FORCE),
         (Partner::Conducted, RARE),
     ] {

@@ -27,8 +27,8 @@ fn gated_channel(train: TrainSpec) -> ChannelSpec {
 /// Returns start and end of a channel's phases after the electrode check.
 fn phases(desk: &TestHost, channel: usize, from_us: u64) -> Vec<(u64, u64)> {
     let is_driven = |line| matches!(line, Line::Cathodic | Line::Anodic);
-    let all = line_intervals(&desk.record.levels, channel, u64::MAX);
-    let phases = all.into_iter().filter(|s| is_driven(s.1));
+    let intervals = line_intervals(&desk.record.levels, channel, u64::MAX);
+    let phases = intervals.into_iter().filter(|s| is_driven(s.1));
     phases
         .map(|s| (s.0, s.2))
         .filter(|s| s.0 >= from_us)
@@ -173,14 +173,14 @@ fn a_gate_that_chatters_changes_no_pulse() {
             assert!(seen.iter().all(|t| *t < released + 1_250), "{on}/{off}");
             let last = seen.iter().filter(|t| **t >= held + 1_000).count() as u64;
             // One period may have to end first.
-            let all = if train.repeats == 0 {
+            let expected = if train.repeats == 0 {
                 90_000 / period
             } else {
                 2
             };
             assert!(
-                (all - 1..=all + 1).contains(&last),
-                "{on}/{off}: {last} of {all}"
+                (expected - 1..=expected + 1).contains(&last),
+                "{on}/{off}: {last} of {expected}"
             );
         }
     }

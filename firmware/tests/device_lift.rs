@@ -60,12 +60,12 @@ const RELEASED: Request = Request::ObjectHeld { held: false };
 /// Sends the same angle, measured now, for each joint.
 fn measure(desk: &mut TestHost, joints: u8, centideg: i16) {
     let at = desk.now();
-    let of = |joint| Request::Measurement {
+    let measurement = |joint| Request::Measurement {
         joint,
         centideg,
         at,
     };
-    desk.write((0..joints).map(of));
+    desk.write((0..joints).map(measurement));
 }
 
 /// Moves all joints from one angle to another at 1° per 10 ms with keep-alives. Returns the last
@@ -182,10 +182,10 @@ fn what_is_held_too_long_is_let_go_until_it_is_released_and_held_anew() {
     assert!((580_000..=602_000).contains(&last), "{last}");
     let heard = desk.take_messages();
     assert!(has_event(&heard, Event::HoldExpired));
-    let told = heard
+    let expiries = heard
         .iter()
         .filter(|h| matches!(h, OwnedResponse::Event(_, Event::HoldExpired)));
-    assert_eq!(told.count(), 1);
+    assert_eq!(expiries.count(), 1);
     assert_eq!(
         desk.expect_refusal(HELD),
         refusal(Code::HoldExpired, "held")

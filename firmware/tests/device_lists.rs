@@ -103,20 +103,20 @@ fn what_a_list_may_not_have_is_refused() {
     };
     let mut desk = risen(wearer, &[LISTING, PLAIN]);
     let out = |field| Err(refusal(Code::OutOfRange, field));
-    let one = |after_us, ua, width_us| list(0, &[(after_us, ua, width_us)]);
+    let single_pulse = |after_us, ua, width_us| list(0, &[(after_us, ua, width_us)]);
     let cases = [
         (list(0, &[]), out("pulses")),
-        (one(2_000_001, 5_000, 200), out("after_us")),
-        (one(0, 0, 200), out("amplitude")),
-        (one(0, 5_000, 9), out("width_us")),
-        (one(0, 5_000, 401), out("width_us")),
-        (one(0, 5_000, 501), out("width_us")),
+        (single_pulse(2_000_001, 5_000, 200), out("after_us")),
+        (single_pulse(0, 0, 200), out("amplitude")),
+        (single_pulse(0, 5_000, 9), out("width_us")),
+        (single_pulse(0, 5_000, 401), out("width_us")),
+        (single_pulse(0, 5_000, 501), out("width_us")),
         (
-            one(0, 20_001, 10),
+            single_pulse(0, 20_001, 10),
             Err(refusal(Code::AboveWearerLimit, "values")),
         ),
         (
-            one(0, 20_000, 201),
+            single_pulse(0, 20_000, 201),
             Err(refusal(Code::ChargeAtWidth, "max_charge_nc")),
         ),
         (
@@ -141,7 +141,7 @@ fn what_a_list_may_not_have_is_refused() {
     // Seventeen pulses exceed a list, which is refused by name as with any list.
     desk.expect_ok(list(0, &[(20_000, 20_000, 200); 16]));
     let plays = refusal(Code::ListPlays, "pulses");
-    assert_eq!(desk.expect_refusal(one(0, 5_000, 200)), plays);
+    assert_eq!(desk.expect_refusal(single_pulse(0, 5_000, 200)), plays);
     assert_eq!(desk.state(), State::Stimulating);
 }
 
@@ -153,27 +153,30 @@ fn a_list_waits_for_the_rise_of_its_channel() {
     };
     let mut desk = TestHost::open(BOOT);
     desk.prepare(slow, &[channel(LISTING)]);
-    let one = || list(0, &[(0, 5_000, 200)]);
-    assert_eq!(desk.expect_refusal(one()), refusal(Code::NotArmed, "state"));
+    let single_pulse = || list(0, &[(0, 5_000, 200)]);
+    assert_eq!(
+        desk.expect_refusal(single_pulse()),
+        refusal(Code::NotArmed, "state")
+    );
     desk.expect_ok(ARM);
     assert_eq!(
-        desk.expect_refusal(one()),
+        desk.expect_refusal(single_pulse()),
         refusal(Code::WrongState, "state")
     );
     desk.expect_ok(Request::Start);
     let not_risen = refusal(Code::NotRisen, "pulses");
-    assert_eq!(desk.expect_refusal(one()), not_risen);
+    assert_eq!(desk.expect_refusal(single_pulse()), not_risen);
     desk.expect_ok(equal_amplitudes(1, 5_000));
     desk.keep_alive(5, 50_000);
-    assert_eq!(desk.expect_refusal(one()), not_risen);
+    assert_eq!(desk.expect_refusal(single_pulse()), not_risen);
     desk.keep_alive(3, 50_000);
-    desk.expect_ok(one());
+    desk.expect_ok(single_pulse());
     // From zero the amplitude rises again.
     desk.expect_ok(equal_amplitudes(1, 0));
     desk.wait(60_000);
     desk.expect_ok(equal_amplitudes(1, 5_000));
     desk.wait(60_000);
-    assert_eq!(desk.expect_refusal(one()), not_risen);
+    assert_eq!(desk.expect_refusal(single_pulse()), not_risen);
 }
 
 /// A setpoint of the channel ends its list; a stop lowers its pulses like any others.

@@ -72,8 +72,8 @@ fn over_current_truncates_and_records_the_charge_left() {
             let written = |d: &&(u64, u8, u16)| d.1 == c as u8 && d.2 != 0;
             let code = i64::from(desk.record.dac.iter().rfind(written).unwrap().2);
             // First edge of the pulse that contains `at`.
-            let all = line_intervals(&desk.record.levels, c, at);
-            let first = all
+            let intervals = line_intervals(&desk.record.levels, c, at);
+            let first = intervals
                 .iter()
                 .enumerate()
                 .filter(|(i, s)| {
@@ -87,7 +87,8 @@ fn over_current_truncates_and_records_the_charge_left() {
             let expected: i64 = if at - first >= *occupied {
                 0
             } else {
-                all.iter()
+                intervals
+                    .iter()
                     .filter(|s| s.0 >= first)
                     .map(|s| {
                         let length = (s.2.min(at) - s.0.min(at)).cast_signed();

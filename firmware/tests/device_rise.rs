@@ -68,7 +68,7 @@ fn jumps(bursts: &[Burst], start_ua: u32, rise_bursts: u16) -> Vec<(Burst, Burst
     let part = (1.0 / (f64::from(rise_bursts) + 1.0)).min(period / (rise + period));
     // 24 µC are 120 mA at the train's own 200 µs.
     let first = [part * limit, part * 120_000.0];
-    let of = |b: &Burst| [b.1, b.1 * b.2 as f64 / 200.0];
+    let measures = |b: &Burst| [b.1, b.1 * b.2 as f64 / 200.0];
     let mut jumps = Vec::new();
     let mut before: Option<Burst> = None;
     for burst in bursts {
@@ -77,13 +77,13 @@ fn jumps(bursts: &[Burst], start_ua: u32, rise_bursts: u16) -> Vec<(Burst, Burst
             Some(before) if before.1 > 0.0 && burst.0 - before.0 <= 2 * u64::from(PERIOD_US) => {
                 let since = (burst.0 - before.0) as f64;
                 let by = (limit * since / rise).min(limit / f64::from(rise_bursts));
-                of(&before).map(|m| m + by)
+                measures(&before).map(|m| m + by)
             }
             _ => first,
         };
         let step = 100_000.0 / 65_535.0 * 2.5;
         let is_high = |(m, most): (f64, f64)| m > most.max(start_ua.into()) + step;
-        if of(burst).into_iter().zip(most).any(is_high) {
+        if measures(burst).into_iter().zip(most).any(is_high) {
             jumps.push((before.unwrap_or_default(), *burst));
         }
         before = Some(*burst);

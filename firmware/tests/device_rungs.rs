@@ -193,12 +193,12 @@ fn a_rung_changes_without_a_step() {
             println!("{from:?} to {level:?}: {forces:?}");
             let last = *forces.last().unwrap();
             assert_eq!(last.is_none(), level == MuscleLevel::None, "{forces:?}");
-            let told: Vec<i64> = forces.iter().flatten().map(|&mn| mn.into()).collect();
-            let step = told.windows(2).map(|w| (w[1] - w[0]).abs()).max();
+            let reported_mn: Vec<i64> = forces.iter().flatten().map(|&mn| mn.into()).collect();
+            let step = reported_mn.windows(2).map(|w| (w[1] - w[0]).abs()).max();
             // K05 holds some 15 N; its rise and fall take 5 ms or more.
             assert!(step.unwrap_or(0) <= 750, "{forces:?}");
             if from == MuscleLevel::None && level != from {
-                assert!(told[0] <= 750, "{forces:?}");
+                assert!(reported_mn[0] <= 750, "{forces:?}");
             }
         }
     }

@@ -36,7 +36,7 @@ fn scene(kind: usize) -> (Vec<ChannelSpec>, Option<Request>) {
         period_us: 10_000,
         ..MONO
     };
-    let both = TrainSpec {
+    let earlier = TrainSpec {
         period_us: 10_000,
         ..MONO
     };
@@ -48,7 +48,7 @@ fn scene(kind: usize) -> (Vec<ChannelSpec>, Option<Request>) {
         ),
         2 => (vec![channel(long_ground), channel(biphasic)], None),
         _ => (
-            vec![channel(both), channel(later)],
+            vec![channel(earlier), channel(later)],
             group(Partner::Isolated),
         ),
     }
@@ -336,11 +336,11 @@ fn isolated_partners_stay_apart_whatever_the_triggers() {
                 desk.send(Request::KeepAlive);
             }
         }
-        let both = desk.record.levels.iter().find(|(_, l)| {
+        let overlap = desk.record.levels.iter().find(|(_, l)| {
             let is_driven = |c| matches!(l.state(c), Line::Anodic | Line::Cathodic);
             is_driven(0) && is_driven(1)
         });
-        assert_eq!(both, None, "triggers every {every}");
+        assert_eq!(overlap, None, "triggers every {every}");
         assert!(driven_starts(&desk.record.levels, 1).len() > 4);
     }
 }

@@ -262,14 +262,17 @@ fn status_tells_what_is_left() {
     assert_eq!(desk.status().remaining, None);
     desk.prepare(limited, &[channel(PLAIN), channel(PLAIN)]);
     desk.start();
-    let whole = RemainingAllowance {
+    let full_allowance = RemainingAllowance {
         time_ms: 9_999,
         channel: 0,
         dose_uc: 2_000,
     };
     let left = desk.status().remaining.unwrap();
     assert!((9_990..10_000).contains(&left.time_ms), "{left:?}");
-    assert_eq!((left.channel, left.dose_uc), (whole.channel, whole.dose_uc));
+    assert_eq!(
+        (left.channel, left.dose_uc),
+        (full_allowance.channel, full_allowance.dose_uc)
+    );
     // Only channel 2 emits pulses.
     desk.expect_ok(Request::Amplitudes {
         at: None,

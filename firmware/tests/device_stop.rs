@@ -158,13 +158,13 @@ fn a_thousand_orders_do_not_delay_a_stop() {
     assert!((at - arrived).us() <= 500);
     assert_eq!(stopping(&heard), Some(at));
     assert_eq!(desk.state(), State::Stopping);
-    let told = heard.iter().filter(|h| match h {
+    let answers = heard.iter().filter(|h| match h {
         OwnedResponse::Ack(seq, _)
         | OwnedResponse::Refused(Some(seq), ..)
         | OwnedResponse::Status(seq, _) => numbers.contains(seq),
         _ => false,
     });
-    assert_eq!(told.count(), count);
+    assert_eq!(answers.count(), count);
     desk.wait(100_000);
     assert_eq!(desk.state(), State::Idle);
     assert_eq!(desk.status().counters.lost_posts, 0);

@@ -271,13 +271,13 @@ fn no_stranger_takes_over_what_another_armed_whenever_the_verdict_comes() {
             ]
         }),
     ];
-    for (what, arms_before, frames) in packets {
+    for (name, arms_before, frames) in packets {
         let (mut taken, mut kept) = (0, 0);
         at_every_point(frames, arms_before, |owners, heard, when| {
             if is_taken_over(heard) {
                 taken += 1;
                 for _ in 0..200 {
-                    assert_eq!(owners.pulser.state(), State::Idle, "{what}, {when}");
+                    assert_eq!(owners.pulser.state(), State::Idle, "{name}, {when}");
                     owners.run(1);
                 }
                 return;
@@ -287,10 +287,10 @@ fn no_stranger_takes_over_what_another_armed_whenever_the_verdict_comes() {
             owners.run(4);
             let heard = owners.heard();
             let is_heard = matches!(heard.first(), Some(OwnedResponse::Ack(..)));
-            assert!(is_heard, "{what}, {when}: {heard:?}");
+            assert!(is_heard, "{name}, {when}: {heard:?}");
         });
-        println!("{what}: taken over {taken}, kept {kept}");
-        assert_eq!(taken > 0, what == "armed behind the stranger", "{what}");
+        println!("{name}: taken over {taken}, kept {kept}");
+        assert_eq!(taken > 0, name == "armed behind the stranger", "{name}");
     }
 }
 
@@ -324,7 +324,7 @@ fn no_board_restarts_unless_idle_whenever_the_verdict_comes() {
             ]
         }),
     ];
-    for (what, arms_before, frames) in packets {
+    for (name, arms_before, frames) in packets {
         let mut stored = 0;
         at_every_point(frames, arms_before, |owners, _, when| {
             if owners.session.stage_table_to_store().is_none() {
@@ -332,12 +332,12 @@ fn no_board_restarts_unless_idle_whenever_the_verdict_comes() {
             }
             stored += 1;
             for _ in 0..200 {
-                assert_eq!(owners.pulser.state(), State::Idle, "{what}, {when}");
+                assert_eq!(owners.pulser.state(), State::Idle, "{name}, {when}");
                 owners.run(1);
             }
         });
-        println!("{what}: stored {stored}");
-        assert_eq!(stored > 0, what == "armed behind", "{what}");
+        println!("{name}: stored {stored}");
+        assert_eq!(stored > 0, name == "armed behind", "{name}");
     }
 }
 

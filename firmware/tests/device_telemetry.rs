@@ -54,9 +54,9 @@ fn what_is_not_there_is_none_and_the_state_is_told() {
     assert_eq!(silent.state, State::Stimulating);
     assert_eq!(silent.amplitudes, [None, None]);
     desk.expect_ok(equal_amplitudes(1, 10_000));
-    let one = last_sample_after(&mut desk, 60);
-    assert_eq!(one.amplitudes, [Some(Amplitude::new(10_000)), None]);
-    for sample in [&idle, &armed, &silent, &one] {
+    let playing = last_sample_after(&mut desk, 60);
+    assert_eq!(playing.amplitudes, [Some(Amplitude::new(10_000)), None]);
+    for sample in [&idle, &armed, &silent, &playing] {
         assert_eq!(sample.reference_centideg, None);
         assert_eq!(sample.measured_centideg, None);
         assert_eq!(sample.effort_milli, None);

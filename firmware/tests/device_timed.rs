@@ -472,7 +472,7 @@ enum Move {
 }
 
 fn moves() -> impl Strategy<Value = Vec<Move>> {
-    let one = prop_oneof![
+    let strategy = prop_oneof![
         6 => (0_u32..1_000_000).prop_map(Move::Ahead),
         6 => (1_000_u32..300_000).prop_map(Move::Wait),
         1 => Just(Move::Stop),
@@ -481,7 +481,7 @@ fn moves() -> impl Strategy<Value = Vec<Move>> {
         1 => Just(Move::Hello),
         3 => Just(Move::Start),
     ];
-    proptest::collection::vec(one, 1..40)
+    proptest::collection::vec(strategy, 1..40)
 }
 
 /// Plays `moves`; each order has its own amplitude. Returns the number of bursts with the amplitude

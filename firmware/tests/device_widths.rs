@@ -31,8 +31,8 @@ pub fn stimuli(pairs: &[(u32, u16)]) -> Request {
 
 /// Returns the driven intervals of a channel from `from_us` on, with the DAC code in force.
 pub fn phases(desk: &TestHost, channel: usize, from_us: u64) -> Vec<(u64, u64, u16)> {
-    let all = line_intervals(&desk.record.levels, channel, u64::MAX);
-    let driven = all.into_iter().filter(|s| {
+    let intervals = line_intervals(&desk.record.levels, channel, u64::MAX);
+    let driven = intervals.into_iter().filter(|s| {
         matches!(s.1, Line::Anodic | Line::Cathodic) && s.0 >= from_us && s.2 != u64::MAX
     });
     let writes = desk.record.dac.iter();
@@ -264,7 +264,7 @@ fn orders() -> impl Strategy<Value = Vec<([(u32, u16); 2], u32)>> {
         )
     };
     vec(((pair(), pair()), 1_000u32..45_000), 5..40)
-        .prop_map(|all| all.into_iter().map(|((a, b), us)| ([a, b], us)).collect())
+        .prop_map(|rows| rows.into_iter().map(|((a, b), us)| ([a, b], us)).collect())
 }
 
 proptest! {

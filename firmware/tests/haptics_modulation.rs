@@ -218,8 +218,8 @@ fn a_quartic_that_leaves_0_to_1_at_one_angle_only_is_refused_with_that_angle() {
         let [a0, a1, a2] = power;
         let b = [a0, a0 + a1 / 4.0, a0 + a1 / 2.0 + a2 / 6.0];
         let more = [a0 + a1 * 0.75 + a2 / 2.0, a0 + a1 + a2];
-        let all = [b[0], b[1], b[2], more[0], more[1]];
-        QuarticSpec(all.map(|b| ((b + foot) * 1e6).round() as i32))
+        let coefficients = [b[0], b[1], b[2], more[0], more[1]];
+        QuarticSpec(coefficients.map(|b| ((b + foot) * 1e6).round() as i32))
     };
     assert_eq!(
         validation_errors(|spec| spec.flexor.lift = Some(dip(0.000_001))),
@@ -299,11 +299,11 @@ fn every_field_is_refused_beyond_its_range() {
     let twice = validation_errors(|s| s.extensor.channel = 0);
     assert_eq!(twice, [ModulationError::ChannelTwice { channel: 0 }]);
     // All mistakes at once are reported in the order of the fields.
-    let all = validation_errors(|s| {
+    let errors = validation_errors(|s| {
         (s.joint, s.max_hold_ms, s.extensor.channel) = (4, 0, 0);
         s.flexor.base = Amplitude::ZERO;
     });
-    assert_eq!(all.len(), 4, "{all:?}");
+    assert_eq!(errors.len(), 4, "{errors:?}");
 }
 
 /// Returns an elbow's angle at `t` s and its phase of motion, `None` at rest. The elbow rests,
@@ -330,7 +330,7 @@ fn switches(seed: u64, noise: f64, step: f64, every_ms: u64) -> Vec<(u64, Motion
         random ^= random << 17;
         (random >> 11) as f64 / (1_u64 << 53) as f64
     };
-    let (mut state, mut all) = (PhaseState::default(), Vec::new());
+    let (mut state, mut changes) = (PhaseState::default(), Vec::new());
     let mut angle = Angle::default();
     for ms in 0..6_200 {
         if ms % every_ms == 0 {
@@ -343,11 +343,11 @@ fn switches(seed: u64, noise: f64, step: f64, every_ms: u64) -> Vec<(u64, Motion
         }
         let before = state.phase();
         match joint.detector().step(&mut state, angle) {
-            Some(now) if before != Some(now) => all.push((ms, now)),
+            Some(now) if before != Some(now) => changes.push((ms, now)),
             _ => {}
         }
     }
-    all
+    changes
 }
 
 /// At the specified noise (0.05 and 0.1°, in steps of 0.01 and 0.1°, at 100 and 200 Hz) the phase

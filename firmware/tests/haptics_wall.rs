@@ -92,7 +92,7 @@ fn the_pre_wall_ramps_from_its_begin_to_its_end_and_the_wall_goes_on_from_there(
 
 #[test]
 fn the_antagonist_works_inside_the_wall_only() {
-    let both = WallSpec {
+    let spec = WallSpec {
         pre_wall: Some(PRE_WALL),
         co_contraction: Some(CoContraction {
             channel: 1,
@@ -101,9 +101,9 @@ fn the_antagonist_works_inside_the_wall_only() {
         ..PLAIN
     };
     // Equation 2.
-    assert_eq!(amplitudes(&both, 8_999)[1], 0);
-    assert_eq!(amplitudes(&both, 9_000)[1], 0);
-    assert_eq!(amplitudes(&both, 9_001)[1], 40_000);
+    assert_eq!(amplitudes(&spec, 8_999)[1], 0);
+    assert_eq!(amplitudes(&spec, 9_000)[1], 0);
+    assert_eq!(amplitudes(&spec, 9_001)[1], 40_000);
 }
 
 /// Runs the wall over a sequence of angles, one per millisecond, and returns the amplitudes.
@@ -240,7 +240,7 @@ fn any_spec() -> impl Strategy<Value = WallSpec> {
         (any::<bool>(), proptest::option::of(pre), any::<bool>()),
     )
         .prop_map(|((at_mdeg, max, stiffness), (damping, cutoff_mhz), rest)| {
-            let (flexion, pre, both) = rest;
+            let (flexion, pre, has_co_contraction) = rest;
             let pre_wall = pre.map(|(depth_mdeg, a, b)| PreWall {
                 depth_mdeg,
                 begin: Amplitude::new(a.min(b).min(max)),
@@ -258,7 +258,7 @@ fn any_spec() -> impl Strategy<Value = WallSpec> {
                 damping,
                 cutoff_mhz,
                 pre_wall,
-                co_contraction: both.then_some(CoContraction {
+                co_contraction: has_co_contraction.then_some(CoContraction {
                     channel: 9,
                     amplitude: Amplitude::new(max),
                 }),

@@ -290,9 +290,9 @@ fn pairs_that_can_oppose_are_refused_and_others_are_not() {
         ("lists", PLAIN, lists(later(PLAIN, 9_000)), &[], true),
         ("lists of one sign", cathodic, lists(cathodic), &[], false),
     ];
-    for (what, a, b, groups, refused) in cases {
-        assert_eq!(is_refused(a, b, groups), refused, "{what}");
-        assert_eq!(is_refused(b, a, groups), refused, "{what}, exchanged");
+    for (name, a, b, groups, refused) in cases {
+        assert_eq!(is_refused(a, b, groups), refused, "{name}");
+        assert_eq!(is_refused(b, a, groups), refused, "{name}, exchanged");
     }
 }
 

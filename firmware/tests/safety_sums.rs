@@ -56,7 +56,7 @@ fn walk(trains: &[(TrainSpec, u32)]) -> (u32, f64) {
             }
         }
     }
-    let largest = sums.iter().map(|both| both[0].max(both[1]));
+    let largest = sums.iter().map(|pair| pair[0].max(pair[1]));
     let square: f64 = largest.clone().map(|ua| f64::from(ua).powi(2)).sum();
     let rms = (square / f64::from(LENGTH_US)).sqrt();
     (largest.max().unwrap(), rms)

@@ -114,10 +114,10 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
-    /// Shuffles `all` (Fisher and Yates; Knuth 1997, algorithm 3.4.2P).
-    pub fn shuffle<T>(&mut self, all: &mut [T]) {
-        for last in (1..all.len()).rev() {
-            all.swap(last, self.below(last as u64 + 1) as usize);
+    /// Shuffles `items` (Fisher and Yates; Knuth 1997, algorithm 3.4.2P).
+    pub fn shuffle<T>(&mut self, items: &mut [T]) {
+        for last in (1..items.len()).rev() {
+            items.swap(last, self.below(last as u64 + 1) as usize);
         }
     }
 

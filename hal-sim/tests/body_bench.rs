@@ -66,7 +66,14 @@ fn what_is_read_does_not_depend_on_the_steps_of_time() {
             play_second(spec, (30, 12.0), 1_000),
             play_second(spec, (30, 12.0), 50_000),
         );
-        let every = |all: &[f64]| all.iter().skip(49).step_by(50).copied().collect::<Vec<_>>();
+        let every = |samples: &[f64]| {
+            samples
+                .iter()
+                .skip(49)
+                .step_by(50)
+                .copied()
+                .collect::<Vec<_>>()
+        };
         assert_eq!((every(&fine.0), every(&fine.1)), coarse, "{kind:?}");
     }
 }

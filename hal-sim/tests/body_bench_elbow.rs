@@ -111,18 +111,18 @@ fn width_trades_for_current() {
 fn flexors_take_from_it_and_a_wire_does_not_push() {
     let triceps = muscle(Muscle::TricepsMedial, 100.0, [1.0, 0.0]);
     let brachialis = muscle(Muscle::Brachialis, 100.0, [0.5, 1.0]);
-    let both = bench(vec![triceps, brachialis]);
+    let pair = bench(vec![triceps, brachialis]);
     let alone = bench(vec![triceps]);
-    let [less, more] = [&both, &alone].map(|spec| held(spec, 0, 90.0, 35)[0]);
+    let [less, more] = [&pair, &alone].map(|spec| held(spec, 0, 90.0, 35)[0]);
     assert!(less < 0.7 * more, "{less} of {more}");
     // At twice the distance, no fibre responds to half of its threshold.
-    let [same, all] = [&both, &alone].map(|spec| held(spec, 0, 39.0, 35)[0]);
+    let [same, all] = [&pair, &alone].map(|spec| held(spec, 0, 39.0, 35)[0]);
     assert_eq!(same, all);
-    let [nm, n] = held(&both, 1, 60.0, 35);
+    let [nm, n] = held(&pair, 1, 60.0, 35);
     assert!(nm < -1.0 && n == 0.0, "{nm} N m, {n} N");
     let other = IsometricSpec {
         holds: CellSide::Flexion,
-        ..both
+        ..pair
     };
     let [nm, n] = held(&other, 1, 60.0, 35);
     assert!((n * 0.25 + nm).abs() < 1e-6);
@@ -154,15 +154,15 @@ fn how_often_it_is_advanced_changes_nothing() {
 
 #[test]
 fn what_no_bench_has_is_named() {
-    let of = |change: fn(&mut IsometricSpec)| {
+    let mistake = |change: fn(&mut IsometricSpec)| {
         let mut spec = bench(vec![muscle(Muscle::TricepsLong, 100.0, [1.0, 0.0])]);
         change(&mut spec);
         IsometricElbow::new(spec, 1).unwrap_err().0
     };
     // 180° − 69.9° is a flexion of 110.1°, where the sources differ.
-    assert_eq!(of(|spec| spec.included_deg = 69.9), "included_deg");
-    assert_eq!(of(|spec| spec.channels = [2, 2]), "channels");
-    assert_eq!(of(|spec| spec.muscles[0].reached[1] = 1.1), "reached");
-    assert_eq!(of(|spec| spec.contraction = f64::NAN), "contraction");
-    assert_eq!(of(|spec| spec.cell.lever_m = 0.0), "lever_m");
+    assert_eq!(mistake(|spec| spec.included_deg = 69.9), "included_deg");
+    assert_eq!(mistake(|spec| spec.channels = [2, 2]), "channels");
+    assert_eq!(mistake(|spec| spec.muscles[0].reached[1] = 1.1), "reached");
+    assert_eq!(mistake(|spec| spec.contraction = f64::NAN), "contraction");
+    assert_eq!(mistake(|spec| spec.cell.lever_m = 0.0), "lever_m");
 }

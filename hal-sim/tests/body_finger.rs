@@ -128,18 +128,18 @@ fn a_rounding_error_at_the_threshold_changes_nothing() {
 
 #[test]
 fn two_points_pull_as_one_unless_the_scene_says_what_they_pull() {
-    let both = [(0, 28.0), (1, 36.0)];
-    let one = torque(spec(), &both[..1], true);
-    let unsaid = torque(spec(), &both, true);
-    let pair = torque(paired(), &both, true);
-    let isolated = torque(paired(), &both, false);
-    println!("torque: one {one:.4}, pair {pair:.4}, isolated {isolated:.4} N·m");
+    let points = [(0, 28.0), (1, 36.0)];
+    let single = torque(spec(), &points[..1], true);
+    let unsaid = torque(spec(), &points, true);
+    let pair = torque(paired(), &points, true);
+    let isolated = torque(paired(), &points, false);
+    println!("torque: one {single:.4}, pair {pair:.4}, isolated {isolated:.4} N·m");
     // At rest, 5 of 100 degrees, a muscle has lost 1.25 % of its torque.
-    assert!((one / (0.22 * 0.9875) - 1.0).abs() < 0.001, "{one}");
+    assert!((single / (0.22 * 0.9875) - 1.0).abs() < 0.001, "{single}");
     // Of two rippling forces 2 ms apart, the larger counts fully.
-    assert!((unsaid / one - 1.0).abs() < 0.02, "{unsaid}");
+    assert!((unsaid / single - 1.0).abs() < 0.02, "{unsaid}");
     assert!((pair / (0.5 * 0.9875) - 1.0).abs() < 0.01, "{pair}");
-    assert!((isolated / one - 1.0).abs() < 0.02);
+    assert!((isolated / single - 1.0).abs() < 0.02);
 }
 
 #[test]
@@ -203,9 +203,9 @@ fn equal_seeds_repeat_to_the_bit_and_calls_of_advance_do_not_matter() {
     };
     assert_eq!(run(1, false), run(1, false));
     assert_eq!(run(1, false), run(1, true));
-    let (one, two) = (run(1, false), run(2, false));
-    assert!(one.iter().zip(&two).all(|(a, b)| a.0 == b.0));
-    assert!(one.iter().zip(&two).any(|(a, b)| a.1 != b.1));
+    let (first, two) = (run(1, false), run(2, false));
+    assert!(first.iter().zip(&two).all(|(a, b)| a.0 == b.0));
+    assert!(first.iter().zip(&two).any(|(a, b)| a.1 != b.1));
 }
 
 #[test]

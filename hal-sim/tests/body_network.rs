@@ -92,9 +92,9 @@ impl Dense<'_> {
         let n = self.skins.len();
         let slopes = |volts: &[f64]| -> Vec<f64> {
             let currents = self.currents(volts);
-            let of =
+            let rate =
                 |i: usize| (currents[i] - volts[i] / self.parallel_ohm[i]) / self.skins[i].farad;
-            (0..n).map(of).collect()
+            (0..n).map(rate).collect()
         };
         let still = slopes(&vec![0.0; n]);
         let mut matrix = vec![vec![0.0; n + 1]; n + 1];
@@ -120,18 +120,20 @@ impl Dense<'_> {
             .collect();
         let exponential = exponential(scaled);
         let n = volts.len();
-        let of = |i: usize| {
+        let component = |i: usize| {
             let driven: f64 = (0..n).map(|j| exponential[i][j] * volts[j]).sum();
             driven + exponential[i][n]
         };
-        (0..n).map(of).collect()
+        (0..n).map(component).collect()
     }
 }
 
 fn product(a: &[Vec<f64>], b: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let n = a.len();
-    let of = |i: usize, j: usize| (0..n).map(|k| a[i][k] * b[k][j]).sum();
-    (0..n).map(|i| (0..n).map(|j| of(i, j)).collect()).collect()
+    let element = |i: usize, j: usize| (0..n).map(|k| a[i][k] * b[k][j]).sum();
+    (0..n)
+        .map(|i| (0..n).map(|j| element(i, j)).collect())
+        .collect()
 }
 
 /// Computes the matrix exponential by Taylor's series, with scaling and squaring.
@@ -152,8 +154,8 @@ fn exponential(matrix: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let mut term = sum.clone();
     for k in 1..20 {
         term = product(&term, &small);
-        for (row, of) in sum.iter_mut().zip(&mut term) {
-            for (value, part) in row.iter_mut().zip(of) {
+        for (row, term_row) in sum.iter_mut().zip(&mut term) {
+            for (value, part) in row.iter_mut().zip(term_row) {
                 *part /= f64::from(k);
                 *value += *part;
             }
@@ -198,17 +200,17 @@ fn network(draws: &mut Draws, limit_a: f64) -> (Network, Vec<Vec<f64>>, Vec<Skin
 }
 
 fn terminals(draws: &mut Draws, actives: usize) -> Vec<Terminal> {
-    let of = |draws: &mut Draws| match draws.between(0.0, 3.0) as u32 {
+    let terminal = |draws: &mut Draws| match draws.between(0.0, 3.0) as u32 {
         0 => Terminal::Driven(draws.between(-45.0, 45.0)),
         1 => Terminal::Grounded,
         _ => Terminal::Floating,
     };
-    (0..actives).map(|_| of(draws)).collect()
+    (0..actives).map(|_| terminal(draws)).collect()
 }
 
 /// Returns the source at each terminal of `piece`.
 fn imposed(terminals: &[Terminal], piece: &Piece, limit_a: f64) -> Vec<TerminalSource> {
-    let of = |(k, terminal): (usize, &Terminal)| match terminal {
+    let source = |(k, terminal): (usize, &Terminal)| match terminal {
         Terminal::Driven(v) if piece.is_limited[k] => {
             // The limited current keeps its sign.
             TerminalSource::Amperes(limit_a * piece.current_a(k, 0.0).signum() * v.abs().signum())
@@ -220,7 +222,7 @@ fn imposed(terminals: &[Terminal], piece: &Piece, limit_a: f64) -> Vec<TerminalS
         Terminal::Grounded => TerminalSource::Volts(0.0),
         Terminal::Floating => TerminalSource::Amperes(0.0),
     };
-    terminals.iter().enumerate().map(of).collect()
+    terminals.iter().enumerate().map(source).collect()
 }
 
 /// Tests 300 networks with 8 segments each: every piece, with its resistances, times and limits.
@@ -236,8 +238,8 @@ fn every_piece_is_what_a_general_circuit_gives() {
             let terminals = terminals(&mut draws, network.actives());
             let lasts_s = 10f64.powf(draws.between(-5.0, -2.0));
             let pieces = network.segment(&mut charge, &terminals, lasts_s).unwrap();
-            let whole: f64 = pieces.iter().map(|piece| piece.duration_s).sum();
-            assert!((whole - lasts_s).abs() < 1e-12);
+            let total_s: f64 = pieces.iter().map(|piece| piece.duration_s).sum();
+            assert!((total_s - lasts_s).abs() < 1e-12);
             for piece in &pieces {
                 let n = skins.len();
                 let dense = Dense {
@@ -332,28 +334,35 @@ fn what_no_network_can_have_is_refused_by_name() {
             .to_string()
     };
     let two = vec![vec![300.0, 10.0], vec![10.0, 90.0]];
-    let both = vec![skin; 2];
+    let equal_skins = vec![skin; 2];
     assert!(
-        refused(&[vec![300.0, 10.0], vec![11.0, 90.0]], both.clone(), 0.02).contains("symmetric")
+        refused(
+            &[vec![300.0, 10.0], vec![11.0, 90.0]],
+            equal_skins.clone(),
+            0.02
+        )
+        .contains("symmetric")
     );
-    assert!(refused(&[vec![1.0, 9.0], vec![9.0, 1.0]], both.clone(), 0.02).contains("positive"));
-    assert!(refused(&two[..1], both.clone(), 0.02).contains("rows"));
+    assert!(
+        refused(&[vec![1.0, 9.0], vec![9.0, 1.0]], equal_skins.clone(), 0.02).contains("positive")
+    );
+    assert!(refused(&two[..1], equal_skins.clone(), 0.02).contains("rows"));
     assert!(refused(&two, vec![skin], 0.02).contains("1 electrodes"));
-    assert!(refused(&two, both.clone(), 0.0).contains("limit_a"));
+    assert!(refused(&two, equal_skins.clone(), 0.0).contains("limit_a"));
     let wrong = Skin {
         series_ohm: 0.0,
         ..skin
     };
     assert!(refused(&two, vec![skin, wrong], 0.02).contains("electrode 1: `series_ohm`"));
-    let network = Network::new(&two, both, 0.02).unwrap();
+    let network = Network::new(&two, equal_skins, 0.02).unwrap();
     let mut charge = Charge::default();
-    let mut told = |terminals: &[Terminal], lasts_s| {
+    let mut refusal = |terminals: &[Terminal], lasts_s| {
         let refused = network
             .segment(&mut charge, terminals, lasts_s)
             .unwrap_err();
         refused.to_string()
     };
-    assert!(told(&[], 1e-3).contains("0 terminals for 1"));
-    assert!(told(&[Terminal::Driven(f64::NAN)], 1e-3).contains("terminal 0"));
-    assert!(told(&[Terminal::Grounded], -1.0).contains("duration_s"));
+    assert!(refusal(&[], 1e-3).contains("0 terminals for 1"));
+    assert!(refusal(&[Terminal::Driven(f64::NAN)], 1e-3).contains("terminal 0"));
+    assert!(refusal(&[Terminal::Grounded], -1.0).contains("duration_s"));
 }

@@ -70,16 +70,17 @@ fn read(spec: &SharedSpec, pulses: &[Pulse], for_us: u64) -> (Vec<f64>, f64) {
 }
 
 fn train(channel: usize, ma: f64, period_us: u64, offset_us: u64, for_us: u64) -> Vec<Pulse> {
-    let all = (0..).map(|nth| offset_us + nth * period_us);
-    all.take_while(|t_us| *t_us < for_us)
+    let times = (0..).map(|nth| offset_us + nth * period_us);
+    times
+        .take_while(|t_us| *t_us < for_us)
         .map(|t_us| pulse(t_us, channel, ma))
         .collect()
 }
 
 fn merged(trains: &[Vec<Pulse>]) -> Vec<Pulse> {
-    let mut all = trains.concat();
-    all.sort_by_key(|pulse| pulse.t_us);
-    all
+    let mut pulses = trains.concat();
+    pulses.sort_by_key(|pulse| pulse.t_us);
+    pulses
 }
 
 /// Each share of the muscle fatigues by its own force, and all shares together equal the muscle.
@@ -128,13 +129,13 @@ fn what_an_electrode_does_not_reach_does_nothing() {
         let (readings, _) = read(&spec(&[reach]), &train(0, ma, 20_000, 0, for_us), for_us);
         *readings.last().unwrap()
     };
-    let whole = last([1.0; 4], 20.0);
-    assert!((last([1.0, 0.0, 0.0, 0.0], 20.0) - whole / 4.0).abs() < 1e-9);
-    assert!((last([0.5; 4], 20.0) - whole / 2.0).abs() < 1e-9);
+    let full = last([1.0; 4], 20.0);
+    assert!((last([1.0, 0.0, 0.0, 0.0], 20.0) - full / 4.0).abs() < 1e-9);
+    assert!((last([0.5; 4], 20.0) - full / 2.0).abs() < 1e-9);
     assert_eq!(last([1.0; 4], 9.99), 0.0);
     // Half way between threshold and limit, e^(−1.5) of the reached part, to a unit's 1/40 per
     // group.
-    let middle = last([1.0; 4], 15.0) / whole;
+    let middle = last([1.0; 4], 15.0) / full;
     assert!((middle - 0.05_f64.sqrt()).abs() <= 4.0 / 40.0, "{middle}");
 }
 
@@ -199,9 +200,9 @@ fn pulses_take_their_part_whatever_the_force() {
             .1
             .ln()
     };
-    let each = -(1.0_f64 - 1e-4).ln();
-    assert!((lost(40_000) - 250.0 * each).abs() < 1e-6);
-    assert!((lost(160_000) - 63.0 * each).abs() < 1e-6);
+    let pulse_loss = -(1.0_f64 - 1e-4).ln();
+    assert!((lost(40_000) - 250.0 * pulse_loss).abs() < 1e-6);
+    assert!((lost(160_000) - 63.0 * pulse_loss).abs() < 1e-6);
 }
 
 #[test]

@@ -23,13 +23,13 @@ fn gain(amplitude: Amplitude) -> f64 {
 }
 
 fn spec(p: &Parameters) -> CalciumForceSpec {
-    let whole = |value: f64| value.round() as u32;
+    let rounded = |value: f64| value.round() as u32;
     CalciumForceSpec {
-        a_mn_per_s: whole(p.a_n_per_s * 1e3),
-        k_micro: whole(p.k * 1e6),
-        tau_c_us: whole(p.tau_c_s * 1e6),
-        tau1_us: whole(p.tau1_s * 1e6),
-        tau2_us: whole(p.tau2_s * 1e6),
+        a_mn_per_s: rounded(p.a_n_per_s * 1e3),
+        k_micro: rounded(p.k * 1e6),
+        tau_c_us: rounded(p.tau_c_s * 1e6),
+        tau1_us: rounded(p.tau1_s * 1e6),
+        tau2_us: rounded(p.tau2_s * 1e6),
     }
 }
 
@@ -204,10 +204,10 @@ fn the_ripple_of_slow_rates_is_what_the_document_says() {
             let period = period(p, 1.0 / hz, 2e-4);
             (period.highest - period.lowest) / period.mean
         };
-        let mut all: Vec<f64> = SUBJECTS.iter().map(ripple).collect();
-        all.sort_by(f64::total_cmp);
+        let mut ripples: Vec<f64> = SUBJECTS.iter().map(ripple).collect();
+        ripples.sort_by(f64::total_cmp);
         let [least, median, most] =
-            [all[0], 0.5 * (all[4] + all[5]), all[9]].map(|r| (100.0 * r).round());
+            [ripples[0], 0.5 * (ripples[4] + ripples[5]), ripples[9]].map(|r| (100.0 * r).round());
         let row = format!("| {hz} Hz | {least} % | {median} % | {most} % |");
         println!("{row}");
         assert!(text.contains(&row), "docs/muscle.md has no row {row}");

@@ -253,11 +253,11 @@ fn a_million_random_pulses_are_exact() {
         let expectation = scene.expectation();
         prop_assert_eq!(check(&trace, &expectation), []);
         let seen: usize = trace.pulses(expectation.end_us).iter().map(Vec::len).sum();
-        let of = |kind| expectation.groups.iter().filter(|g| g.kind == kind).count();
+        let group_count = |kind| expectation.groups.iter().filter(|g| g.kind == kind).count();
         tally.set((
             pulses + seen,
-            conducted + of(GroupKind::Conducted),
-            isolated + of(GroupKind::Isolated),
+            conducted + group_count(GroupKind::Conducted),
+            isolated + group_count(GroupKind::Isolated),
             refused,
         ));
         Ok(())

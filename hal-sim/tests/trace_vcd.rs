@@ -105,14 +105,14 @@ fn a_dump_written_in_pieces_is_the_dump_written_at_once() {
         dump.end(END_US).unwrap();
         bytes
     };
-    let whole = dump(&[]);
+    let full_dump = dump(&[]);
     for cuts in [
         [0, 5, 6],
         [30, 31, 240],
         [230, 241, 1 << 33],
         [1, 1 << 33, 1 << 34],
     ] {
-        assert!(dump(&cuts) == whole, "{cuts:?}");
+        assert!(dump(&cuts) == full_dump, "{cuts:?}");
     }
 }
 

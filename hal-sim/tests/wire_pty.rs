@@ -25,13 +25,13 @@ fn host(path: &PathBuf) -> File {
 }
 
 fn read_until(wire: &mut PtyWire, mut done: impl FnMut(&PtyWire, &[u8]) -> bool) -> Vec<u8> {
-    let (mut all, mut buf, start) = (Vec::new(), [0; 64], Instant::now());
+    let (mut bytes, mut buf, start) = (Vec::new(), [0; 64], Instant::now());
     loop {
-        assert!(start.elapsed() < PATIENCE, "got {all:?}");
+        assert!(start.elapsed() < PATIENCE, "got {bytes:?}");
         let count = wire.read(&mut buf).expect("open");
-        all.extend(&buf[..count]);
-        if done(wire, &all) {
-            return all;
+        bytes.extend(&buf[..count]);
+        if done(wire, &bytes) {
+            return bytes;
         }
     }
 }
@@ -48,7 +48,7 @@ fn all_bytes_pass_unchanged_both_ways_and_hosts_may_come_back() {
         let mut host = host(&path);
         read_until(&mut wire, |wire, _| wire.connected());
         host.write_all(&every_byte).expect("open");
-        let got = read_until(&mut wire, |_, all| all.len() == 256);
+        let got = read_until(&mut wire, |_, bytes| bytes.len() == 256);
         assert_eq!(got, every_byte);
         wire.write_all(&got).expect("open");
         let mut back = vec![0; 256];
@@ -146,7 +146,7 @@ fn the_link_of_a_terminal_in_use_is_kept() {
     assert_kept(&path, "a terminal that is in use");
     let mut host = host(&path);
     host.write_all(b"still mine").expect("open");
-    let got = read_until(&mut first, |_, all| all.len() == 10);
+    let got = read_until(&mut first, |_, bytes| bytes.len() == 10);
     assert_eq!(got, b"still mine");
     drop(first);
     assert!(
@@ -161,8 +161,8 @@ fn of_two_that_find_a_stale_link_one_has_it() {
     for _ in 0..20 {
         symlink("/dev/pts/999999", &path).expect("new");
         let wires = std::thread::scope(|scope| {
-            let both = [0, 1].map(|_| scope.spawn(|| PtyWire::open(&path)));
-            both.map(|thread| thread.join().expect("no panic"))
+            let threads = [0, 1].map(|_| scope.spawn(|| PtyWire::open(&path)));
+            threads.map(|thread| thread.join().expect("no panic"))
         });
         let had: Vec<_> = wires.iter().flatten().collect();
         assert_eq!(had.len(), 1, "{wires:?}");

@@ -24,13 +24,13 @@ fn host(wire: &TcpWire) -> TcpStream {
 
 /// Reads until `done`, within the time limit, and returns all bytes.
 fn serve_until(wire: &mut TcpWire, mut done: impl FnMut(&mut TcpWire, &[u8]) -> bool) -> Vec<u8> {
-    let (mut all, mut buf, start) = (Vec::new(), [0; 64], Instant::now());
-    while !done(wire, &all) {
-        assert!(start.elapsed() < PATIENCE, "got {all:?}");
+    let (mut bytes, mut buf, start) = (Vec::new(), [0; 64], Instant::now());
+    while !done(wire, &bytes) {
+        assert!(start.elapsed() < PATIENCE, "got {bytes:?}");
         let count = wire.read(&mut buf).expect("listening");
-        all.extend(&buf[..count]);
+        bytes.extend(&buf[..count]);
     }
-    all
+    bytes
 }
 
 #[test]
@@ -41,7 +41,7 @@ fn echoes_and_survives_a_change_of_host() {
     for round in [&b"first"[..], b"second"] {
         let mut host = host(&wire);
         host.write_all(round).expect("connected");
-        let got = serve_until(&mut wire, |_, all| all.len() == round.len());
+        let got = serve_until(&mut wire, |_, bytes| bytes.len() == round.len());
         assert!(wire.connected());
         wire.write_all(&got).expect("connected");
         let mut back = vec![0; round.len()];
@@ -78,7 +78,7 @@ fn a_successor_that_waits_already_is_served_not_refused() {
     drop(first);
     let mut second = host(&wire);
     second.write_all(b"hello").expect("connected");
-    let got = serve_until(&mut wire, |_, all| all.len() == 15);
+    let got = serve_until(&mut wire, |_, bytes| bytes.len() == 15);
     assert_eq!(got, b"last wordshello");
     assert_eq!(wire.refusals(), 0);
 }
@@ -90,7 +90,7 @@ fn a_host_that_sends_no_more_gets_its_answers() {
     let mut first = host(&wire);
     first.write_all(b"ask").expect("connected");
     first.shutdown(Shutdown::Write).expect("connected");
-    serve_until(&mut wire, |_, all| all == b"ask");
+    serve_until(&mut wire, |_, bytes| bytes == b"ask");
     for _ in 0..100 {
         assert_eq!(wire.read(&mut [0; 64]).expect("listening"), 0);
     }
@@ -99,7 +99,7 @@ fn a_host_that_sends_no_more_gets_its_answers() {
     // A successor that connects meanwhile is accepted, and later hosts are refused.
     let mut second = host(&wire);
     second.write_all(b"next").expect("connected");
-    serve_until(&mut wire, |_, all| all == b"next");
+    serve_until(&mut wire, |_, bytes| bytes == b"next");
     let mut heard = Vec::new();
     first.read_to_end(&mut heard).expect("closed in order");
     assert_eq!(heard, b"answer");

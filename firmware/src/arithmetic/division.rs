@@ -31,7 +31,7 @@ pub const fn quotient(numerator: u64, denominator: u32) -> Option<u32> {
 #[inline]
 pub const fn square_root(x: u64) -> u32 {
     // Even shifts, of which the root undoes half.
-    let (x, whole) = if x >> 32 == 0 { (x << 32, 16) } else { (x, 0) };
+    let (x, half_shift) = if x >> 32 == 0 { (x << 32, 16) } else { (x, 0) };
     let shift = ((x >> 32) as u32).leading_zeros() & 30;
     let x = x << shift;
     // t = x·2^-64 in 1/4…1; x = 0 stays 0 in all steps.
@@ -44,7 +44,7 @@ pub const fn square_root(x: u64) -> u32 {
     let root = root.wrapping_add(upper_word((rest >> 15) as u32, inverse) >> 15);
     let rest = x.wrapping_sub(root as u64 * root as u64);
     let root = root.wrapping_add((rest > 2 * root as u64) as u32);
-    root >> (whole + shift / 2)
+    root >> (half_shift + shift / 2)
 }
 
 /// Computes 1/√t in 2^-29 for t in 1/4…1, Q32; the relative error is −3.4e-6…0.

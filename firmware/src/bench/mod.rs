@@ -250,13 +250,13 @@ mod tests {
 
     #[test]
     fn rows_repeat_and_have_names_of_their_own() {
-        let all = || {
+        let collect_rows = || {
             let mut rows = Vec::new();
             run(&NoClock, |row| rows.push(*row));
             rows
         };
-        let rows = all();
-        assert_eq!(rows, all());
+        let rows = collect_rows();
+        assert_eq!(rows, collect_rows());
         for (n, row) in rows.iter().enumerate() {
             std::println!("{:28} {:5} {:08x}", row.name, row.runs, row.checksum);
             assert!(rows.iter().skip(n + 1).all(|other| other.name != row.name));

@@ -349,8 +349,8 @@ impl Endpoint {
             Source::Measured(_) if state.posed == Some(now) => return Ok(()),
             Source::Fixed(posture) => posture,
             Source::Measured(sensors) => {
-                let all = measured.iter_mut().zip(sensors).zip(&mut state.sensors);
-                for (axis, ((angle, sensor), state)) in (0u8..).zip(all) {
+                let axes = measured.iter_mut().zip(sensors).zip(&mut state.sensors);
+                for (axis, ((angle, sensor), state)) in (0u8..).zip(axes) {
                     let found = sensor.angle(state, now, None);
                     *angle = found.map_err(|_| ForceImpossible::NoPosture { axis })?;
                 }

@@ -122,8 +122,8 @@ impl<N: Number> Limb<N> {
     /// Returns [`PostureError`] for the first axis whose angle is outside this wearer's range.
     pub fn radians(&self, posture: &Posture) -> Result<[N; AXES], PostureError> {
         let mut radians = [N::ZERO; AXES];
-        let all = radians.iter_mut().zip(posture).zip(&self.ranges);
-        for (axis, ((radians, &angle), &(low, high))) in (0u8..).zip(all) {
+        let axes = radians.iter_mut().zip(posture).zip(&self.ranges);
+        for (axis, ((radians, &angle), &(low, high))) in (0u8..).zip(axes) {
             if angle < low || angle > high {
                 return Err(PostureError {
                     axis,

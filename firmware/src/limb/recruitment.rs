@@ -30,17 +30,17 @@ pub(super) struct Curve<N> {
 
 impl<N: Number> Curve<N> {
     pub(super) fn new(spec: &LineSpec) -> Self {
-        let whole = |number: u32| N::ratio(number.cast_signed(), 1); // at most 10^8
-        let gain = whole(spec.gain_mn_per_ma);
+        let integer = |number: u32| N::ratio(number.cast_signed(), 1); // at most 10^8
+        let gain = integer(spec.gain_mn_per_ma);
         // Million µA per mN/mA, because N per µA has to be multiplied by a million.
         let million = N::ratio(1_000_000, 1);
         let (threshold, limit) = (spec.threshold.get(), spec.limit.get());
         Self {
             channel: spec.channel,
-            threshold: whole(threshold),
+            threshold: integer(threshold),
             limit: spec.limit,
             per_newton: million / gain,
-            most: whole(limit.saturating_sub(threshold)) * gain / million,
+            most: integer(limit.saturating_sub(threshold)) * gain / million,
         }
     }
 
@@ -58,8 +58,8 @@ impl<N: Number> Curve<N> {
 
 /// Returns the amplitudes for forces, N, in the order of `curves`.
 pub(super) fn orders<N: Number>(curves: &[Curve<N>], forces: &[N]) -> Orders {
-    let all = curves.iter().zip(forces);
-    let active = all.filter(|(_, force)| **force > N::ZERO);
+    let pairs = curves.iter().zip(forces);
+    let active = pairs.filter(|(_, force)| **force > N::ZERO);
     let order = |(curve, force): (&Curve<N>, &N)| (curve.channel, curve.amplitude(*force));
     active.map(order).collect()
 }

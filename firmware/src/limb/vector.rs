@@ -139,7 +139,7 @@ impl<N: Number> Rotation<N> {
     #[must_use]
     pub fn rotated(self, turn: RotationAxis, radians: N) -> Self {
         let (sine, cosine) = radians.sine_and_cosine();
-        let both = |u: Vector<N>, v: Vector<N>| {
+        let rotated_pair = |u: Vector<N>, v: Vector<N>| {
             (
                 u.times(cosine).plus(v.times(sine)),
                 v.times(cosine).minus(u.times(sine)),
@@ -148,15 +148,15 @@ impl<N: Number> Rotation<N> {
         let Self { x, y, z } = self;
         match turn {
             RotationAxis::X => {
-                let (y, z) = both(y, z);
+                let (y, z) = rotated_pair(y, z);
                 Self { x, y, z }
             }
             RotationAxis::Y => {
-                let (z, x) = both(z, x);
+                let (z, x) = rotated_pair(z, x);
                 Self { x, y, z }
             }
             RotationAxis::Z => {
-                let (x, y) = both(x, y);
+                let (x, y) = rotated_pair(x, y);
                 Self { x, y, z }
             }
         }

@@ -136,8 +136,8 @@ impl Segment {
         let of_force = of_force / 64 * (6132 - linear) / 96;
         let (less, more) = (of_calcium.min(of_force), of_calcium.max(of_force));
         // Above 600, as τ1 is 2 ms or more and τc 5 ms.
-        let both = less * 1024 / more;
-        let shorter = less * both / 1024 * linear / 1787;
+        let ratio = less * 1024 / more;
+        let shorter = less * ratio / 1024 * linear / 1787;
         let h = less - shorter;
         // Muscles as slow and as sensitive as Lee's allow longer segments.
         let is_like_lees = spec.tau_c_us >= 10_000 && spec.k_micro <= 700_000;
@@ -174,9 +174,9 @@ impl Segment {
 
     /// Adapts the segments to K (U5F27), τ1 and τ2 (over τm, Q32; their sum below 2^32).
     pub(super) fn retune(&mut self, k: u32, tau1: u32, tau2: u32) {
-        let both = tau1.saturating_add(tau2);
-        let share = |of: u32| quotient(u64::from(of) << 32, both).unwrap_or(u32::MAX);
-        let fastest = quotient(u64::from(self.length) << 31, both).unwrap_or(0);
+        let tau_sum = tau1.saturating_add(tau2);
+        let share = |tau: u32| quotient(u64::from(tau) << 32, tau_sum).unwrap_or(u32::MAX);
+        let fastest = quotient(u64::from(self.length) << 31, tau_sum).unwrap_or(0);
         // A millionth less, so that z stays below 1 if h equals τ1.
         let fastest = fastest - (fastest >> 20);
         let (floor, floor_shift) = normalize(u64::from(share(tau1)) * u64::from(k));
@@ -287,8 +287,11 @@ impl Segment {
         let product = mul_high(p0, p1) | 1; // 0.02 or more
         let last = product.leading_zeros();
         // 1/p0 and 1/p1 in Q28: at most 4 and 12.
-        let both = inverse(product << last) >> 1;
-        let (per0, per1) = (mul_high(both, p1) << last, mul_high(both, p0) << last);
+        let inverse_product = inverse(product << last) >> 1;
+        let (per0, per1) = (
+            mul_high(inverse_product, p1) << last,
+            mul_high(inverse_product, p0) << last,
+        );
         let end = |c: u32, n: u32, m: u32, per: u32| {
             let per_m = mul_high(n, per);
             End {

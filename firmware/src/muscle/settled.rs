@@ -145,8 +145,8 @@ impl CalciumForce {
         let left = self.tau1_decay(rest);
         // τ1 · (1 − left) over T, Q32: at most rest/T. T/τm in 2^-22 is at most 667.
         let fallen = (u64::from(self.tau_floor) * u64::from(ONE.saturating_sub(left))) >> 31;
-        let whole = ((u64::from(period_us) * u64::from(self.length_per_us)) >> 20) as u32;
-        let tail = quotient(fallen << 22, whole).unwrap_or(u32::MAX);
+        let full_period = ((u64::from(period_us) * u64::from(self.length_per_us)) >> 20) as u32;
+        let tail = quotient(fallen << 22, full_period).unwrap_or(u32::MAX);
         let held = per_period(window);
         let over_period = |in_window: u64, at_end: u32| {
             mul_high(mean(in_window), held).saturating_add(mul_high(at_end, tail))

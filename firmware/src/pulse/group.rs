@@ -334,15 +334,15 @@ mod tests {
     fn members_must_exist_and_be_in_one_group() {
         let mut trains = [None; CHANNELS];
         trains[0] = Some(PLAIN.validate().unwrap());
-        let one = |members| GroupSpec {
+        let conducted = |members| GroupSpec {
             members,
             partner: Partner::Conducted,
         };
-        let single = check_members(&[one(1)]);
+        let single = check_members(&[conducted(1)]);
         assert!(matches!(single, Err(GroupError::Members(_))));
         let no_train = Err(GroupError::NoTrain { channel: 1 });
-        assert_eq!(one(3).check(&trains), no_train);
+        assert_eq!(conducted(3).check(&trains), no_train);
         let two_groups = Err(GroupError::TwoGroups { channel: 1 });
-        assert_eq!(check_members(&[one(3), one(6)]), two_groups);
+        assert_eq!(check_members(&[conducted(3), conducted(6)]), two_groups);
     }
 }

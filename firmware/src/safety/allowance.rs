@@ -258,17 +258,17 @@ mod tests {
         let mut copies = [NOTHING; 2];
         let entry = entry(123_456, true);
         store(&mut Ledger::default(), &mut copies, &entry);
-        let whole = found(&copies);
+        let usage = found(&copies);
         for bit in 0..32 * WORDS {
             let flip = |words: &mut AllowanceWords| words[bit / 32] ^= 1 << (bit % 32);
             for copy in 0..2 {
-                let mut one = copies;
-                flip(&mut one[copy]);
-                assert_eq!(found(&one), whole, "bit {bit}");
+                let mut half_damaged = copies;
+                flip(&mut half_damaged[copy]);
+                assert_eq!(found(&half_damaged), usage, "bit {bit}");
             }
-            let mut both = copies;
-            both.iter_mut().for_each(flip);
-            assert_eq!(found(&both), UsageAtBoot::Lost, "bit {bit}");
+            let mut fully_damaged = copies;
+            fully_damaged.iter_mut().for_each(flip);
+            assert_eq!(found(&fully_damaged), UsageAtBoot::Lost, "bit {bit}");
         }
     }
 

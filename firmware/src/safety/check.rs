@@ -107,12 +107,14 @@ impl Load {
         self.applied.get().rotate_left(12) ^ u32::from(self.raw)
     }
 
-    /// Returns whether the resistance of this load is more than `times` that of `of`, even if each
+    /// Returns whether the resistance of this load is more than `times` that of `reference`, even if each
     /// reading is wrong by two counts. Both must come from a voltage stage.
-    pub(super) fn is_above(self, times: u32, of: Self) -> bool {
+    pub(super) fn is_above(self, times: u32, reference: Self) -> bool {
         // At most 4097 · 4 · 150 000, below 2^32: nothing wraps.
-        let (this, of_raw) = (u32::from(self.raw) + SLACK_COUNTS, u32::from(of.raw));
-        let least = this.wrapping_mul(times).wrapping_mul(of.applied.get());
+        let (this, of_raw) = (u32::from(self.raw) + SLACK_COUNTS, u32::from(reference.raw));
+        let least = this
+            .wrapping_mul(times)
+            .wrapping_mul(reference.applied.get());
         least
             < of_raw
                 .saturating_sub(SLACK_COUNTS)

@@ -436,8 +436,8 @@ mod tests {
                     .into_iter()
                     .flatten();
                 let now = parts.fold(full, |least, (a, b)| least.min(scale(full, a, b)));
-                let (after, whole) = (u64::from(after) + 250, u64::from(rise_us) + 250);
-                let most = u64::from(full.get()) * after / whole;
+                let (after, total) = (u64::from(after) + 250, u64::from(rise_us) + 250);
+                let most = u64::from(full.get()) * after / total;
                 assert!(
                     now >= last && u64::from(now.get()) <= most,
                     "{rise_us}: {after}"

@@ -138,8 +138,8 @@ impl Stage {
         // because the core has no 64-bit division. full_scale >= 1000.
         let full = self.full_scale().get();
         let amplitude = amplitude.get().min(full) * 255;
-        let (whole, rest) = (amplitude / full, amplitude % full);
-        DacCode::new((whole * 257 + rest * 257 / full) as u16)
+        let (quotient, rest) = (amplitude / full, amplitude % full);
+        DacCode::new((quotient * 257 + rest * 257 / full) as u16)
     }
 
     /// Returns the largest allowed product of DAC code and width (codes × µs) for a phase that may

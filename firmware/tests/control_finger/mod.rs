@@ -25,10 +25,10 @@ fn nominal(law: LawSpec, points: Points, wire: Wire, hold: HoldPolicy) -> Outcom
         // The mirrored angle leaves the finger's range.
         (s.angle_min_mdeg, s.angle_max_mdeg) = (-180_000, 180_000);
     }
-    let all: Vec<Outcome> = (1..=5)
+    let outcomes: Vec<Outcome> = (1..=5)
         .map(|seed| run(&s, Finger::NOMINAL, seed, wire))
         .collect();
-    let mean = |f: fn(&Outcome) -> f64| all.iter().map(f).sum::<f64>() / all.len() as f64;
+    let mean = |f: fn(&Outcome) -> f64| outcomes.iter().map(f).sum::<f64>() / outcomes.len() as f64;
     Outcome {
         rmse: mean(|o| o.rmse),
         rmse_reachable: mean(|o| o.rmse_reachable),

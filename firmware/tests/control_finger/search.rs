@@ -53,11 +53,11 @@ pub fn wearers(seed: u64, n: usize) -> Vec<Finger> {
 pub fn score(law: LawSpec, period: u8, cutoff: u32, wearers: &[Finger]) -> [f64; 2] {
     [Points::A, Points::Both].map(|points| {
         let s = spec(law, period, cutoff, points);
-        let each = wearers
+        let outcomes = wearers
             .iter()
             .zip(100..)
             .map(|(f, seed)| run(&s, *f, seed, Wire::Sound));
-        each.map(|o| o.rmse_reachable).sum::<f64>() / wearers.len() as f64
+        outcomes.map(|o| o.rmse_reachable).sum::<f64>() / wearers.len() as f64
     })
 }
 

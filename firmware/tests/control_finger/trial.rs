@@ -142,13 +142,13 @@ pub fn run(spec: &JointSpec, finger: Finger, seed: u64, wire: Wire) -> Outcome {
 
 /// Returns the mean amplitude of the points in `orders`: 0 at threshold, 1 at maximum.
 fn amplitude(spec: &JointSpec, orders: &[(u8, Amplitude)]) -> Option<f64> {
-    let all = || spec.flexors.iter().chain([&spec.extensor]);
-    let each = orders.iter().map(|(channel, a)| {
-        let p = all()
+    let points = || spec.flexors.iter().chain([&spec.extensor]);
+    let shares = orders.iter().map(|(channel, a)| {
+        let p = points()
             .find(|p| p.channel == *channel)
             .expect("a known channel");
         (f64::from(a.get()) - f64::from(p.threshold.get()))
             / f64::from(p.max.get() - p.threshold.get())
     });
-    (!orders.is_empty()).then(|| each.sum::<f64>() / orders.len() as f64)
+    (!orders.is_empty()).then(|| shares.sum::<f64>() / orders.len() as f64)
 }

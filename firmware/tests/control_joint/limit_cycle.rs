@@ -19,7 +19,7 @@ fn find_limit_cycles(
         ..two_point(law)
     });
     let mut now = Micros::new(u32::MAX - 5_000_000);
-    let mut all = Vec::new();
+    let mut cycles = Vec::new();
     for ms in 0..ms {
         let t = f64::from(ms) / 1000.0;
         worn.measure_now(now, angle(t));
@@ -27,10 +27,10 @@ fn find_limit_cycles(
             worn.set_reference(now, now, wanted(t));
         }
         worn.tick(now).unwrap();
-        all.extend(worn.state.take_limit_cycle());
+        cycles.extend(worn.state.take_limit_cycle());
         now += us(1000);
     }
-    all
+    cycles
 }
 
 /// The joint is moved from outside at 2.5 Hz.
@@ -43,10 +43,14 @@ fn a_swing_that_no_gain_ends_lowers_it_to_the_floor_and_then_stops() {
         (LawSpec::RECOMMENDED, 2.0),
     ] {
         let shaken = |t: f64| 40.0 + wide * (2.5 * TAU * t).sin();
-        let all = find_limit_cycles(law, 60_000, |_| 40.0, shaken);
-        let gains: Vec<_> = all.iter().map(|cycle| cycle.gain_milli).collect();
-        assert!(all.iter().all(|cycle| cycle.period_ms.abs_diff(400) <= 8));
-        let swing = all[0].swing.get().to_num::<f64>() / (2.0 * wide);
+        let cycles = find_limit_cycles(law, 60_000, |_| 40.0, shaken);
+        let gains: Vec<_> = cycles.iter().map(|cycle| cycle.gain_milli).collect();
+        assert!(
+            cycles
+                .iter()
+                .all(|cycle| cycle.period_ms.abs_diff(400) <= 8)
+        );
+        let swing = cycles[0].swing.get().to_num::<f64>() / (2.0 * wide);
         assert!((0.8..1.0).contains(&swing), "{swing}");
         assert_eq!(gains[0], Some(700));
         assert!(gains.is_sorted_by(|a, b| a >= b));

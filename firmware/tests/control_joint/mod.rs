@@ -121,9 +121,9 @@ fn the_papers_mapping_at_participant_ps_voltages() {
         (10.0, [28_000, 14_000], [28_000, 36_000, 14_000], [true, true]),
         (-0.064, [24_000, 22_011], [19_600, 25_200, 22_011], [false, false]),
     ];
-    for (error, one, two, limiting) in table {
+    for (error, single, two, limiting) in table {
         for (spec, expected, limits) in [
-            (one_point(LawSpec::PAPER), one.to_vec(), limiting[0]),
+            (one_point(LawSpec::PAPER), single.to_vec(), limiting[0]),
             (two_point(LawSpec::PAPER), two.to_vec(), limiting[1]),
         ] {
             let orders = orders_at_error(&spec, error);

@@ -69,11 +69,11 @@ pub enum OwnedResponse {
 /// Decodes all responses. Panics on a frame that is not a response.
 pub fn decode(bytes: &[u8]) -> Vec<OwnedResponse> {
     let mut decoder = Decoder::default();
-    let mut all = Vec::new();
+    let mut responses = Vec::new();
     for &byte in bytes {
         if let Some(frame) = decoder.push(byte) {
             let response: Response<'_> = postcard::from_bytes(frame.unwrap()).unwrap();
-            all.push(match response {
+            responses.push(match response {
                 Response::Hello(info) => OwnedResponse::Hello(info),
                 Response::Ack { seq, at } => OwnedResponse::Ack(seq, at),
                 Response::Refused { seq, refusal } => {
@@ -88,7 +88,7 @@ pub fn decode(bytes: &[u8]) -> Vec<OwnedResponse> {
             decoder.clear();
         }
     }
-    all
+    responses
 }
 
 /// Arm order; the test host fills in the checksum of the setup that it has sent.

@@ -101,10 +101,10 @@ pub fn train() -> impl Strategy<Value = TrainSpec> {
                 (spec.burst_count, spec.burst_interval_us) = (count as u8, interval);
                 spec.offset_us = offset;
             } else if count > 1 && count <= 8 && !spec.lists {
-                let one = u32::from(width_us.max(spec.max_width_us)) * 2 + u32::from(gap.max(5)) + 5
+                let pulse_us = u32::from(width_us.max(spec.max_width_us)) * 2 + u32::from(gap.max(5)) + 5
                     + u32::from(spec.ground_us);
                 (spec.burst_count, spec.burst_interval_us) =
-                    (count as u8, (one.max(200) as u16).max(interval.min(1_000)));
+                    (count as u8, (pulse_us.max(200) as u16).max(interval.min(1_000)));
                 spec.period_us = period_us.max(
                     u32::from(count) * u32::from(spec.burst_interval_us) + 600,
                 ).min(2_000_000);
@@ -322,8 +322,8 @@ pub fn level() -> impl Strategy<Value = MuscleLevel> {
 pub fn groups() -> impl Strategy<Value = Request> {
     let partner = prop_oneof![Just(Partner::Conducted), Just(Partner::Isolated)];
     let members = prop_oneof![4 => prop::sample::select(vec![0b11u16, 0b1100, 0b111, 0b10_1000]), 1 => any::<u16>()];
-    vec((members, partner), 0..=3).prop_map(|all| {
-        let specs: Vec<GroupSpec> = all
+    vec((members, partner), 0..=3).prop_map(|pairs| {
+        let specs: Vec<GroupSpec> = pairs
             .into_iter()
             .map(|(members, partner)| GroupSpec { members, partner })
             .collect();

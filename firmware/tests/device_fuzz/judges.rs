@@ -19,14 +19,17 @@ pub fn judge_pins(desk: &mut TestHost) -> Result<(), TestCaseError> {
     prop_assert!(record.sent.is_sorted(), "bytes out of order");
     prop_assert!(record.dac.is_sorted_by_key(|d| d.0), "DAC out of order");
     for c in 0..CHANNELS {
-        let all = line_intervals(&record.levels, c, end);
-        judge_phases(&all, c, end, &faults)?;
+        let intervals = line_intervals(&record.levels, c, end);
+        judge_phases(&intervals, c, end, &faults)?;
         for &(t, _, _) in record.dac.iter().filter(|d| usize::from(d.1) == c) {
             // A DAC is written never inside a pulse, and at least 20 µs before the next.
-            let at = all.partition_point(|s| s.0 <= t) - 1;
+            let at = intervals.partition_point(|s| s.0 <= t) - 1;
             let is_driven = |s: Line| matches!(s, Line::Anodic | Line::Cathodic);
-            prop_assert!(!is_driven(all[at].1), "DAC {c} written in a phase at {t}");
-            if let Some(next) = all.get(at + 1) {
+            prop_assert!(
+                !is_driven(intervals[at].1),
+                "DAC {c} written in a phase at {t}"
+            );
+            if let Some(next) = intervals.get(at + 1) {
                 prop_assert!(
                     !is_driven(next.1) || next.0 >= t + 20,
                     "DAC {c} written {} µs before a phase",
@@ -40,10 +43,11 @@ pub fn judge_pins(desk: &mut TestHost) -> Result<(), TestCaseError> {
 
 /// Returns the times of reported faults, µs since boot, from all responses.
 pub fn desk_faults(desk: &mut TestHost) -> Vec<u64> {
-    let said = decode(&desk.record.bytes);
+    let responses = decode(&desk.record.bytes);
     let end = desk.since_boot_us();
     let now = desk.now();
-    said.iter()
+    responses
+        .iter()
         .filter_map(|h| match h {
             OwnedResponse::Event(_, Event::Faulted(record)) => {
                 Some(end.wrapping_add_signed((record.at - now).us().into()))
@@ -54,13 +58,13 @@ pub fn desk_faults(desk: &mut TestHost) -> Vec<u64> {
 }
 
 pub fn judge_phases(
-    all: &[(u64, Line, u64)],
+    intervals: &[(u64, Line, u64)],
     c: usize,
     end: u64,
     faults: &[u64],
 ) -> Result<(), TestCaseError> {
     let mut last_driven: Option<(Line, u64)> = None;
-    for &(from, state, to) in all {
+    for &(from, state, to) in intervals {
         if !matches!(state, Line::Anodic | Line::Cathodic) {
             continue;
         }

@@ -67,11 +67,11 @@ fn ten_minutes_of_on_and_off_do_not_drift() {
             let pulses = second(hz, phase);
             let mut fed = MuscleRun::new(spec(&m));
             let first = fed.run(&pulses, 2000);
-            let all: Vec<Pulse> = [0, 2_000_000]
+            let train: Vec<Pulse> = [0, 2_000_000]
                 .iter()
                 .flat_map(|start| pulses.iter().map(move |at| (start + at, 1.0)))
                 .collect();
-            let (truth, _) = twins::tiring(&m, FatigueMode::Never, &all, 4000);
+            let (truth, _) = twins::tiring(&m, FatigueMode::Never, &train, 4000);
             let newtons: Vec<f64> = first.iter().map(|&bits| f64::from(bits) * LSB).collect();
             error = error.max(error_pct(&truth[1..=2000], &newtons));
             // Force left from the second before, in units of the force.

@@ -38,13 +38,13 @@ pub fn subjects() -> Vec<(String, Muscle)> {
 
 /// Returns the device's parameters of a muscle.
 pub fn spec(m: &Muscle) -> CalciumForceSpec {
-    let whole = |value: f64, unit: f64| (value / unit).round() as u32;
+    let rounded = |value: f64, unit: f64| (value / unit).round() as u32;
     CalciumForceSpec {
-        a_mn_per_s: whole(m.a, 1e-3),
-        k_micro: whole(m.k, 1e-6),
-        tau_c_us: whole(m.tau_c, 1e-6),
-        tau1_us: whole(m.tau1, 1e-6),
-        tau2_us: whole(m.tau2, 1e-6),
+        a_mn_per_s: rounded(m.a, 1e-3),
+        k_micro: rounded(m.k, 1e-6),
+        tau_c_us: rounded(m.tau_c, 1e-6),
+        tau1_us: rounded(m.tau1, 1e-6),
+        tau2_us: rounded(m.tau2, 1e-6),
     }
 }
 
@@ -66,12 +66,12 @@ pub fn newtons(ladder: &MuscleModel, state: &MuscleModelState) -> f64 {
     ladder.force(state).get().to_num()
 }
 
-/// Returns the force every millisecond, from ticks of 1 ms; `each` gets the state first.
+/// Returns the force every millisecond, from ticks of 1 ms; `callback` gets the state first.
 pub fn run(
     ladder: &MuscleModel,
     pulses: &[Pulse],
     ms: u64,
-    mut each: impl FnMut(u64, &mut MuscleModelState),
+    mut callback: impl FnMut(u64, &mut MuscleModelState),
 ) -> Vec<f64> {
     let mut state = ladder.at_rest(START);
     let mut pulses = pulses.iter().peekable();
@@ -83,7 +83,7 @@ pub fn run(
             ladder.pulse(&mut state, START + us(*at as u32), gain);
         }
         ladder.advance(&mut state, now);
-        each(tick, &mut state);
+        callback(tick, &mut state);
         samples.push(newtons(ladder, &state));
     }
     samples

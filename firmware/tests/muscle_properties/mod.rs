@@ -61,17 +61,17 @@ fn stimulate(
     state: &mut CalciumForceState,
     n: u32,
     period_us: u32,
-    mut each: impl FnMut(&CalciumForceState),
+    mut observer: impl FnMut(&CalciumForceState),
 ) {
     let start = state.at();
     for i in 0..n {
         muscle.pulse(state, start + us(i * period_us), Gain::FULL);
-        each(state);
+        observer(state);
         let end = start + us((i + 1) * period_us);
         while state.at() != end {
             let left = end.elapsed_since(state.at());
             wait(muscle, state, left.min(1000));
-            each(state);
+            observer(state);
         }
     }
 }

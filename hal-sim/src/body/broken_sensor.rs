@@ -79,7 +79,7 @@ impl BrokenSensor {
             return deg;
         }
         let (first_us, first_deg) = *self.first.get_or_insert((t_us, deg));
-        let said = match self.fault {
+        let reading_deg = match self.fault {
             SensorFault::Stuck => first_deg,
             SensorFault::Says(deg) => deg,
             SensorFault::Outlier(off_deg, for_us) if t_us <= first_us + for_us => deg + off_deg,
@@ -89,9 +89,9 @@ impl BrokenSensor {
             SensorFault::Delayed(_) => self.earlier.front().map_or(deg, |pair| pair.1),
             SensorFault::Reversed(about_deg) => 2.0 * about_deg - deg,
         };
-        let [low, high] = self.said_deg.unwrap_or([said; 2]);
-        self.said_deg = Some([low.min(said), high.max(said)]);
-        said
+        let [low, high] = self.said_deg.unwrap_or([reading_deg; 2]);
+        self.said_deg = Some([low.min(reading_deg), high.max(reading_deg)]);
+        reading_deg
     }
 
     /// Returns the smallest and the largest reading since the fault began, °; `None` before.
@@ -114,7 +114,7 @@ mod tests {
 
     #[test]
     fn each_fault_says_what_it_is_called() {
-        for (fault, said) in [
+        for (fault, expected) in [
             (SensorFault::Stuck, [3.0, 3.0, 3.0, 3.0]),
             (SensorFault::Says(-9.0), [-9.0; 4]),
             (SensorFault::Outlier(50.0, 0), [53.0, 4.0, 5.0, 6.0]),
@@ -127,20 +127,20 @@ mod tests {
         ] {
             let [a, b, c, broken @ ..] = readings(fault);
             assert_eq!([a, b, c], [0.0, 1.0, 2.0], "{fault:?}");
-            assert_eq!(broken, said, "{fault:?}");
+            assert_eq!(broken, expected, "{fault:?}");
         }
     }
 
     #[test]
     fn what_a_whole_one_read_is_what_another_read_before_it_broke() {
-        let mut whole = BrokenSensor::never_broken();
+        let mut intact = BrokenSensor::never_broken();
         let read = |sensor: &mut BrokenSensor, ms: u64| sensor.read(ms * 1_000, ms as f64);
-        assert!((0..7).all(|ms| read(&mut whole, ms) == ms as f64));
-        assert_eq!(whole.reported_range_deg(), None);
+        assert!((0..7).all(|ms| read(&mut intact, ms) == ms as f64));
+        assert_eq!(intact.reported_range_deg(), None);
         let fault = SensorFault::Delayed(2_000);
-        let mut broken = whole.broken_from(3_000, fault, 4_000);
-        let said = [3, 4, 5].map(|ms| read(&mut broken, ms));
-        assert_eq!(said, [3.0, 2.0, 3.0]);
+        let mut broken = intact.broken_from(3_000, fault, 4_000);
+        let values = [3, 4, 5].map(|ms| read(&mut broken, ms));
+        assert_eq!(values, [3.0, 2.0, 3.0]);
     }
 
     #[test]

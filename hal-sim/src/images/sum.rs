@@ -122,10 +122,10 @@ mod tests {
         let mut digest = CRC.digest();
         digest.update(b"12345678");
         assert_eq!(sum(&words), digest.finalize());
-        let mut whole = flash.clone();
-        whole.extend(sum(&flash).to_le_bytes());
-        assert_eq!(sum(&whole), 0);
-        whole[17] ^= 1;
-        assert_ne!(sum(&whole), 0);
+        let mut image = flash.clone();
+        image.extend(sum(&flash).to_le_bytes());
+        assert_eq!(sum(&image), 0);
+        image[17] ^= 1;
+        assert_ne!(sum(&image), 0);
     }
 }

@@ -155,8 +155,8 @@ fn emit(output: &Output<'_>, sink: &mut dyn Sink) -> io::Result<bool> {
     Ok(false)
 }
 
-fn corrupt_data(what: &str) -> io::Error {
-    io::Error::new(io::ErrorKind::InvalidData, what)
+fn corrupt_data(message: &str) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, message)
 }
 
 /// Sink for boot and sensor commands, which have no output.

@@ -98,11 +98,11 @@ mod tests {
         trace.record_levels(150, driven.with_sync(true));
         trace.record_levels(300, Levels::ISOLATED.with_channel(5, State::Anodic));
         trace.record_dac(300, 2, 900);
-        let told = |e: Edge| (e.t_us, e.channel, e.state, e.dac_code);
-        let all: Vec<_> = trace.edges().map(told).collect();
+        let summary = |e: Edge| (e.t_us, e.channel, e.state, e.dac_code);
+        let summaries: Vec<_> = trace.edges().map(summary).collect();
         let [a, b] = [(100, 2, State::Cathodic, 700), (100, 5, State::Anodic, 0)];
-        assert_eq!(all, [a, b, (300, 2, State::Isolated, 700)]);
-        assert!(trace.channel_edges(5).map(told).eq([b]));
+        assert_eq!(summaries, [a, b, (300, 2, State::Isolated, 700)]);
+        assert!(trace.channel_edges(5).map(summary).eq([b]));
         for from_us in [0, 99, 100, 101, 150, 151, 300, 301] {
             let edges = trace.edges().filter(|edge| edge.t_us >= from_us);
             assert!(trace.edges_from(from_us).eq(edges), "{from_us}");

@@ -69,8 +69,8 @@ impl FromStr for State {
     type Err = ();
 
     fn from_str(text: &str) -> Result<State, ()> {
-        let mut all = (0..4).map(State::from_bits);
-        all.find(|state| state.name() == text).ok_or(())
+        let mut states = (0..4).map(State::from_bits);
+        states.find(|state| state.name() == text).ok_or(())
     }
 }
 

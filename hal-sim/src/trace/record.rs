@@ -194,11 +194,11 @@ mod tests {
     #[test]
     fn two_ports_in_one_microsecond_are_one_change() {
         let mut trace = Trace::default();
-        let one = Levels::ISOLATED.with_channel(0, State::Anodic);
-        let both = one.with_channel(7, State::Cathodic);
-        trace.record_levels(5, one);
-        trace.record_levels(5, both);
-        assert_eq!(trace.levels, [(5, both)]);
+        let anodic = Levels::ISOLATED.with_channel(0, State::Anodic);
+        let pair = anodic.with_channel(7, State::Cathodic);
+        trace.record_levels(5, anodic);
+        trace.record_levels(5, pair);
+        assert_eq!(trace.levels, [(5, pair)]);
         trace.record_levels(5, Levels::ISOLATED);
         assert_eq!(trace.levels, []);
     }
@@ -206,11 +206,11 @@ mod tests {
     #[test]
     fn pieces_taken_one_after_the_other_are_the_whole() {
         let anodic = Levels::ISOLATED.with_channel(1, State::Anodic);
-        let both = anodic.with_channel(7, State::Cathodic);
+        let pair = anodic.with_channel(7, State::Cathodic);
         let record = |trace: &mut Trace, from: u64, to: u64| {
             let steps = [
                 (4, anodic, 3),
-                (5, both, 9),
+                (5, pair, 9),
                 (8, Levels::ISOLATED, 9),
                 (12, anodic, 2),
             ];
@@ -219,19 +219,19 @@ mod tests {
                 trace.record_levels(t_us, levels);
             }
         };
-        let mut whole = Trace::default();
-        record(&mut whole, 0, 20);
+        let mut full_trace = Trace::default();
+        record(&mut full_trace, 0, 20);
         for cut in 0..20 {
             let (mut trace, mut edges) = (Trace::default(), Vec::new());
             record(&mut trace, 0, cut);
             let mut first = trace.take(cut);
             record(&mut trace, cut, 20);
             edges.extend(first.edges().chain(trace.edges()));
-            assert!(whole.edges().eq(edges), "{cut}");
-            assert_eq!(trace.last_levels(), whole.last_levels());
+            assert!(full_trace.edges().eq(edges), "{cut}");
+            assert_eq!(trace.last_levels(), full_trace.last_levels());
             first.levels.extend(&trace.levels);
             first.dac.extend(&trace.dac);
-            assert_eq!(first, whole, "{cut}");
+            assert_eq!(first, full_trace, "{cut}");
         }
     }
 

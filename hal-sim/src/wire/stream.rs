@@ -54,11 +54,11 @@ impl Stream {
     }
 
     /// Exchanges the bytes of two writes, whose times stay. Indices that do not exist are ignored.
-    pub fn swap_writes(&mut self, one: usize, other: usize) {
-        if one.max(other) < self.writes.len() && one != other {
-            let bytes = std::mem::take(&mut self.writes[one].bytes);
+    pub fn swap_writes(&mut self, first: usize, other: usize) {
+        if first.max(other) < self.writes.len() && first != other {
+            let bytes = std::mem::take(&mut self.writes[first].bytes);
             let bytes = std::mem::replace(&mut self.writes[other].bytes, bytes);
-            self.writes[one].bytes = bytes;
+            self.writes[first].bytes = bytes;
         }
     }
 
@@ -123,14 +123,15 @@ mod tests {
 
     /// Returns the writes as pairs of time and bytes.
     fn told(writes: &[Write]) -> Vec<(u64, &[u8])> {
-        let all = writes.iter();
-        all.map(|write| (write.t_us, &*write.bytes)).collect()
+        let entries = writes.iter();
+        entries.map(|write| (write.t_us, &*write.bytes)).collect()
     }
 
     #[test]
     fn writes_are_in_order_and_read_as_frames() {
-        let whole: [(u64, &[u8]); 3] = [(10, &[1, 129, 0]), (20, &[2, 130, 0]), (30, &[3, 131, 0])];
-        assert_eq!(told(stream().writes()), whole);
+        let expected: [(u64, &[u8]); 3] =
+            [(10, &[1, 129, 0]), (20, &[2, 130, 0]), (30, &[3, 131, 0])];
+        assert_eq!(told(stream().writes()), expected);
         assert_eq!(stream().frames(), stream().writes());
     }
 
@@ -172,8 +173,8 @@ mod tests {
         let mut behind = stream();
         behind.truncate_write(0, 1, Some(15));
         let read = behind.frames();
-        let whole: [(u64, &[u8]); 2] = [(20, &[1, 2, 130, 0]), (25, &[129, 0])];
-        assert_eq!(told(&read)[..2], whole);
+        let expected: [(u64, &[u8]); 2] = [(20, &[1, 2, 130, 0]), (25, &[129, 0])];
+        assert_eq!(told(&read)[..2], expected);
     }
 
     #[test]

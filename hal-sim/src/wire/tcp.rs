@@ -103,11 +103,11 @@ impl TcpWire {
     /// Sends the refusal to a host. Errors are ignored: the host may have left already.
     fn refuse(&mut self, mut stream: TcpStream) {
         self.refusals += 1;
-        let told = stream
+        let outcome = stream
             .set_nonblocking(true)
             .and_then(|()| stream.write_all(&self.refusal))
             .and_then(|()| stream.shutdown(Shutdown::Write));
-        if told.is_ok() && self.refused.len() < MOST_REFUSED {
+        if outcome.is_ok() && self.refused.len() < MOST_REFUSED {
             self.refused.push((stream, Instant::now()));
         }
     }

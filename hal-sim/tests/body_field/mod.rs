@@ -40,7 +40,7 @@ fn length(v: [f64; 3]) -> f64 {
 /// Returns evenly distributed points of a pad, relative to its centre.
 fn points(shape: Shape, count: u32) -> Vec<[f64; 2]> {
     let at = |i: u32| (f64::from(i) + 0.5) / f64::from(count);
-    let all = (0..count * count).map(|n| [at(n / count), at(n % count)]);
+    let pairs = (0..count * count).map(|n| [at(n / count), at(n % count)]);
     let place = |[a, b]: [f64; 2]| match shape {
         Shape::Round { diameter_m } => {
             let (sin, cos) = (2.0 * PI * b).sin_cos();
@@ -49,7 +49,7 @@ fn points(shape: Shape, count: u32) -> Vec<[f64; 2]> {
         }
         Shape::Rectangle { along_m, around_m } => [(a - 0.5) * along_m, (b - 0.5) * around_m],
     };
-    all.map(place).collect()
+    pairs.map(place).collect()
 }
 
 /// Returns the derivative of the potential with depth at a place, from three values at distances of
@@ -125,8 +125,8 @@ fn no_current_is_lost_and_slopes_are_those_of_the_potential() {
     let field = Field::new(tissue).unwrap();
     let in_fat = [[0.02, 0.01, 2e-3], [0.0, 0.0, 3e-3]];
     for (shape, at) in [DISC, SMALL, LARGE].into_iter().flat_map(|shape| {
-        let all = places(5e-3).into_iter().chain(in_fat);
-        all.map(move |at| (shape, at))
+        let positions = places(5e-3).into_iter().chain(in_fat);
+        positions.map(move |at| (shape, at))
     }) {
         let pad = pad(0.002, 0.001, shape);
         let here = field.transfer(&pad, at);

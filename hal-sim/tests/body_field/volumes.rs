@@ -234,9 +234,9 @@ impl System {
         const KEPT: f64 = 0.97;
         let mut pivots = self.own.clone();
         for i in 0..pivots.len() {
-            let all = self.strides.iter().zip(&self.before);
+            let neighbours = self.strides.iter().zip(&self.before);
             // Conductances to the following neighbours, all divided by this pivot.
-            let behind = all.map(|(stride, before)| before.get(i + stride).unwrap_or(&0.0));
+            let behind = neighbours.map(|(stride, before)| before.get(i + stride).unwrap_or(&0.0));
             let behind: f64 = behind.sum();
             for (stride, before) in self.strides.iter().zip(&self.before) {
                 if let Some(g) = before.get(i + stride) {

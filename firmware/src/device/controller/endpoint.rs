@@ -95,7 +95,9 @@ impl Controller {
     /// Stores reference force and achievable share for the next telemetry sample.
     fn record_endpoint(&mut self, orders: &EndpointOrders) {
         self.limiting |= orders.achievable_permille < 1000;
-        let least = self.wrench.map_or(1000, |told| told.achievable_permille);
+        let least = self
+            .wrench
+            .map_or(1000, |sample| sample.achievable_permille);
         self.wrench = Some(WrenchSample {
             reference_mn: orders.reference_mn,
             achievable_permille: orders.achievable_permille.min(least),
@@ -105,10 +107,10 @@ impl Controller {
     /// Returns the arm's part of the next telemetry sample, and restarts the minimum of the
     /// achievable share.
     pub(super) const fn take_wrench(&mut self) -> Option<WrenchSample> {
-        let told = self.wrench;
+        let wrench = self.wrench;
         if let Some(sample) = &mut self.wrench {
             sample.achievable_permille = 1000;
         }
-        told
+        wrench
     }
 }

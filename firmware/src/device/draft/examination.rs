@@ -107,8 +107,8 @@ impl Draft {
             .zip(&self.forces)
             .filter(|(_, force)| force.is_some());
         let forces = forces.map(|(channel, _)| channel);
-        let all = forces.chain(self.lines.iter().map(|line| line.channel));
-        all.fold(self.angle_driven_channels(), |mask, channel| {
+        let channels = forces.chain(self.lines.iter().map(|line| line.channel));
+        channels.fold(self.angle_driven_channels(), |mask, channel| {
             mask | 1 << channel
         }) // below 10
     }
@@ -120,11 +120,11 @@ impl Draft {
         let wall = self.wall.iter().flat_map(WallSpec::demands);
         let modulated = self.modulations.iter().flatten();
         let modulated = modulated.flat_map(ModulationSpec::muscles);
-        let all = joint
+        let channels = joint
             .map(|p| p.channel)
             .chain(wall.map(|(channel, ..)| channel))
             .chain(modulated.map(|muscle| muscle.channel));
-        all.fold(0, |mask, channel| mask | 1 << channel) // at most 9
+        channels.fold(0, |mask, channel| mask | 1 << channel) // at most 9
     }
 
     /// Returns the controller's setup part by part; one part is built at a time.

@@ -117,7 +117,7 @@ impl Session {
             let mut reading = Reading::new(message);
             let sender = reading.sender();
             let request = reading.request(); // stays there
-            let (told, long) = match (sender, &request) {
+            let (decoded, long) = match (sender, &request) {
                 (Ok(sender), Ok(request)) if reading.is_at_end() => (
                     Some((sender, request, Part::from_request(request, message))),
                     None,
@@ -125,7 +125,7 @@ impl Session {
                 _ => (None, refusal_for_long_list(message)),
             };
             self.decoder.clear();
-            match (told, long) {
+            match (decoded, long) {
                 (Some((sender, request, part)), _) => self.serve(now, sender, request, part, mail),
                 (None, Some((sender, refusal))) => {
                     self.counters.frames = self.counters.frames.saturating_add(1);

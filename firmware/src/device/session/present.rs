@@ -125,16 +125,16 @@ mod tests {
     fn edges_leave_room_for_answers() {
         let now = Micros::new(3_600_000_000);
         let (mut mail, mut session) = (Mailboxes::new(), session());
-        let mut told = 0;
+        let mut edges = 0;
         for is_sync in [true, false].into_iter().cycle().take(400) {
             let edge = Edge { at: now, is_sync };
             mail.split().0.report_edge(edge).unwrap();
             session.poll(now, &mut mail.split().2);
-            told += 1;
+            edges += 1;
             let longest = 32; // a frame of an event without content is shorter
             assert!(session.outbox.len() < ROOM - RESERVED + longest);
         }
-        assert!(session.counters.dropped > 200 && session.counters.dropped < told);
+        assert!(session.counters.dropped > 200 && session.counters.dropped < edges);
         let len = session.outbox.len();
         session.respond(&Response::Ack { seq: 1, at: now });
         assert!(session.outbox.len() > len);
@@ -161,10 +161,10 @@ mod tests {
                     encode_into(&Response::Event { at, event }, &mut frame).unwrap();
                     expected.push(&frame);
                 }
-                let (mut said, mut wanted) = ([0; 64], [0; 64]);
-                session.transmit(&mut said);
+                let (mut output, mut wanted) = ([0; 64], [0; 64]);
+                session.transmit(&mut output);
                 expected.pop(&mut wanted);
-                assert_eq!(said, wanted);
+                assert_eq!(output, wanted);
                 assert_eq!(session.counters.dropped, u32::from(!is_told));
             }
         }

@@ -263,8 +263,8 @@ fn stimuli(mask: u16, values: &[Amplitude], widths: &[u16]) -> Result<Stimuli, R
     for &width_us in widths {
         Request::WIDTHS.check(width_us)?;
     }
-    let (mut all, mut all_widths) = ([Amplitude::ZERO; CHANNELS], [0; CHANNELS]);
-    for (slot, value) in all.iter_mut().zip(values) {
+    let (mut amplitudes, mut all_widths) = ([Amplitude::ZERO; CHANNELS], [0; CHANNELS]);
+    for (slot, value) in amplitudes.iter_mut().zip(values) {
         *slot = *value;
     }
     for (slot, width_us) in all_widths.iter_mut().zip(widths) {
@@ -272,7 +272,7 @@ fn stimuli(mask: u16, values: &[Amplitude], widths: &[u16]) -> Result<Stimuli, R
     }
     Ok(Stimuli {
         mask,
-        values: all,
+        values: amplitudes,
         widths: all_widths,
     })
 }

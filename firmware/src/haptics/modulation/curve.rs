@@ -62,11 +62,11 @@ const SLACK: i64 = 1 << (FINE - 2);
 const ROUNDING: i64 = 1 << (FINE - 1);
 
 impl Share {
-    /// Returns this share of `whole` (below 2^18), rounded to nearest; 0 for a negative share.
+    /// Returns this share of `amplitude` (below 2^18), rounded to nearest; 0 for a negative share.
     #[inline]
-    pub(super) const fn scale(self, whole: u32) -> u32 {
+    pub(super) const fn scale(self, amplitude: u32) -> u32 {
         // Below 2^18 · 2^30.
-        let part = whole as u64 * (if self.0 > 0 { self.0 } else { 0 }) as u64;
+        let part = amplitude as u64 * (if self.0 > 0 { self.0 } else { 0 }) as u64;
         ((part + (1 << 25)) >> 26) as u32
     }
 }
@@ -201,14 +201,14 @@ fn find_maximum(coefficients: [i64; 5]) -> (Extreme, u32) {
         at: 0,
     };
     best.raise_to(last, 1 << DEPTH);
-    let whole = Piece {
+    let full_curve = Piece {
         coefficients,
         from: 0,
         length: 1 << DEPTH,
     };
     // At most one half of each length, and the present piece.
     let mut left: heapless::Vec<Piece, { DEPTH as usize + 1 }> = heapless::Vec::new();
-    let mut piece = Some(whole);
+    let mut piece = Some(full_curve);
     let mut halved = 0u32;
     while let Some(segment) = piece.take().or_else(|| left.pop()) {
         let [a, b, c, d, e] = segment.coefficients;

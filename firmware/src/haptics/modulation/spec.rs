@@ -132,14 +132,14 @@ impl ModulationSpec {
     pub fn demands(&self) -> impl Iterator<Item = (u8, Amplitude, &'static str)> {
         self.muscles()
             .flat_map(|muscle| {
-                let of = |phase| {
+                let demand = |phase| {
                     Some((
                         muscle.channel,
                         muscle.peak(phase)?,
                         MotionPhase::field(phase),
                     ))
                 };
-                [of(MotionPhase::Lift), of(MotionPhase::Drop)]
+                [demand(MotionPhase::Lift), demand(MotionPhase::Drop)]
             })
             .flatten()
     }

@@ -188,10 +188,10 @@ impl Modulations {
         state: &ModulationsState,
     ) -> impl Iterator<Item = (Option<Angle>, Option<MotionPhase>)> {
         self.0.iter().map(|modulation| {
-            let told = state.phases.get(usize::from(modulation.joint));
+            let phase_state = state.phases.get(usize::from(modulation.joint));
             (
                 state.angle_of(modulation.joint),
-                told.and_then(PhaseState::phase),
+                phase_state.and_then(PhaseState::phase),
             )
         })
     }
@@ -220,10 +220,10 @@ impl Modulation {
     /// Returns the present phase for the angle of the phase joint. Without an angle, the detector
     /// is reset and there is no phase.
     fn phase(&self, state: &mut ModulationsState, angle: Option<Angle>) -> Option<MotionPhase> {
-        let told = state.phases.get_mut(usize::from(self.joint))?;
+        let phase_state = state.phases.get_mut(usize::from(self.joint))?;
         if angle.is_none() {
-            *told = PhaseState::default();
+            *phase_state = PhaseState::default();
         }
-        self.detector.step(told, angle?)
+        self.detector.step(phase_state, angle?)
     }
 }

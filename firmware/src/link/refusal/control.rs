@@ -52,8 +52,8 @@ impl From<ModulationError> for Refusal<'static> {
                 extreme,
             } => {
                 let reached = extreme.millionths();
-                let one = QuarticSpec::SHARE.max;
-                let bound = if reached < 0 { 0 } else { one };
+                let max_share = QuarticSpec::SHARE.max;
+                let bound = if reached < 0 { 0 } else { max_share };
                 let refusal = Self::new(Code::ShareLimit, phase.field()).with_channel(channel);
                 refusal.with_range(reached, bound)
             }

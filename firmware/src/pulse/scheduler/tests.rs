@@ -254,7 +254,7 @@ fn a_bit_that_changes_by_itself_is_found_before_an_edge_comes_of_it() {
             for k in 0..windows {
                 scheduler.render(at(k), &mut Always, &mut plan).unwrap();
             }
-            let Some(what) = scheduler.lanes[0].as_mut().unwrap().flip(way) else {
+            let Some(name) = scheduler.lanes[0].as_mut().unwrap().flip(way) else {
                 break;
             };
             let mut rendered = (windows..windows + 8 * CHANNELS as u32)
@@ -263,7 +263,7 @@ fn a_bit_that_changes_by_itself_is_found_before_an_edge_comes_of_it() {
             assert_eq!(
                 found,
                 Some(RenderError::Memory),
-                "{what} after {windows} windows"
+                "{name} after {windows} windows"
             );
         }
     }
@@ -279,7 +279,7 @@ fn what_lanes_share_is_sealed_too() {
             s.next = s.next.map(|next| next + us(1 << 10))
         }),
     ];
-    for (what, flip) in flips {
+    for (name, flip) in flips {
         let mut trains = [None; CHANNELS];
         trains[0] = Some(PLAIN.validate().unwrap());
         let (mut scheduler, mut plan) = (Scheduler::new(), WindowPlan::new());
@@ -289,6 +289,6 @@ fn what_lanes_share_is_sealed_too() {
             .unwrap();
         flip(&mut scheduler);
         let found = scheduler.render(Micros::new(WINDOW_US), &mut Always, &mut plan);
-        assert_eq!(found, Err(RenderError::Memory), "{what}");
+        assert_eq!(found, Err(RenderError::Memory), "{name}");
     }
 }

@@ -20,12 +20,12 @@ impl Guard {
 
     #[inline(never)]
     pub(super) fn end_check(&mut self, check: ElectrodeCheck, now: Micros) -> Notice {
-        let whole = match check.first_missing() {
+        let outcome = match check.first_missing() {
             Some((channel, true)) => Err(Denial::PhaseLost { channel }),
             Some((channel, false)) => Err(Denial::ElectrodeOff { channel }),
             None => self.take_loads(),
         };
-        if let Err(denied) = whole {
+        if let Err(denied) = outcome {
             self.enter_idle(StopCause::Request);
             return Notice::Checked(Err(denied));
         }

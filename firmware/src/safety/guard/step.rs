@@ -128,18 +128,18 @@ impl Guard {
         let now_wanted = Measures::of(wanted, own_us);
         let step = step.updated_to(now_wanted, now);
         let low = step.low.min(step.low_before).min(now_wanted);
-        let all = || {
+        let listed_measures = || {
             listed
                 .clone()
                 .map(|stimulus| Measures::of(stimulus, own_us))
         };
-        let Measures(low) = all().fold(low, Measures::min);
+        let Measures(low) = listed_measures().fold(low, Measures::min);
         let by = MicroAmps::new(spec.max_step_ua.min(spec.max_step_ua_per_s));
         let by = config.stage.amplitude_for_current(by);
         let above = |low: Amplitude| Amplitude::new(low.get().saturating_add(by.get()));
         let [most, most_charge] = low.map(above);
         let is_far = |measures: Measures| measures.0[0] > most || measures.0[1] > most_charge;
-        if all().chain([now_wanted]).any(is_far) {
+        if listed_measures().chain([now_wanted]).any(is_far) {
             let highest = most;
             return Err(Denial::TooLargeStep { channel, highest });
         }

@@ -39,11 +39,11 @@ fn expected(spec: TrainSpec) -> Option<Expected> {
 }
 
 fn channels(specs: &[TrainSpec]) -> [Option<Expected>; CHANNELS] {
-    let mut all = [None; CHANNELS];
-    for (slot, spec) in all.iter_mut().zip(specs) {
+    let mut expectations = [None; CHANNELS];
+    for (slot, spec) in expectations.iter_mut().zip(specs) {
         *slot = expected(*spec);
     }
-    all
+    expectations
 }
 
 /// Passes the scheduler's windows to the check, each changed by `spoil`, and returns the first
@@ -53,14 +53,14 @@ fn play(
     groups: &[GroupSpec],
     spoil: impl Fn(u32, &mut WindowPlan),
 ) -> Result<(), BrokenRule> {
-    let all = channels(specs);
-    let trains = all.map(|e| e.map(|e| e.train));
+    let expectations = channels(specs);
+    let trains = expectations.map(|e| e.map(|e| e.train));
     let groups: Vec<Group> = groups.iter().map(|g| g.check(&trains).unwrap()).collect();
     let epoch = Micros::new(u32::MAX - 30_000); // the clock wraps on the way
     let (mut scheduler, mut plan) = (Scheduler::new(), WindowPlan::new());
     scheduler.start(&trains, &groups, Some(0), epoch);
     let mut check = OutputCheck::new();
-    check.arm(|channel| all[usize::from(channel)], &groups);
+    check.arm(|channel| expectations[usize::from(channel)], &groups);
     for k in 0..400 {
         let start = epoch + us(k * WINDOW_US);
         scheduler.render(start, &mut Always, &mut plan).unwrap();
@@ -106,18 +106,26 @@ fn right_trains_break_no_rule() {
     let none = |_: u32, _: &mut WindowPlan| ();
     assert_eq!(play(&[PLAIN, doublets()], &[], none), Ok(()));
     for partner in [Partner::Conducted, Partner::Isolated] {
-        let both = [
+        let plain_pair = [
             PLAIN,
             TrainSpec {
                 offset_us: 900,
                 ..PLAIN
             },
         ];
-        assert_eq!(play(&both, &[group(partner)], none), Ok(()));
-        let both = [grounded(0), grounded(500)];
-        assert_eq!(play(&both, &[group(partner)], none), Ok(()), "{partner:?}");
-        let both = [given_back(0), given_back(900)];
-        assert_eq!(play(&both, &[group(partner)], none), Ok(()), "{partner:?}");
+        assert_eq!(play(&plain_pair, &[group(partner)], none), Ok(()));
+        let grounded_pair = [grounded(0), grounded(500)];
+        assert_eq!(
+            play(&grounded_pair, &[group(partner)], none),
+            Ok(()),
+            "{partner:?}"
+        );
+        let given_back_pair = [given_back(0), given_back(900)];
+        assert_eq!(
+            play(&given_back_pair, &[group(partner)], none),
+            Ok(()),
+            "{partner:?}"
+        );
     }
 }
 
@@ -133,11 +141,11 @@ fn shift(k: u32, n: usize, by: i16) -> impl Fn(u32, &mut WindowPlan) {
 
 #[test]
 fn each_way_to_be_wrong_is_told() {
-    let one = |spoil: &dyn Fn(u32, &mut WindowPlan)| play(&[PLAIN], &[], spoil);
+    let verdict = |spoil: &dyn Fn(u32, &mut WindowPlan)| play(&[PLAIN], &[], spoil);
     // In the second pulse: a first phase of 199 µs, one of 201 µs, and a gap of 39 µs.
-    assert_eq!(one(&shift(80, 1, -1)), Err(BrokenRule::Phase));
-    assert_eq!(one(&shift(80, 1, 1)), Err(BrokenRule::Phase));
-    assert_eq!(one(&shift(80, 2, -1)), Err(BrokenRule::Phase));
+    assert_eq!(verdict(&shift(80, 1, -1)), Err(BrokenRule::Phase));
+    assert_eq!(verdict(&shift(80, 1, 1)), Err(BrokenRule::Phase));
+    assert_eq!(verdict(&shift(80, 2, -1)), Err(BrokenRule::Phase));
     // A pulse 1 µs early: its first phase is also too long, but the early start is found first.
     let early = [TrainSpec {
         offset_us: 100,
@@ -156,14 +164,14 @@ fn each_way_to_be_wrong_is_told() {
         }
     };
     let cathodic = Levels::ISOLATED.with_channel(0, OutputState::Cathodic);
-    assert_eq!(one(&levels(80, 2, cathodic)), Err(BrokenRule::Phase));
+    assert_eq!(verdict(&levels(80, 2, cathodic)), Err(BrokenRule::Phase));
     let grounds = Levels::ISOLATED.with_channel(0, OutputState::Grounded);
-    assert_eq!(one(&levels(80, 1, grounds)), Err(BrokenRule::Phase));
+    assert_eq!(verdict(&levels(80, 1, grounds)), Err(BrokenRule::Phase));
     // A channel that is not armed is driven, and one is grounded without a reason.
     let other = Levels::ISOLATED.with_channel(7, OutputState::Anodic);
-    assert_eq!(one(&levels(80, 1, other)), Err(BrokenRule::Channel));
+    assert_eq!(verdict(&levels(80, 1, other)), Err(BrokenRule::Channel));
     let idle = Levels::ISOLATED.with_channel(7, OutputState::Grounded);
-    assert_eq!(one(&levels(0, 1, idle)), Err(BrokenRule::Grounding));
+    assert_eq!(verdict(&levels(0, 1, idle)), Err(BrokenRule::Grounding));
     // DAC codes that are too large or on a wrong channel.
     let code = |channel, code| {
         move |window: u32, plan: &mut WindowPlan| {
@@ -172,15 +180,15 @@ fn each_way_to_be_wrong_is_told() {
             }
         }
     };
-    assert_eq!(one(&code(0, 1001)), Err(BrokenRule::Code));
-    assert_eq!(one(&code(3, 1)), Err(BrokenRule::Channel));
+    assert_eq!(verdict(&code(0, 1001)), Err(BrokenRule::Code));
+    assert_eq!(verdict(&code(3, 1)), Err(BrokenRule::Channel));
     // A window that does not begin where the previous one ended.
     let jump = |window: u32, plan: &mut WindowPlan| {
         if window == 40 {
             plan.initial = Levels::ISOLATED.with_channel(0, OutputState::Cathodic);
         }
     };
-    assert_eq!(one(&jump), Err(BrokenRule::Start));
+    assert_eq!(verdict(&jump), Err(BrokenRule::Start));
     // A grounding that is 1 µs too short, found with the edge that ends it.
     let mono = [grounded(0)];
     assert_eq!(
@@ -209,7 +217,7 @@ fn each_way_to_be_wrong_is_told() {
         _ => (),
     };
     assert_eq!(play(&biphasic, &[], none), Err(BrokenRule::Grounding));
-    assert_eq!(one(&levels(81, 0, grounds)), Err(BrokenRule::Grounding));
+    assert_eq!(verdict(&levels(81, 0, grounds)), Err(BrokenRule::Grounding));
 }
 
 /// With a variable width, each burst's announced width passes. A width that the train does not
@@ -264,7 +272,7 @@ fn a_live_width_is_the_announced_one_and_within_its_bounds() {
 
 #[test]
 fn its_own_memory_is_sealed() {
-    let all = channels(&[PLAIN]);
+    let expectations = channels(&[PLAIN]);
     for flip in [
         (|c| c.lines[0].pulses ^= 1) as fn(&mut OutputCheck),
         |c| c.lines[0].since += us(4),
@@ -275,7 +283,7 @@ fn its_own_memory_is_sealed() {
         |c| c.levels.0 ^= 1,
     ] {
         let mut check = OutputCheck::new();
-        check.arm(|channel| all[usize::from(channel)], &[]);
+        check.arm(|channel| expectations[usize::from(channel)], &[]);
         flip(&mut check);
         let mut plan = WindowPlan::new();
         let found = (0..8 * CHANNELS as u32).find_map(|k| {
@@ -337,18 +345,18 @@ fn no_step_leads_from_drive_to_opposite_drive() {
                         continue;
                     }
                     taken += 1;
-                    let what = format!("{shape:?}, {part:?}: {old:?} to {new:?}, {lasted} µs");
+                    let message = format!("{shape:?}, {part:?}: {old:?} to {new:?}, {lasted} µs");
                     // While a phase is in progress the account says so; otherwise the levels were
                     // changed without the account.
                     let drives = matches!(part, Part::First | Part::Second);
-                    assert!(!(drives && is_driven(new)), "{what}");
-                    assert!(!drives || lasted == WIDTH, "{what}");
+                    assert!(!(drives && is_driven(new)), "{message}");
+                    assert!(!drives || lasted == WIDTH, "{message}");
                     assert!(
                         part != Part::Gap || lasted == gap_us && gap_us >= 5,
-                        "{what}"
+                        "{message}"
                     );
-                    assert!(part != Part::Gap || line.part == Part::Second, "{what}");
-                    assert!(!is_driven(new) || line.is_pulsing(), "{what}");
+                    assert!(part != Part::Gap || line.part == Part::Second, "{message}");
+                    assert!(!is_driven(new) || line.is_pulsing(), "{message}");
                 }
             }
         }

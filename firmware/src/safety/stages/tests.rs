@@ -57,18 +57,18 @@ fn a_table_from_before_declares_no_supply() {
 
 #[test]
 fn every_flipped_bit_makes_the_stages_unknown() {
-    let whole = table().to_words(UID);
+    let words = table().to_words(UID);
     for bit in 0..32 * WORDS {
-        let mut flipped = whole;
+        let mut flipped = words;
         flipped[bit / 32] ^= 1 << (bit % 32);
         let half = Stages::Unknown(StagesFault::Incomplete);
         assert_eq!(
-            Stages::from_copies([&flipped, &whole], UID),
+            Stages::from_copies([&flipped, &words], UID),
             half,
             "bit {bit}"
         );
         assert_eq!(
-            Stages::from_copies([&whole, &flipped], UID),
+            Stages::from_copies([&words, &flipped], UID),
             half,
             "bit {bit}"
         );
@@ -79,20 +79,20 @@ fn every_flipped_bit_makes_the_stages_unknown() {
 
 #[test]
 fn what_is_no_table_of_this_board_is_told_apart() {
-    let (whole, erased) = (table().to_words(UID), [ERASED; WORDS]);
+    let (words, erased) = (table().to_words(UID), [ERASED; WORDS]);
     let unknown = |fault| Stages::Unknown(fault);
     assert_eq!(stored(&erased), unknown(StagesFault::Erased));
     let half = unknown(StagesFault::Incomplete);
-    assert_eq!(Stages::from_copies([&whole, &erased], UID), half);
-    assert_eq!(Stages::from_copies([&erased, &whole], UID), half);
+    assert_eq!(Stages::from_copies([&words, &erased], UID), half);
+    assert_eq!(Stages::from_copies([&erased, &words], UID), half);
     let mut other = table();
     other.stages[0] = Some(VOLTS);
     assert_eq!(
-        Stages::from_copies([&whole, &other.to_words(UID)], UID),
+        Stages::from_copies([&words, &other.to_words(UID)], UID),
         half
     );
     assert_eq!(
-        Stages::from_copies([&whole, &whole], [1, 2, 4]),
+        Stages::from_copies([&words, &words], [1, 2, 4]),
         unknown(StagesFault::OtherBoard)
     );
     for version in [
@@ -101,14 +101,14 @@ fn what_is_no_table_of_this_board_is_told_apart() {
         2 << 16 | 3 << 8,
         1 << 16 | 1 << 8,
     ] {
-        let mut later = whole;
+        let mut later = words;
         later[1] = version;
         later[WORDS - 1] = checksum(&later[..WORDS - 1]);
         let found = stored(&later);
         assert_eq!(found, unknown(StagesFault::Version), "{version:#x}");
     }
     // A correct checksum over an impossible stage.
-    let mut wild = whole;
+    let mut wild = words;
     wild[HEAD] = 1 << KIND_SHIFT | 999;
     wild[WORDS - 1] = checksum(&wild[..WORDS - 1]);
     assert_eq!(stored(&wild), unknown(StagesFault::Damaged));

@@ -88,13 +88,13 @@ fn parts(spec: &ArmSpec, skeleton: &Skeleton) -> [Part; 4] {
 
 /// Returns the mass matrix of the arm for rotations about its turns, kg m².
 pub(super) fn masses(spec: &ArmSpec, skeleton: &Skeleton) -> Square {
-    let mut all = Square::zeros();
+    let mut matrix = Square::zeros();
     for part in parts(spec, skeleton) {
         let moves = skeleton.jacobian(&part.centre, part.segment);
         let turns = skeleton.rotation_jacobian(part.segment);
-        all += part.kg * moves.transpose() * moves + turns.transpose() * part.inertia * turns;
+        matrix += part.kg * moves.transpose() * moves + turns.transpose() * part.inertia * turns;
     }
-    all
+    matrix
 }
 
 /// Returns the weight of the arm from the shoulder to the hand, N.
@@ -117,8 +117,8 @@ pub(super) fn cuff_response(
     let cuff =
         SMatrix::<f64, 6, 6>::from_diagonal(&[along, along, along, about, about, about].into());
     let tissue = Square::from_diagonal(&spec.hold.passive_nm_per_rad.into());
-    let whole = tissue + moves.transpose() * cuff * moves;
-    let inverse = whole.try_inverse().ok_or(InvalidArm::Loose)?;
+    let stiffness = tissue + moves.transpose() * cuff * moves;
+    let inverse = stiffness.try_inverse().ok_or(InvalidArm::Loose)?;
     Ok((cuff * moves * inverse, inverse))
 }
 
@@ -151,11 +151,11 @@ impl Free {
         });
         let stiffness = Square::from_diagonal(&stiffness.into());
         let damping = Square::from_diagonal(&damping.into());
-        let whole = masses + h * damping + h * h * stiffness;
+        let system = masses + h * damping + h * h * stiffness;
         Ok(Self {
             turns: JointRotations::zeros(),
             rates: JointRotations::zeros(),
-            inverse: whole.try_inverse().ok_or(InvalidArm::Loose)?,
+            inverse: system.try_inverse().ok_or(InvalidArm::Loose)?,
             masses,
             stiffness,
             h,

@@ -55,9 +55,9 @@ impl Posture {
     /// elbow flexion is within [`RANGE_DEG`], and all angles are finite.
     #[must_use]
     pub fn is_known(&self) -> bool {
-        let all = [self.plane_deg, self.elevation_deg, self.rotation_deg];
+        let angles_deg = [self.plane_deg, self.elevation_deg, self.rotation_deg];
         let [low, high] = RANGE_DEG;
-        all.iter().all(|value| value.is_finite())
+        angles_deg.iter().all(|value| value.is_finite())
             && (1.0..=120.0).contains(&self.elevation_deg)
             && (low..=high).contains(&self.elbow_deg)
     }
@@ -194,7 +194,7 @@ impl Skeleton {
     #[must_use]
     pub fn jacobian(&self, at: &Vector3<f64>, segment: usize) -> SMatrix<f64, 3, TURNS> {
         let axes = self.axes();
-        let mut all = SMatrix::<f64, 3, TURNS>::zeros();
+        let mut matrix = SMatrix::<f64, 3, TURNS>::zeros();
         let turns = self.turn_count(segment);
         for turn in 0..turns {
             let joint = match turn {
@@ -203,20 +203,20 @@ impl Skeleton {
                 _ => self.elbow,
             };
             let axis: Vector3<f64> = axes.column(turn).into();
-            all.set_column(turn, &axis.cross(&(at - joint)));
+            matrix.set_column(turn, &axis.cross(&(at - joint)));
         }
-        all
+        matrix
     }
 
     /// Returns the angular velocity of a segment per rate of each turn; see [`Self::jacobian`] for
     /// the numbers of the segments.
     #[must_use]
     pub fn rotation_jacobian(&self, segment: usize) -> SMatrix<f64, 3, TURNS> {
-        let mut all = self.axes();
+        let mut axes = self.axes();
         for turn in self.turn_count(segment)..TURNS {
-            all.set_column(turn, &Vector3::zeros());
+            axes.set_column(turn, &Vector3::zeros());
         }
-        all
+        axes
     }
 
     const fn turn_count(&self, segment: usize) -> usize {
@@ -231,12 +231,14 @@ impl Skeleton {
     /// rotation in the lower three, rad/rad.
     #[must_use]
     pub fn cuff_jacobian(&self) -> SMatrix<f64, 6, TURNS> {
-        let mut all = SMatrix::<f64, 6, TURNS>::zeros();
-        all.fixed_rows_mut::<3>(0)
+        let mut matrix = SMatrix::<f64, 6, TURNS>::zeros();
+        matrix
+            .fixed_rows_mut::<3>(0)
             .copy_from(&self.jacobian(&self.cuff, 2));
-        all.fixed_rows_mut::<3>(3)
+        matrix
+            .fixed_rows_mut::<3>(3)
             .copy_from(&self.rotation_jacobian(2));
-        all
+        matrix
     }
 
     /// Returns the moment arms of a muscle: the torque about each turn's axis per newton, m.
@@ -245,7 +247,7 @@ impl Skeleton {
     /// only the elbow, it rotates flexion into supination.
     #[must_use]
     pub fn arms_m(&self, muscle: Muscle, azimuth_deg: f64) -> JointRotations {
-        let mut all = JointRotations::zeros();
+        let mut arms = JointRotations::zeros();
         if let Some(line) = muscle.line() {
             let part = muscle.shoulder_part();
             let [sternal, shoulder] = self.shoulder_moments_m(&line);
@@ -253,9 +255,9 @@ impl Skeleton {
                 let axis = nalgebra::Unit::new_normalize(axis);
                 part * (Rotation3::from_axis_angle(&axis, azimuth_deg.to_radians()) * arm)
             };
-            all.fixed_rows_mut::<3>(0)
+            arms.fixed_rows_mut::<3>(0)
                 .copy_from(&turn(self.clavicle_axis(), sternal));
-            all.fixed_rows_mut::<3>(3)
+            arms.fixed_rows_mut::<3>(3)
                 .copy_from(&turn(self.upper_arm, shoulder));
         }
         let scale = self.lengths.shoulder;
@@ -269,10 +271,10 @@ impl Skeleton {
             _ => (0.0, 0.0),
         };
         let (sine, cosine) = azimuth_deg.to_radians().sin_cos();
-        all[6] = scale * (cosine * flexes - sine * supinates);
+        arms[6] = scale * (cosine * flexes - sine * supinates);
         // The axis of the right forearm points to the hand: a positive rotation about it supinates.
-        all[7] = scale * (sine * flexes + cosine * supinates);
-        all
+        arms[7] = scale * (sine * flexes + cosine * supinates);
+        arms
     }
 
     /// Returns the moments of one newton along this line about the sternoclavicular and the
@@ -345,7 +347,7 @@ mod tests {
     #[test]
     fn the_cuff_moves_as_turning_moves_it() {
         let bones = nominal();
-        let all = bones.cuff_jacobian();
+        let jacobian = bones.cuff_jacobian();
         let axes = bones.axes();
         for turn in 0..TURNS {
             let joint = match turn {
@@ -358,7 +360,7 @@ mod tests {
             let at =
                 |rad: f64| joint + Rotation3::from_axis_angle(&axis, rad) * (bones.cuff - joint);
             let moved = (at(1e-6) - at(-1e-6)) / 2e-6;
-            let off = (moved - all.fixed_view::<3, 1>(0, turn)).norm();
+            let off = (moved - jacobian.fixed_view::<3, 1>(0, turn)).norm();
             assert!(off < 1e-9, "turn {turn}: {off}");
         }
     }

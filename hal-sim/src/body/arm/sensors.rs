@@ -107,7 +107,7 @@ impl MountedImu {
     /// correct only at rest.
     #[must_use]
     pub fn read(&self, rate: &Vector3<f64>, tick: u64) -> Imu {
-        let noise = |what: u64| random_normal_vector(random::word(self.seed, what), tick);
+        let noise = |stream: u64| random_normal_vector(random::word(self.seed, stream), tick);
         let gyro = self.to_sensor * rate + self.gyro_bias + self.spec.gyro_noise_rad_s * noise(0);
         let up = GRAVITY_M_S2 * Vector3::z();
         let accel = self.to_sensor * up + self.accel_bias + self.spec.accel_noise_m_s2 * noise(1);
@@ -178,7 +178,7 @@ impl ForceSensor {
     #[must_use]
     pub fn read(&self, wrench: &[f64; 6]) -> [f64; 6] {
         let noise =
-            [9, 10].map(|what| random_normal_vector(random::word(self.seed, what), self.tick));
+            [9, 10].map(|stream| random_normal_vector(random::word(self.seed, stream), self.tick));
         std::array::from_fn(|axis| {
             let wander = self.wander.get(axis).copied().unwrap_or(0.0);
             let noise = match axis {

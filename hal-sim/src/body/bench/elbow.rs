@@ -153,15 +153,15 @@ impl IsometricSpec {
     ///
     /// # Errors
     /// Returns [`BeyondFit`] if the angle is outside the range of the sources.
-    pub fn max_torque_nm(&self, of: &RigMuscle) -> Result<f64, BeyondFit> {
+    pub fn max_torque_nm(&self, rig_muscle: &RigMuscle) -> Result<f64, BeyondFit> {
         let flexion_deg = self.flexion_deg();
-        let arm_m = arm_m(self.source, of.muscle, flexion_deg)?;
-        let length = fibre_length(of.muscle, of.length_at_90, flexion_deg)?;
+        let arm_m = arm_m(self.source, rig_muscle.muscle, flexion_deg)?;
+        let length = fibre_length(rig_muscle.muscle, rig_muscle.length_at_90, flexion_deg)?;
         let lasting = match self.has_force_length {
             true => force_length(length),
             false => 1.0,
         };
-        Ok(-arm_m * lasting * of.force_n * self.contraction)
+        Ok(-arm_m * lasting * rig_muscle.force_n * self.contraction)
     }
 
     /// Checks every field.
@@ -250,15 +250,15 @@ impl IsometricElbow {
     /// Returns the name of the first field of `spec` whose value is out of range.
     pub fn new(spec: IsometricSpec, seed: u64) -> Result<Self, InvalidBench> {
         spec.validate()?;
-        let driven = |of: &RigMuscle| {
+        let driven = |rig_muscle: &RigMuscle| {
             let most_nm = spec
-                .max_torque_nm(of)
+                .max_torque_nm(rig_muscle)
                 .map_err(|_| InvalidBench("included_deg"))?;
             Ok(MuscleState {
-                spec: *of,
+                spec: *rig_muscle,
                 most_nm,
-                muscle: muscle::Muscle::new(of.dynamics),
-                step: Step::new(&of.dynamics, 1e-6 * SAMPLE_US as f64),
+                muscle: muscle::Muscle::new(rig_muscle.dynamics),
+                step: Step::new(&rig_muscle.dynamics, 1e-6 * SAMPLE_US as f64),
                 share: 0.0,
                 is_awake: false,
             })
@@ -326,8 +326,8 @@ impl IsometricElbow {
 
     fn pass(&mut self, us: u64) {
         if us > 0 {
-            let all = self.muscles.iter_mut().filter(|driven| driven.is_awake);
-            all.for_each(|driven| driven.pass(us));
+            let awake = self.muscles.iter_mut().filter(|driven| driven.is_awake);
+            awake.for_each(|driven| driven.pass(us));
         }
     }
 }

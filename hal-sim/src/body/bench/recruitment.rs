@@ -152,13 +152,13 @@ mod tests {
             [0.0, 7.9, 8.0].map(|current_ma| pool.share(current_ma)),
             [0.0; 3]
         );
-        let all: Vec<f64> = (80..400)
+        let shares: Vec<f64> = (80..400)
             .map(|tenth| pool.share(f64::from(tenth) * 0.1))
             .collect();
-        assert!(all.windows(2).all(|window| window[1] >= window[0]));
+        assert!(shares.windows(2).all(|window| window[1] >= window[0]));
         // Force begins without a jump.
-        assert!(all[1] < 0.01 && all[1] > 0.0);
-        assert!((all[319] - 1.0).abs() < 1e-9);
+        assert!(shares[1] < 0.01 && shares[1] > 0.0);
+        assert!((shares[319] - 1.0).abs() < 1e-9);
     }
 
     #[test]

@@ -199,15 +199,15 @@ mod tests {
             ..quiet()
         };
         let mut sensor = Sensor::new(spec, 7).unwrap();
-        let mut all = Vec::new();
+        let mut readings = Vec::new();
         for _ in 0..20_000 {
             sensor.sample(0.0);
             assert_eq!(sensor.reading_n(), sensor.reading_n());
-            all.push(sensor.reading_n());
+            readings.push(sensor.reading_n());
         }
-        let n = all.len() as f64;
-        let square = all.iter().map(|value| value * value).sum::<f64>() / n;
-        let lag = all
+        let n = readings.len() as f64;
+        let square = readings.iter().map(|value| value * value).sum::<f64>() / n;
+        let lag = readings
             .windows(2)
             .map(|window| window[0] * window[1])
             .sum::<f64>()

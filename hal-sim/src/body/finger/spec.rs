@@ -166,11 +166,11 @@ impl FingerSpec {
         });
         let [low, high] = self.stops_deg;
         let pair_holds = self.pair.is_none_or(|pair| {
-            let one = self.flexor_torque_nm;
+            let single_nm = self.flexor_torque_nm;
             let torques = pair.torque_nm.iter();
             let limits = [self.flexor_a.max_v, self.flexor_b.max_v];
-            one > 0.0
-                && { torques }.all(|nm| nm.is_finite() && *nm >= one)
+            single_nm > 0.0
+                && { torques }.all(|nm| nm.is_finite() && *nm >= single_nm)
                 && (pair.threshold_v.iter().zip(limits))
                     .all(|(threshold_v, max_v)| (0.0..max_v).contains(threshold_v))
         });

@@ -104,24 +104,24 @@ mod tests {
         let torque = 0.05 * (1.0 - LOST * angles[INDEX] / 100.0);
         assert!((0.12 * bent - torque).abs() < 1e-12, "{angles:?}");
         assert_eq!(angles[2], 100.0, "its stop");
-        let both = Torques {
+        let opposed = Torques {
             extensor_nm: 0.08,
             ..flexed
         };
-        let angle = both.angles_deg(0.12)[INDEX];
+        let angle = opposed.angles_deg(0.12)[INDEX];
         let spring = 0.12 * (angle - 10.0).to_radians();
-        assert!((spring - both.net_nm(INDEX, angle / 100.0)).abs() < 1e-12);
+        assert!((spring - opposed.net_nm(INDEX, angle / 100.0)).abs() < 1e-12);
         assert!(angle < 10.0 && angle > 0.0, "{angle}");
     }
 
     #[test]
     fn the_individuation_index_is_that_of_equation_1() {
-        let of = |parts: [f64; DIGITS]| individuation(&parts);
-        assert_eq!(of([0.0, 0.7, 0.0, 0.0, 0.0]), Some(1.0));
-        let shared = of([0.2, 0.5, 0.2, 0.2, 0.2]).unwrap();
+        let index = |parts: [f64; DIGITS]| individuation(&parts);
+        assert_eq!(index([0.0, 0.7, 0.0, 0.0, 0.0]), Some(1.0));
+        let shared = index([0.2, 0.5, 0.2, 0.2, 0.2]).unwrap();
         assert!((shared - 0.6).abs() < 1e-12, "{shared}");
-        assert_eq!(of([0.5, 0.1, 0.0, 0.0, 0.0]), None, "negative");
-        assert_eq!(of([0.0; DIGITS]), None, "not calculable");
+        assert_eq!(index([0.5, 0.1, 0.0, 0.0, 0.0]), None, "negative");
+        assert_eq!(index([0.0; DIGITS]), None, "not calculable");
     }
 
     #[test]

@@ -45,7 +45,7 @@ impl HandSpec {
     #[must_use]
     pub fn motor_units(&self) -> Vec<Unit> {
         let stream = |which: u64| self.seed.wrapping_mul(8).wrapping_add(which);
-        let mut all = Vec::with_capacity(POOLS.len() * self.units);
+        let mut units = Vec::with_capacity(POOLS.len() * self.units);
         for (index, pool) in (0u64..).zip(POOLS) {
             let mut place = pool.place().randomized(stream(PLACES), index);
             place.spread = place.spread.map(|value| self.scatter * value);
@@ -59,7 +59,7 @@ impl HandSpec {
                 let along = 2.0 * unit(stream(DIRECTIONS), 2 * number) - 1.0;
                 let turn = TAU * unit(stream(DIRECTIONS), 2 * number + 1);
                 let across = (1.0 - along * along).sqrt();
-                all.push(Unit {
+                units.push(Unit {
                     pool,
                     at_m: [x, y, self.tissue.fat_m + below_fat],
                     threshold: spread.exp(),
@@ -67,7 +67,7 @@ impl HandSpec {
                 });
             }
         }
-        all
+        units
     }
 
     fn skin(&self, pad: &Pad, electrode: usize) -> Skin {
@@ -90,15 +90,15 @@ impl Rule {
     /// Returns how strongly a field excites the nerve of `unit`, per ampere: the quantity that the
     /// rule selects, positive where it depolarises the nerve.
     #[must_use]
-    pub fn nerve_drive(self, of: &Transfer, unit: &Unit) -> f64 {
+    pub fn nerve_drive(self, transfer: &Transfer, unit: &Unit) -> f64 {
         match self {
             // A negative potential outside the nerve depolarises it.
-            Self::Potential => -of.potential,
-            Self::Curvature => of.curvature,
+            Self::Potential => -transfer.potential,
+            Self::Curvature => transfer.curvature,
             Self::Field => {
-                let [dy, dz] = of.across;
+                let [dy, dz] = transfer.across;
                 let [x, y, z] = unit.direction;
-                -(of.gradient * x + dy * y + dz * z)
+                -(transfer.gradient * x + dy * y + dz * z)
             }
         }
     }
@@ -194,7 +194,7 @@ impl Forearm {
     pub(super) fn scale_coupling(&mut self, electrode: usize, by: f64) {
         let drives = self.drives.iter_mut();
         drives
-            .filter_map(|of| of.get_mut(electrode))
+            .filter_map(|row| row.get_mut(electrode))
             .for_each(|value| *value *= by);
     }
 
@@ -329,11 +329,11 @@ impl NerveSamples {
         let basis = at_s.iter().map(|&t_s| {
             let mut basis = [0.0; DRIVES];
             for (place, (rate, _)) in basis.iter_mut().zip(drives(piece)) {
-                let one = Decay {
+                let decay = Decay {
                     amplitude: 1.0,
                     rate,
                 };
-                *place = membrane.charge_after(0.0, [one], t_s);
+                *place = membrane.charge_after(0.0, [decay], t_s);
             }
             basis
         });

@@ -40,8 +40,8 @@ impl fmt::Display for PlacementError {
                 500.0 * around_m
             ),
             Self::Overlap(one, other) => {
-                let (one, other) = (name(one), name(other));
-                write!(f, "the electrodes of {one} and of {other} overlap")
+                let (first, other) = (name(one), name(other));
+                write!(f, "the electrodes of {first} and of {other} overlap")
             }
         }
     }
@@ -66,17 +66,17 @@ impl HandSpec {
             .map(|(point, _)| off(point))
             .collect();
         let [a, b, e] = *points;
-        let all = [a, b, e, self.return_pad()];
-        for (place, pad) in all.iter().enumerate() {
-            let others = all.iter().enumerate().skip(place + 1);
+        let pads = [a, b, e, self.return_pad()];
+        for (place, pad) in pads.iter().enumerate() {
+            let others = pads.iter().enumerate().skip(place + 1);
             // Pads may also overlap across the dorsal midline, where the coordinates wrap around.
             let around = |other: &Pad, by_m: f64| Pad {
                 y_m: other.y_m + by_m,
                 ..*other
             };
             let overlaps = |other: &Pad| {
-                let all = [-around_m, 0.0, around_m].map(|by_m| around(other, by_m));
-                all.iter().any(|other| pad.overlaps(other))
+                let copies = [-around_m, 0.0, around_m].map(|by_m| around(other, by_m));
+                copies.iter().any(|other| pad.overlaps(other))
             };
             let beneath = others.filter(|(_, other)| overlaps(other));
             wrong.extend(beneath.map(|(other, _)| PlacementError::Overlap(place, other)));

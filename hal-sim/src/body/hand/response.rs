@@ -140,9 +140,9 @@ impl Hand {
     /// Sets the coupling of point `electrode` of A, B and E from now on ([`HandSpec::coupling`]),
     /// above 0. Other indices are ignored.
     pub fn set_coupling(&mut self, electrode: usize, coupling: f64) {
-        if let Some(of) = self.spec.coupling.get_mut(electrode) {
-            self.forearm.scale_coupling(electrode, coupling / *of);
-            *of = coupling;
+        if let Some(slot) = self.spec.coupling.get_mut(electrode) {
+            self.forearm.scale_coupling(electrode, coupling / *slot);
+            *slot = coupling;
         }
     }
 
@@ -186,9 +186,9 @@ impl Hand {
         (second, after_us): (&[Segment], u32),
     ) -> Result<Response, InvalidSegment> {
         let mut spikes = self.settled_spikes(first)?;
-        for (of, later) in spikes.iter_mut().zip(self.settled_spikes(second)?) {
-            of.extend(later.iter().map(|at| (at + after_us) % SPAN_US));
-            of.sort_unstable();
+        for (earlier, later) in spikes.iter_mut().zip(self.settled_spikes(second)?) {
+            earlier.extend(later.iter().map(|at| (at + after_us) % SPAN_US));
+            earlier.sort_unstable();
         }
         Ok(self.muscle_response(&spikes))
     }
@@ -215,19 +215,24 @@ impl Hand {
         memory: &mut Memory,
         period: &[Segment],
     ) -> Result<Vec<Spike>, InvalidSegment> {
-        let (mut all, mut begun_us) = (Vec::new(), 0);
+        let (mut spikes, mut begun_us) = (Vec::new(), 0);
         for segment in period {
-            let before = all.len();
+            let before = spikes.len();
             let lasts_s = f64::from(segment.lasts_us) * 1e-6;
-            self.forearm
-                .segment(memory, &segment.terminals, lasts_s, self.factor, &mut all)?;
+            self.forearm.segment(
+                memory,
+                &segment.terminals,
+                lasts_s,
+                self.factor,
+                &mut spikes,
+            )?;
             let begun_s = f64::from(begun_us) * 1e-6;
-            all[before..]
+            spikes[before..]
                 .iter_mut()
                 .for_each(|spike| spike.at_s += begun_s);
             begun_us += segment.lasts_us;
         }
-        Ok(all)
+        Ok(spikes)
     }
 
     /// Returns the response of the muscles to units that spike at these times, µs.

@@ -104,24 +104,24 @@ const REST: [Terminal; 3] = [Grounded, Grounded, Floating];
 
 /// Returns a period with negative pulses of 200 µs: start in µs, point, and volts.
 fn period(pulses: &[(u32, usize, f64)]) -> Vec<Segment> {
-    let (mut all, mut now_us) = (Vec::new(), 0);
+    let (mut segments, mut now_us) = (Vec::new(), 0);
     for &(begin_us, point, volts) in pulses {
         let mut driven = REST;
         driven[point] = Driven(-volts);
         for (terminals, until_us) in [(REST, begin_us), (driven, begin_us + 200)] {
-            all.push(Segment {
+            segments.push(Segment {
                 terminals,
                 lasts_us: until_us - now_us,
             });
             now_us = until_us;
         }
     }
-    all.push(Segment {
+    segments.push(Segment {
         terminals: REST,
         lasts_us: 20_000 - now_us,
     });
-    all.retain(|segment| segment.lasts_us > 0);
-    all
+    segments.retain(|segment| segment.lasts_us > 0);
+    segments
 }
 
 fn index_nm(hand: &mut Hand, pulses: &[(u32, usize, f64)]) -> f64 {
@@ -143,11 +143,11 @@ fn more_volts_never_pull_less() {
 #[test]
 fn a_second_pulse_within_the_refractory_time_adds_nothing_at_the_same_point() {
     let mut hand = hand();
-    let one = index_nm(&mut hand, &[(0, A, 30.0)]);
+    let single = index_nm(&mut hand, &[(0, A, 30.0)]);
     let soon = index_nm(&mut hand, &[(0, A, 30.0), (2_000, A, 30.0)]);
     let late = index_nm(&mut hand, &[(0, A, 30.0), (10_000, A, 30.0)]);
-    assert!((soon / one - 1.0).abs() < 0.02, "{one} {soon}");
-    assert!(late > 1.05 * one, "{one} {late}");
+    assert!((soon / single - 1.0).abs() < 0.02, "{single} {soon}");
+    assert!(late > 1.05 * single, "{single} {late}");
 }
 
 /// Two points recruit the units of both or more; the test does not specify how many.
@@ -155,8 +155,8 @@ fn a_second_pulse_within_the_refractory_time_adds_nothing_at_the_same_point() {
 fn two_points_pull_at_least_as_much_as_the_stronger() {
     let mut hand = hand();
     let [a, b] = [A, B].map(|point| index_nm(&mut hand, &[(0, point, 24.0)]));
-    let both = index_nm(&mut hand, &[(0, A, 24.0), (10_000, B, 24.0)]);
-    assert!(both >= a.max(b), "{a} {b} {both}");
+    let pair = index_nm(&mut hand, &[(0, A, 24.0), (10_000, B, 24.0)]);
+    assert!(pair >= a.max(b), "{a} {b} {pair}");
 }
 
 #[test]

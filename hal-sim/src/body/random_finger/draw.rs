@@ -202,8 +202,8 @@ impl RandomFingerSpec {
     /// stronger point.
     pub fn flexor_pair_nm(&self) -> f64 {
         let [a, b, _] = self.muscles.map(|muscle| muscle.torque_nm);
-        let one = self.finger.flexor_torque_nm;
-        let adds = |pair: Pair| (pair.torque_nm[0] / one - 1.0) * a.min(b);
+        let single_nm = self.finger.flexor_torque_nm;
+        let adds = |pair: Pair| (pair.torque_nm[0] / single_nm - 1.0) * a.min(b);
         a.max(b) + self.finger.pair.map_or(0.0, adds)
     }
 

@@ -138,8 +138,8 @@ impl SagittalArm {
                 self.stimulated_nm[joint] += full_n * pulsed * arm;
                 shortening += arm * self.rates[joint];
             }
-            let of = (self.spec.strength, self.spec.fast_part);
-            let used = power_w(muscle, of, (will, busy), (force_n, shortening));
+            let fibre_traits = (self.spec.strength, self.spec.fast_part);
+            let used = power_w(muscle, fibre_traits, (will, busy), (force_n, shortening));
             self.used_j += TICK_S * used;
         }
         let drag = self.spec.active_damping_s_per_rad;
@@ -197,9 +197,10 @@ impl SagittalArm {
     /// Returns the power that muscles consume while they hold these activations without pulses, W.
     #[must_use]
     pub fn holding_power_w(&self, activation: &[f64; MUSCLES]) -> f64 {
-        let of = (self.spec.strength, self.spec.fast_part);
-        let each = activation.iter().enumerate();
-        each.map(|(muscle, value)| power_w(muscle, of, (*value, 0.0), (0.0, 0.0)))
+        let fibre_traits = (self.spec.strength, self.spec.fast_part);
+        let muscles = activation.iter().enumerate();
+        muscles
+            .map(|(muscle, value)| power_w(muscle, fibre_traits, (*value, 0.0), (0.0, 0.0)))
             .sum()
     }
 

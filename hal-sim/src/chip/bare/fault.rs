@@ -130,11 +130,15 @@ impl Fault {
 
     /// Describes cause and place in one line, with names from `symbols`.
     pub fn describe(&self, symbols: &Symbols) -> String {
-        let of = |table: &[(u32, &'static str)], register: u32| -> Vec<&'static str> {
+        let register_causes = |table: &[(u32, &'static str)], register: u32| -> Vec<&'static str> {
             let set = table.iter().filter(|(bit, _)| register & bit != 0);
             set.map(|(_, cause)| *cause).collect()
         };
-        let causes = [of(&CAUSES, self.cfsr), of(&HARD_CAUSES, self.hfsr)].concat();
+        let causes = [
+            register_causes(&CAUSES, self.cfsr),
+            register_causes(&HARD_CAUSES, self.hfsr),
+        ]
+        .concat();
         let mut text = format!("{}: {}", self.name(), causes.join(", "));
         if let Some(address) = self.address {
             text.push_str(&format!(" at {address:#010x}"));

@@ -191,14 +191,14 @@ impl Bare {
 
     fn reset(&mut self) -> Result<(), EarlyEnd> {
         let at = self.cpu.cycle;
-        let stopped = |what: super::cpu::bus::Unmodelled, cpu: &Cpu| {
+        let stopped = |feature: super::cpu::bus::Unmodelled, cpu: &Cpu| {
             EarlyEnd::Stopped(Stop::Outside {
                 pc: cpu.registers.r[15],
-                what: what.0,
+                what: feature.0,
             })
         };
         let cause = self.wires.reset(at);
-        let cause = cause.map_err(|what| stopped(what, &self.cpu))?;
+        let cause = cause.map_err(|feature| stopped(feature, &self.cpu))?;
         self.resets.push((self.wires.time().ns(at), cause));
         self.watcher = FaultWatcher::default();
         let done = self.cpu.reset(&mut self.wires);

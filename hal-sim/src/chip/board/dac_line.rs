@@ -21,19 +21,19 @@ pub(super) fn received_bits(word: &Word, pins: &Gpio) -> Option<u16> {
     if !is_spi(DAC_CLOCK) {
         return None;
     }
-    let all = u16::MAX >> (16 - word.bits);
+    let mask = u16::MAX >> (16 - word.bits);
     if !is_spi(DAC_DATA) {
         let high = pins.level(DAC_DATA.0.index(), DAC_DATA.1.into());
-        return Some(if high { all } else { 0 });
+        return Some(if high { mask } else { 0 });
     }
-    let (first, last) = (word.value & (all >> 1 ^ all), word.value & 1);
+    let (first, last) = (word.value & (mask >> 1 ^ mask), word.value & 1);
     let other = match word.change {
         Change::Rising => return Some(word.value),
         Change::FallingAfter => word.value << 1 | last,
         Change::FallingBefore => word.value >> 1 | first,
     };
     let drawn = random::word(word.end, word.value.into()) as u16;
-    Some((word.value & drawn | other & !drawn) & all)
+    Some((word.value & drawn | other & !drawn) & mask)
 }
 
 #[cfg(test)]

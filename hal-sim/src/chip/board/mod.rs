@@ -127,7 +127,7 @@ impl<O: Observer> Board<O> {
     ) -> Result<bool, BoardError> {
         self.around
             .set_sensors(sensors, self.cpu.cycle)
-            .map_err(|what| self.explain(what.to_stop(&self.cpu)))?;
+            .map_err(|feature| self.explain(feature.to_stop(&self.cpu)))?;
         if !self.around.host.open {
             if end.is_some_and(|end| self.cpu.cycle > end) {
                 let failure = self.around.host.failure;
@@ -221,7 +221,7 @@ impl<O: Observer> Board<O> {
         let at = self.cpu.cycle;
         self.last_reset = Some(at);
         let done = self.around.reset(at);
-        done.map_err(|what| self.explain(what.to_stop(&self.cpu)))?;
+        done.map_err(|feature| self.explain(feature.to_stop(&self.cpu)))?;
         let done = self.cpu.reset(&mut self.around);
         done.map_err(|stop| self.explain(stop))
     }
@@ -266,7 +266,7 @@ impl<O: Observer> Board<O> {
     pub fn debug_halt(&mut self, halted: bool) -> Result<(), BoardError> {
         let at = self.cpu.cycle;
         let done = self.around.debug_halt(halted, at);
-        done.map_err(|what| self.explain(what.to_stop(&self.cpu)))?;
+        done.map_err(|feature| self.explain(feature.to_stop(&self.cpu)))?;
         self.cpu.set_halted(halted);
         Ok(())
     }
@@ -278,7 +278,7 @@ impl<O: Observer> Board<O> {
     pub fn set_pll_hz(&mut self, hz: u32) -> Result<(), BoardError> {
         let at = self.cpu.cycle;
         let done = self.around.set_pll_hz(hz, at);
-        done.map_err(|what| self.explain(what.to_stop(&self.cpu)))
+        done.map_err(|feature| self.explain(feature.to_stop(&self.cpu)))
     }
 
     /// Stops the crystal permanently, as a broken crystal does.
@@ -289,7 +289,7 @@ impl<O: Observer> Board<O> {
     pub fn stop_crystal(&mut self) -> Result<(), BoardError> {
         let at = self.cpu.cycle;
         let done = self.around.stop_crystal(at);
-        done.map_err(|what| self.explain(what.to_stop(&self.cpu)))
+        done.map_err(|feature| self.explain(feature.to_stop(&self.cpu)))
     }
 
     fn explain(&self, stop: Stop) -> BoardError {
@@ -303,10 +303,10 @@ impl<O: Observer> Board<O> {
     pub(super) fn resume(&mut self, to: Micros, sensors: &Sensors) -> Result<(), BoardError> {
         self.around
             .set_sensors(sensors, self.cpu.cycle)
-            .map_err(|what| self.explain(what.to_stop(&self.cpu)))?;
+            .map_err(|feature| self.explain(feature.to_stop(&self.cpu)))?;
         if sensors.trigger.is_none() {
             let done = self.around.trigger(sensors.held, self.cpu.cycle);
-            done.map_err(|what| self.explain(what.to_stop(&self.cpu)))?;
+            done.map_err(|feature| self.explain(feature.to_stop(&self.cpu)))?;
         }
         if let Some(at) = sensors.trigger.filter(|at| at.is_before(to)) {
             // The trigger edge comes at its microsecond; the level falls again 2 µs later unless
@@ -317,7 +317,7 @@ impl<O: Observer> Board<O> {
                 }
                 self.advance_to(at)?;
                 let done = self.around.trigger(high, self.cpu.cycle);
-                done.map_err(|what| self.explain(what.to_stop(&self.cpu)))?;
+                done.map_err(|feature| self.explain(feature.to_stop(&self.cpu)))?;
             }
         }
         self.advance_to(to)

@@ -58,8 +58,8 @@ impl Default for Phases {
 /// pump.
 fn is_played_by_tape(port: Port, changed: u16) -> bool {
     let lines = wiring::LINES.iter().flat_map(|&(c, a)| [c, a]);
-    let all = lines.chain([wiring::SYNC_OUT, wiring::PUMP]);
-    all.filter(|pin| pin.0 == port)
+    let pins = lines.chain([wiring::SYNC_OUT, wiring::PUMP]);
+    pins.filter(|pin| pin.0 == port)
         .any(|(_, pin)| changed >> pin & 1 == 1)
 }
 

@@ -198,7 +198,7 @@ impl Cpu {
             return Err(Fault::DataBus(address).into());
         }
         let read = self.system.read(address, size, at);
-        read.map_err(|what| self.trap_for_denied(what.into(), address, size, None))
+        read.map_err(|feature| self.trap_for_denied(feature.into(), address, size, None))
     }
 
     #[inline(never)]
@@ -214,7 +214,7 @@ impl Cpu {
             return Err(Fault::DataBus(address).into());
         }
         let written = self.system.write(address, size, value, at);
-        written.map_err(|what| self.trap_for_denied(what.into(), address, size, Some(value)))
+        written.map_err(|feature| self.trap_for_denied(feature.into(), address, size, Some(value)))
     }
 
     /// Returns the sizes of the aligned accesses that replace an unaligned one (TRM 3.3.2): a

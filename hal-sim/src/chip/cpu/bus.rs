@@ -31,11 +31,11 @@ pub struct Unmodelled(pub &'static str);
 /// Result of an operation that fails if it needs a feature that is not modelled.
 pub type Modelled<T = ()> = Result<T, Unmodelled>;
 
-/// Returns an error that names the feature `what` if `unmodelled` is true.
+/// Returns an error that names the feature `feature` if `unmodelled` is true.
 #[inline]
-pub const fn refuse_if(unmodelled: bool, what: &'static str) -> Modelled {
+pub const fn refuse_if(unmodelled: bool, feature: &'static str) -> Modelled {
     if unmodelled {
-        Err(Unmodelled(what))
+        Err(Unmodelled(feature))
     } else {
         Ok(())
     }

@@ -202,7 +202,7 @@ fn parse_resume(board: &mut Board<Points>, kind: u8, rest: &[u8]) -> ParsedComma
 fn parse_point(board: &mut Board<Points>, sets: bool, rest: &[u8]) -> ParsedCommand {
     let (kind, place) = split(rest, b',').ok_or(GdbRefusal::Malformed)?;
     let (address, length) = pair(place)?;
-    let what = match kind {
+    let access = match kind {
         b"0" | b"1" => {
             let by = if kind == b"0" {
                 StopReason::Software
@@ -222,8 +222,8 @@ fn parse_point(board: &mut Board<Points>, sets: bool, rest: &[u8]) -> ParsedComm
     };
     let system = &mut board.cpu.system;
     match sets {
-        true => watch(system, address, length, what)?,
-        false => unwatch(system, address, length, what)?,
+        true => watch(system, address, length, access)?,
+        false => unwatch(system, address, length, access)?,
     }
     ok()
 }
@@ -287,8 +287,8 @@ fn parse_query(board: &mut Board<Points>, packet: &[u8]) -> ParsedCommand {
     }
     if let Some(line) = packet.strip_prefix(b"qRcmd,") {
         let line = unhex(line).ok_or(GdbRefusal::Malformed)?;
-        let (order, said) = monitor::parse_order(&String::from_utf8_lossy(&line));
-        return Ok(Monitor(order, said));
+        let (order, message) = monitor::parse_order(&String::from_utf8_lossy(&line));
+        return Ok(Monitor(order, message));
     }
     if let Some(place) = packet.strip_prefix(b"qCRC:") {
         return flash_crc(board, place);

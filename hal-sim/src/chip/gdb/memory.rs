@@ -164,8 +164,8 @@ fn peek_register(board: &mut Board<Points>, at: u32, left: usize) -> Option<Vec<
     if (0x6000_0000..0xA000_0000).contains(&at) {
         return None;
     }
-    let whole = load(board, at & !3, Size::Word).map(|word| (word, at & 3, 4));
-    let (word, lane, end) = whole.or_else(|| {
+    let aligned_word = load(board, at & !3, Size::Word).map(|word| (word, at & 3, 4));
+    let (word, lane, end) = aligned_word.or_else(|| {
         let size = widest(at, left);
         load(board, at, size).map(|word| (word, 0, size.bytes()))
     })?;

@@ -402,12 +402,12 @@ impl Debugger {
 }
 
 fn describe_hit(hit: WatchpointHit) -> String {
-    let what = match hit.what {
+    let reason = match hit.what {
         WatchedAccess::Writes => "watch",
         WatchedAccess::Reads => "rwatch",
         WatchedAccess::Accesses => "awatch",
     };
-    format!("{SIGTRAP}{what}:{:x};", hit.address)
+    format!("{SIGTRAP}{reason}:{:x};", hit.address)
 }
 
 /// Returns gdb's signal number for `stop`.

@@ -136,8 +136,8 @@ impl Debugger {
         }
     }
 
-    fn carry_out_order(&mut self, order: Order, said: &str) {
-        self.print(said);
+    fn carry_out_order(&mut self, order: Order, message: &str) {
+        self.print(message);
         match order {
             Order::Nothing => {}
             Order::Halt if self.core == Core::Halted => {}

@@ -85,7 +85,7 @@ impl Points {
     }
 }
 
-/// Watches accesses of kind `what` to `bytes` bytes from `address` on, with as many comparators as
+/// Watches accesses of kind `access` to `bytes` bytes from `address` on, with as many comparators as
 /// needed; does nothing if they are already watched.
 ///
 /// # Errors
@@ -94,9 +94,9 @@ pub fn watch(
     system: &mut System,
     address: u32,
     bytes: u32,
-    what: WatchedAccess,
+    access: WatchedAccess,
 ) -> Result<(), GdbRefusal> {
-    match system.add_watchpoint(&parts(address, bytes)?, what) {
+    match system.add_watchpoint(&parts(address, bytes)?, access) {
         true => Ok(()),
         false => Err(GdbRefusal::Full(
             "not enough of the four DWT comparators are free",
@@ -104,7 +104,7 @@ pub fn watch(
     }
 }
 
-/// Removes the watchpoint on accesses of kind `what` to `bytes` bytes from `address` on.
+/// Removes the watchpoint on accesses of kind `access` to `bytes` bytes from `address` on.
 ///
 /// # Errors
 /// Fails if the range is empty or extends beyond the address space.
@@ -112,9 +112,9 @@ pub fn unwatch(
     system: &mut System,
     address: u32,
     bytes: u32,
-    what: WatchedAccess,
+    access: WatchedAccess,
 ) -> Result<(), GdbRefusal> {
-    system.remove_watchpoint(&parts(address, bytes)?, what);
+    system.remove_watchpoint(&parts(address, bytes)?, access);
     Ok(())
 }
 

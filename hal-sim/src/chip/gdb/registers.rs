@@ -119,8 +119,8 @@ pub fn write(cpu: &mut Cpu, number: usize, bytes: &[u8]) -> Option<()> {
 
 /// Returns the bytes of all registers in the order of the target description.
 pub fn read_all(cpu: &Cpu) -> Vec<u8> {
-    let all = (0..COUNT).filter_map(|number| read(cpu, number));
-    all.flatten().collect()
+    let values = (0..COUNT).filter_map(|number| read(cpu, number));
+    values.flatten().collect()
 }
 
 /// Sets all registers; returns `None` if the number of bytes is wrong. CONTROL, which selects the
@@ -129,20 +129,20 @@ pub fn read_all(cpu: &Cpu) -> Vec<u8> {
 pub fn write_all(cpu: &mut Cpu, bytes: &[u8]) -> Option<()> {
     const CONTROL: usize = 22;
     const SP: usize = 13;
-    let (mut rest, mut each) = (bytes, Vec::with_capacity(COUNT));
+    let (mut rest, mut values) = (bytes, Vec::with_capacity(COUNT));
     for register in (0..COUNT).filter_map(Register::from_number) {
         let (own, others) = rest.split_at_checked(register.bytes())?;
-        each.push(own);
+        values.push(own);
         rest = others;
     }
     if !rest.is_empty() {
         return None;
     }
-    write(cpu, CONTROL, each[CONTROL])?;
-    for (number, own) in each.iter().enumerate() {
+    write(cpu, CONTROL, values[CONTROL])?;
+    for (number, own) in values.iter().enumerate() {
         write(cpu, number, own)?;
     }
-    write(cpu, SP, each[SP])
+    write(cpu, SP, values[SP])
 }
 
 #[cfg(test)]
@@ -182,12 +182,12 @@ mod tests {
             (read(&cpu, COUNT), write(&mut cpu, COUNT, &[0; 4])),
             (None, None)
         );
-        let all = read_all(&cpu);
+        let bytes = read_all(&cpu);
         let mut other = Cpu::default();
-        write_all(&mut other, &all).unwrap();
+        write_all(&mut other, &bytes).unwrap();
         assert_eq!(other.registers, cpu.registers);
-        assert_eq!(write_all(&mut other, &all[1..]), None);
-        assert_eq!(write_all(&mut other, &[&all[..], &[0]].concat()), None);
+        assert_eq!(write_all(&mut other, &bytes[1..]), None);
+        assert_eq!(write_all(&mut other, &[&bytes[..], &[0]].concat()), None);
     }
 
     #[test]

@@ -89,7 +89,7 @@ impl Symbols {
 
     /// Returns the function or variable with the mangled name `raw`; `None` if there is none.
     pub fn find(&self, raw: &str) -> Option<&Symbol> {
-        let mut all = self.functions.iter().chain(&self.variables);
-        all.find(|symbol| symbol.raw == raw)
+        let mut symbols = self.functions.iter().chain(&self.variables);
+        symbols.find(|symbol| symbol.raw == raw)
     }
 }

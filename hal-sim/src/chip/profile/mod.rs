@@ -175,11 +175,11 @@ impl Profile {
     pub fn functions(&self) -> Vec<(&str, Cost)> {
         let named = self.costs.iter().enumerate();
         let ran = named.filter(|(_, cost)| cost.cycles > 0);
-        let mut all: Vec<_> = ran
+        let mut rows: Vec<_> = ran
             .map(|(n, &cost)| (self.functions.name(n), cost))
             .collect();
-        all.sort_by_key(|&(name, cost)| (std::cmp::Reverse(cost.cycles), name));
-        all
+        rows.sort_by_key(|&(name, cost)| (std::cmp::Reverse(cost.cycles), name));
+        rows
     }
 
     /// Returns the summed cost of all exceptions that `owner` is charged for.

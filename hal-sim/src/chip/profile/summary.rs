@@ -63,7 +63,7 @@ impl Phase {
         // A distance is at most half a microsecond early, and less than that late.
         let places =
             (0..CYCLES_PER_US).map(|n| n.cast_signed() - (CYCLES_PER_US / 2).cast_signed());
-        let all = places.map(|late| {
+        let phases = places.map(|late| {
             let at = late.rem_euclid(CYCLES_PER_US.cast_signed()) as usize;
             Self {
                 late,
@@ -71,13 +71,13 @@ impl Phase {
                 c: found.c[(at + 8) % lap],
             }
         });
-        all.filter(|phase| phase.b + phase.c > 0).collect()
+        phases.filter(|phase| phase.b + phase.c > 0).collect()
     }
 
-    /// Returns the number of cycles from the earliest to the latest distance in `all`, both
+    /// Returns the number of cycles from the earliest to the latest distance in `phases`, both
     /// included; 0 without edges.
-    pub fn span(all: &[Self]) -> u64 {
-        match (all.first(), all.last()) {
+    pub fn span(phases: &[Self]) -> u64 {
+        match (phases.first(), phases.last()) {
             (Some(first), Some(last)) => last.late.abs_diff(first.late) + 1,
             _ => 0,
         }

@@ -98,13 +98,13 @@ mod tests {
         let again = soc.watch.as_mut().unwrap().watch_address(0x2000_0200);
         soc.read(0x2000_0200, Size::Half, 4).unwrap();
         let firsts = soc.watch.as_ref().unwrap().first_accesses();
-        let told = [read, written, neither, again].map(|index| firsts[index]);
+        let accesses = [read, written, neither, again].map(|index| firsts[index]);
         let wanted = [
             FirstAccess::Read,
             FirstAccess::Written,
             FirstAccess::Untouched,
             FirstAccess::Read,
         ];
-        assert_eq!(told, wanted);
+        assert_eq!(accesses, wanted);
     }
 }

@@ -151,13 +151,13 @@ mod tests {
 
     #[test]
     fn nineteen_bulk_packets_fit_a_frame() {
-        let one = token(pid::OUT, 5, 1)
+        let transaction = token(pid::OUT, 5, 1)
             + SAME_SOURCE
             + data(&[0; 64], false)
             + TURN_AROUND
             + HANDSHAKE
             + BETWEEN;
         let frame = HALF_BITS_PER_S / 1_000 - SOF - BETWEEN;
-        assert_eq!(frame / one, 19, "table 5-9");
+        assert_eq!(frame / transaction, 19, "table 5-9");
     }
 }

@@ -70,7 +70,7 @@ impl Request {
     /// the whole configuration, wTotalLength.
     pub fn setup(self, device: &Device, total: u16) -> [u8; 8] {
         let interface = u16::from(device.control_interface);
-        let (what, code, value, index, length) = match self {
+        let (request_type, code, value, index, length) = match self {
             Self::MaxPacket => (0x80, 6, descriptor(kind::DEVICE, 0), 0, 8),
             Self::Address => (0x00, 5, u16::from(ADDRESS), 0, 0),
             Self::Device => (0x80, 6, descriptor(kind::DEVICE, 0), 0, 18),
@@ -87,7 +87,7 @@ impl Request {
             Self::Foreign(setup) => return setup,
         };
         let [v, i, l] = [value, index, length].map(u16::to_le_bytes);
-        [what, code, v[0], v[1], i[0], i[1], l[0], l[1]]
+        [request_type, code, v[0], v[1], i[0], i[1], l[0], l[1]]
     }
 
     /// Returns the data that the request sends to the device; empty if there are none.

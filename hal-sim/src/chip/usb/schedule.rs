@@ -340,8 +340,8 @@ impl Host {
             Handshake::Silent => {
                 pipe.silent += 1;
                 if pipe.silent >= TRIES {
-                    let what = self.control_name(kind);
-                    self.fail(Failure::NoAnswer(what));
+                    let transfer_name = self.control_name(kind);
+                    self.fail(Failure::NoAnswer(transfer_name));
                 }
             }
             Handshake::Stall if kind == Kind::Control => self.handle_stall(end),

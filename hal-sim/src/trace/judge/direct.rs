@@ -63,20 +63,20 @@ impl DirectCurrentWindow {
         let rested = (start_us - first.t_us) as f64 * 1e-6;
         self.samples.push_back(now);
         // The charge of one second is the mean current.
-        let whole = now.passed - first.passed - (now.held - first.held * keeps(rested));
+        let total = now.passed - first.passed - (now.held - first.held * keeps(rested));
         self.excused.retain(|excused| excused.0 > first.t_us);
-        self.last = least(whole, &self.excused);
+        self.last = least(total, &self.excused);
         self.last
     }
 }
 
-/// Returns what remains of the charge `whole` after subtraction of those excused charges, any
+/// Returns what remains of the charge `total` after subtraction of those excused charges, any
 /// number of them, that make its magnitude smallest.
-fn least(whole: f64, excused: &[(u64, f64)]) -> f64 {
+fn least(total: f64, excused: &[(u64, f64)]) -> f64 {
     let Some((&(_, charge), others)) = excused.split_first() else {
-        return whole;
+        return total;
     };
-    let (left_in, taken_out) = (least(whole, others), least(whole - charge, others));
+    let (left_in, taken_out) = (least(total, others), least(total - charge, others));
     if taken_out.abs() < left_in.abs() {
         taken_out
     } else {

@@ -73,8 +73,8 @@ enum Event {
 /// Returns all events in order of time; at one instant lines come before codes.
 fn events(trace: &Trace, pump: &Pump, truth: &Truth, end_us: u64) -> Vec<(u64, Event)> {
     let mut events = Vec::with_capacity(2 * trace.levels.len() + trace.dac.len() + 16);
-    for (channel, of) in (0u8..).zip(&truth.channels) {
-        let loads = of.loads.iter();
+    for (channel, channel_truth) in (0u8..).zip(&truth.channels) {
+        let loads = channel_truth.loads.iter();
         events.extend(loads.map(|&(t, ohm)| (t, Event::Load(channel, ohm))));
     }
     let (mut pins, mut inputs) = (Levels::ISOLATED, Levels::ISOLATED);

@@ -119,11 +119,11 @@ fn remove_stale(path: &Path, own: &Path) -> io::Result<()> {
 
 /// Returns whether both paths are pseudo-terminals: in the same folder, with names that differ only
 /// in their numbers.
-fn are_both_terminals(one: &Path, other: &Path) -> bool {
+fn are_both_terminals(first: &Path, other: &Path) -> bool {
     let name = |path: &Path| {
         let name = path.file_name()?.to_str()?.to_owned();
         let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
         (stem.len() < name.len()).then(|| stem.to_owned())
     };
-    one.parent() == other.parent() && name(one).is_some() && name(one) == name(other)
+    first.parent() == other.parent() && name(first).is_some() && name(first) == name(other)
 }

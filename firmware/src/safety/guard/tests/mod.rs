@@ -304,11 +304,11 @@ fn a_bit_that_changes_by_itself_is_a_fault() {
             g.setup.as_mut().unwrap().wearer = spec.validate().unwrap();
         }),
     ];
-    for (what, flip) in flips {
+    for (name, flip) in flips {
         let (mut guard, _) = guard_in("Stimulating");
         guard.renew_checksums();
         for _ in 0..8 * (CHANNELS + 1) {
-            assert_eq!(guard.check_memory(), Ok(()), "{what}");
+            assert_eq!(guard.check_memory(), Ok(()), "{name}");
             guard.renew_checksums();
         }
         flip(&mut guard);
@@ -317,7 +317,7 @@ fn a_bit_that_changes_by_itself_is_a_fault() {
             found = found.and(guard.check_memory());
             guard.renew_checksums();
         }
-        assert_eq!(found, Err(Fault::Memory), "{what}");
+        assert_eq!(found, Err(Fault::Memory), "{name}");
     }
 }
 
@@ -485,28 +485,28 @@ fn a_laws_period_stays_within_what_was_checked() {
 #[test]
 fn the_first_fault_is_kept_and_one_that_lasts_is_not_acknowledged() {
     let (mut guard, _) = guard_in("Stimulating");
-    let told = |notice| match notice {
+    let fault_record = |notice| match notice {
         Notice::Faulted(record) => record,
         other => panic!("{other:?}"),
     };
-    let first = told(guard.fault(Fault::OverCurrent, NOW, [3; CHANNELS]));
+    let first = fault_record(guard.fault(Fault::OverCurrent, NOW, [3; CHANNELS]));
     assert_eq!((first.fault, first.later_faults), (Fault::OverCurrent, 0));
     let later = NOW + us(500);
     for fault in [Fault::TapeSlip, Fault::OverCurrent, Fault::Memory] {
-        let kept = told(guard.fault(fault, later, [9; CHANNELS]));
+        let kept = fault_record(guard.fault(fault, later, [9; CHANNELS]));
         assert_eq!(
             (kept.fault, kept.at, kept.residual),
             (first.fault, NOW, [3; CHANNELS])
         );
     }
-    let both = Fault::TapeSlip.bit() | Fault::Memory.bit();
+    let fault_bits = Fault::TapeSlip.bit() | Fault::Memory.bit();
     assert_eq!(
-        told(guard.fault(Fault::TapeSlip, later, [0; CHANNELS])).later_faults,
-        both
+        fault_record(guard.fault(Fault::TapeSlip, later, [0; CHANNELS])).later_faults,
+        fault_bits
     );
     // After an acknowledgement, the next fault can latch.
     guard.acknowledge(later).unwrap();
-    let next = told(guard.fault(Fault::TimeBase, later, [0; CHANNELS]));
+    let next = fault_record(guard.fault(Fault::TimeBase, later, [0; CHANNELS]));
     assert_eq!((next.fault, next.later_faults), (Fault::TimeBase, 0));
 
     let lasting = FaultRecord {

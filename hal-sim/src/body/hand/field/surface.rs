@@ -25,7 +25,7 @@ pub(super) fn mean_inverse_distance(a: &Pad, b: &Pad) -> f64 {
 /// means of functions that are smooth under it.
 fn points(shape: Shape) -> Vec<(f64, [f64; 2])> {
     let nodes = gauss(POINTS);
-    let each = |first: &(f64, f64)| {
+    let row = |first: &(f64, f64)| {
         let (place, weight) = *first;
         match shape {
             Shape::Round { diameter_m } => {
@@ -47,7 +47,7 @@ fn points(shape: Shape) -> Vec<(f64, [f64; 2])> {
             }
         }
     };
-    nodes.iter().flat_map(each).collect()
+    nodes.iter().flat_map(row).collect()
 }
 
 /// Returns the mean of 1/distance from (`x`, `y`) to the points of a pad about the origin, 1/m.

@@ -147,8 +147,8 @@ impl Exponentials {
     /// exponentials by rising rate.
     fn may_change_sign(&self) -> bool {
         let amplitudes = || self.terms().iter().map(|term| term.1);
-        let all = |is: fn(f64) -> bool| is(self.constant) && amplitudes().all(is);
-        !(all(|value| value >= 0.0) || all(|value| value <= 0.0))
+        let is_always = |is: fn(f64) -> bool| is(self.constant) && amplitudes().all(is);
+        !(is_always(|value| value >= 0.0) || is_always(|value| value <= 0.0))
     }
 
     /// Returns the zero between `left` and `right`, where the signs differ: Newton's method, with

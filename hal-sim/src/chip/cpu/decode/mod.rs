@@ -103,8 +103,8 @@ pub(super) fn decode(bus: &mut impl Bus, pc: u32) -> Result<Entry, Fault> {
         .map_err(|_| Fault::InstructionBus)?;
     let mut op = wide::decode(first, second, pc);
     add_refill(&mut op, bus);
-    let both = u32::from(first) << 16 | u32::from(second);
-    let trail = PipelineState::new(&op, both, 4);
+    let instruction = u32::from(first) << 16 | u32::from(second);
+    let trail = PipelineState::new(&op, instruction, 4);
     Ok(Entry { op, trail })
 }
 
@@ -147,9 +147,9 @@ impl Cpu {
         Ok(entry)
     }
 
-    /// Returns the stop that reports the instruction at R15, with `what` as the problem.
+    /// Returns the stop that reports the instruction at R15, with `problem` as the problem.
     #[cold]
-    pub(super) fn refuse(&self, bus: &mut impl Bus, what: &'static str) -> Trap {
+    pub(super) fn refuse(&self, bus: &mut impl Bus, problem: &'static str) -> Trap {
         let pc = self.registers.r[15];
         let mut code = |at| u32::from(bus.read_code(at).unwrap_or(0));
         let first = code(pc);
@@ -161,7 +161,7 @@ impl Cpu {
         Trap::Stop(Stop::Instruction {
             instruction,
             pc,
-            what,
+            what: problem,
         })
     }
 }

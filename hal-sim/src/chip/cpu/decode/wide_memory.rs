@@ -18,9 +18,9 @@ pub fn multiple(code: WideCode) -> Op {
         _ => return Op::Undefined,
     };
     let forbidden = if load { 0x2000 } else { 0xA000 };
-    let both = load && list & 0xC000 == 0xC000;
+    let has_pc_and_lr = load && list & 0xC000 == 0xC000;
     let held = writeback && list >> n & 1 != 0;
-    if n == 15 || list & forbidden != 0 || list.count_ones() < 2 || both || held {
+    if n == 15 || list & forbidden != 0 || list.count_ones() < 2 || has_pc_and_lr || held {
         return Op::Unpredictable;
     }
     if load {

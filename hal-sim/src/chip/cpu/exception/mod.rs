@@ -141,10 +141,11 @@ impl Cpu {
     /// Advances the bus, and returns the cycle reached. Time never goes backwards.
     fn advance_bus(&mut self, bus: &mut impl Bus, to: Cycle) -> Result<Cycle, Stop> {
         let to = to.max(self.system.sampled);
-        bus.advance(to).map_err(|Unmodelled(what)| Stop::Outside {
-            pc: self.registers.r[15],
-            what,
-        })?;
+        bus.advance(to)
+            .map_err(|Unmodelled(feature)| Stop::Outside {
+                pc: self.registers.r[15],
+                what: feature,
+            })?;
         self.system.sample(bus.interrupt_lines(), bus.nmi(), to);
         Ok(to)
     }

@@ -119,18 +119,18 @@ fn fixed(first: u16, second: u16) -> Option<Fixed> {
 /// Decodes VMOV between a core register and an S register or half a D register, VMRS and VMSR.
 fn one_core_register(first: u16, second: u16) -> Option<Op> {
     let t = (second >> 12) as u8;
-    let (to_core, what) = (first & 0x10 != 0, first >> 5 & 7);
+    let (to_core, selector) = (first & 0x10 != 0, first >> 5 & 7);
     if is_double(second) {
         // One word of D; `what` selects the half.
         let d = double(first, 0, second, 7)?;
-        let s = d + (what & 1) as u8;
-        let is_word = what <= 1 && second & 0x6F == 0;
+        let s = d + (selector & 1) as u8;
+        let is_word = selector <= 1 && second & 0x6F == 0;
         return (is_word && is_general(t)).then_some(core_move(to_core, s, t, true));
     }
     if second & 0x6F != 0 {
         return None;
     }
-    match (what, to_core) {
+    match (selector, to_core) {
         (0, _) => {
             let s = single(first, 0, second, 7);
             is_general(t).then_some(core_move(to_core, s, t, false))

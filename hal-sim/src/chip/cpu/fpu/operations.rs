@@ -69,9 +69,9 @@ fn sum(x: Finite, y: Finite, fpscr: &mut u32) -> u32 {
         large.significand - aligned
     };
     if significand == 0 {
-        let both = x.negative && y.negative;
+        let is_negative = x.negative && y.negative;
         let none = !x.negative && !y.negative;
-        return zero(both || !none && rounding == Rounding::Down);
+        return zero(is_negative || !none && rounding == Rounding::Down);
     }
     let exact = Finite::new(large.negative, large.exponent, significand);
     round(exact, SINGLE, rounding, fpscr)

@@ -111,12 +111,12 @@ impl Comparators {
     /// Uses one free comparator for each of `parts`, an address and the log2 of a number of bytes,
     /// unless that part is already watched. Returns `false` and changes nothing if too few are
     /// free.
-    pub fn add(&mut self, parts: &[(u32, u32)], what: WatchedAccess) -> bool {
+    pub fn add(&mut self, parts: &[(u32, u32)], access: WatchedAccess) -> bool {
         let mut comparators = self.comparators;
         for &part in parts {
             if comparators
                 .iter()
-                .any(|comparator| comparator.is_of(part, what))
+                .any(|comparator| comparator.is_of(part, access))
             {
                 continue;
             }
@@ -129,7 +129,7 @@ impl Comparators {
             *free = Comparator {
                 address: part.0,
                 log2_bytes: part.1,
-                what: Some(what),
+                what: Some(access),
                 is_matched: false,
             };
         }
@@ -137,10 +137,10 @@ impl Comparators {
         true
     }
 
-    /// Frees the comparators that watch accesses of kind `what` to `parts`.
-    pub fn remove(&mut self, parts: &[(u32, u32)], what: WatchedAccess) {
+    /// Frees the comparators that watch accesses of kind `access` to `parts`.
+    pub fn remove(&mut self, parts: &[(u32, u32)], access: WatchedAccess) {
         for comparator in &mut self.comparators {
-            if parts.iter().any(|&part| comparator.is_of(part, what)) {
+            if parts.iter().any(|&part| comparator.is_of(part, access)) {
                 *comparator = Comparator::default();
             }
         }
@@ -192,8 +192,8 @@ impl Comparators {
 }
 
 impl Comparator {
-    fn is_of(&self, (address, log2_bytes): (u32, u32), what: WatchedAccess) -> bool {
-        (self.address, self.log2_bytes) == (address, log2_bytes) && self.what == Some(what)
+    fn is_of(&self, (address, log2_bytes): (u32, u32), access: WatchedAccess) -> bool {
+        (self.address, self.log2_bytes) == (address, log2_bytes) && self.what == Some(access)
     }
 }
 
@@ -203,8 +203,8 @@ mod tests {
 
     #[test]
     fn an_access_is_watched_if_it_shares_a_byte() {
-        let mut all = Comparators::default();
-        assert!(all.add(&[(0x2000_0006, 1)], WatchedAccess::Writes));
+        let mut comparators = Comparators::default();
+        assert!(comparators.add(&[(0x2000_0006, 1)], WatchedAccess::Writes));
         for (address, size, hit) in [
             (0x2000_0004, Size::Word, Some(0x2000_0006)),
             (0x2000_0006, Size::Half, Some(0x2000_0006)),
@@ -215,64 +215,78 @@ mod tests {
             (0x1FFF_FFFC, Size::Word, None),
         ] {
             assert_eq!(
-                all.check_access(address, size, true),
+                comparators.check_access(address, size, true),
                 hit.is_some(),
                 "{address:#x}"
             );
-            assert_eq!(all.take_hit().map(|hit| hit.address), hit, "{address:#x}");
-            assert!(!all.check_access(address, size, false), "a read");
+            assert_eq!(
+                comparators.take_hit().map(|hit| hit.address),
+                hit,
+                "{address:#x}"
+            );
+            assert!(!comparators.check_access(address, size, false), "a read");
         }
         // The end of memory, and a large block.
-        assert!(all.add(&[(u32::MAX, 0), (0x2001_8000, 15)], WatchedAccess::Reads));
-        assert!(all.check_access(u32::MAX - 3, Size::Word, false));
-        assert!(all.check_access(0x2001_FFFF, Size::Byte, false));
-        assert!(!all.check_access(0x2002_0000, Size::Byte, false));
+        assert!(comparators.add(&[(u32::MAX, 0), (0x2001_8000, 15)], WatchedAccess::Reads));
+        assert!(comparators.check_access(u32::MAX - 3, Size::Word, false));
+        assert!(comparators.check_access(0x2001_FFFF, Size::Byte, false));
+        assert!(!comparators.check_access(0x2002_0000, Size::Byte, false));
         let first = WatchpointHit {
             address: u32::MAX,
             what: WatchedAccess::Reads,
         };
-        assert_eq!((all.take_hit(), all.take_hit()), (Some(first), None));
+        assert_eq!(
+            (comparators.take_hit(), comparators.take_hit()),
+            (Some(first), None)
+        );
     }
 
     #[test]
     fn there_are_four() {
-        let mut all = Comparators::default();
+        let mut comparators = Comparators::default();
         let parts = [0, 4, 8, 12].map(|offset| (0x2000_0000 + offset, 2));
-        assert!(all.add(&parts[..3], WatchedAccess::Accesses));
-        assert!(!all.add(&[parts[3], (0x2000_0010, 2)], WatchedAccess::Accesses));
+        assert!(comparators.add(&parts[..3], WatchedAccess::Accesses));
+        assert!(!comparators.add(&[parts[3], (0x2000_0010, 2)], WatchedAccess::Accesses));
         assert!(
-            all.add(&parts, WatchedAccess::Accesses),
+            comparators.add(&parts, WatchedAccess::Accesses),
             "three are watched already"
         );
-        assert!(!all.add(&parts[..1], WatchedAccess::Reads));
-        all.remove(&parts[1..2], WatchedAccess::Writes);
-        assert!(!all.add(&parts[..1], WatchedAccess::Reads));
-        all.remove(&parts[1..2], WatchedAccess::Accesses);
-        assert!(all.add(&parts[..1], WatchedAccess::Reads));
-        all.clear();
-        assert!(!all.has_watchpoints());
+        assert!(!comparators.add(&parts[..1], WatchedAccess::Reads));
+        comparators.remove(&parts[1..2], WatchedAccess::Writes);
+        assert!(!comparators.add(&parts[..1], WatchedAccess::Reads));
+        comparators.remove(&parts[1..2], WatchedAccess::Accesses);
+        assert!(comparators.add(&parts[..1], WatchedAccess::Reads));
+        comparators.clear();
+        assert!(!comparators.has_watchpoints());
     }
 
     #[test]
     fn the_registers_show_and_set_them() {
-        let mut all = Comparators::default();
-        assert!(all.add(&[(0x2000_0000, 2)], WatchedAccess::Writes));
+        let mut comparators = Comparators::default();
+        assert!(comparators.add(&[(0x2000_0000, 2)], WatchedAccess::Writes));
         assert_eq!(
-            [0, 4, 8].map(|at| all.read(at)),
+            [0, 4, 8].map(|at| comparators.read(at)),
             [Some(0x2000_0000), Some(2), Some(6)]
         );
-        assert!(all.check_access(0x2000_0000, Size::Word, true));
-        assert_eq!(all.take_hit().unwrap().address, 0x2000_0000);
-        assert_eq!([8, 8].map(|at| all.read(at)), [Some(6 | MATCHED), Some(6)]);
+        assert!(comparators.check_access(0x2000_0000, Size::Word, true));
+        assert_eq!(comparators.take_hit().unwrap().address, 0x2000_0000);
+        assert_eq!(
+            [8, 8].map(|at| comparators.read(at)),
+            [Some(6 | MATCHED), Some(6)]
+        );
         for (offset, value) in [(0x30, 0x2000_0104), (0x34, 3), (0x38, 5)] {
-            assert_eq!(all.write(offset, value), Some(Ok(())));
+            assert_eq!(comparators.write(offset, value), Some(Ok(())));
         }
         // Address bits below the mask do not count.
-        assert!(all.check_access(0x2000_0100, Size::Byte, false));
-        assert_eq!(all.take_hit().unwrap().address, 0x2000_0100);
-        assert!(all.write(0x38, 4).unwrap().is_err());
+        assert!(comparators.check_access(0x2000_0100, Size::Byte, false));
+        assert_eq!(comparators.take_hit().unwrap().address, 0x2000_0100);
+        assert!(comparators.write(0x38, 4).unwrap().is_err());
         assert_eq!(
-            (all.write(0x3C, 0), all.write(0x40, 0), all.read(0x3C)),
+            (
+                comparators.write(0x3C, 0),
+                comparators.write(0x40, 0),
+                comparators.read(0x3C)
+            ),
             (None, None, None)
         );
     }

@@ -132,15 +132,15 @@ impl System {
 
     /// Uses one comparator for each of `parts`, an address and the log2 of a number of bytes
     /// (0–15). Returns `false` and changes nothing if too few are free.
-    pub fn add_watchpoint(&mut self, parts: &[(u32, u32)], what: WatchedAccess) -> bool {
-        let done = self.trace.comparators.add(parts, what);
+    pub fn add_watchpoint(&mut self, parts: &[(u32, u32)], access: WatchedAccess) -> bool {
+        let done = self.trace.comparators.add(parts, access);
         self.follow_comparators();
         done
     }
 
-    /// Frees the comparators that watch accesses of kind `what` to `parts`.
-    pub fn remove_watchpoint(&mut self, parts: &[(u32, u32)], what: WatchedAccess) {
-        self.trace.comparators.remove(parts, what);
+    /// Frees the comparators that watch accesses of kind `access` to `parts`.
+    pub fn remove_watchpoint(&mut self, parts: &[(u32, u32)], access: WatchedAccess) {
+        self.trace.comparators.remove(parts, access);
         self.follow_comparators();
     }
 

@@ -62,14 +62,14 @@ impl Region {
 
     /// Returns whether the region's permission allows the access (Arm ARM table B3-15); the
     /// reserved code 4 denies it.
-    const fn allows(self, what: AccessKind, privileged: bool) -> bool {
+    const fn allows(self, access: AccessKind, privileged: bool) -> bool {
         let permission = self.attributes >> 24 & 7;
         let read = match permission {
             1 | 5 => privileged,
             2 | 3 | 6 | 7 => true,
             _ => false,
         };
-        match what {
+        match access {
             AccessKind::Read => read,
             AccessKind::Write => match permission {
                 1 | 2 => privileged,
@@ -126,12 +126,12 @@ impl Mpu {
                 return true;
             }
         }
-        let what = if write {
+        let access = if write {
             AccessKind::Write
         } else {
             AccessKind::Read
         };
-        self.look_up(address, what, privileged)
+        self.look_up(address, access, privileged)
     }
 
     /// Returns whether the MPU and the memory map allow fetching code at `address`.
@@ -141,14 +141,14 @@ impl Mpu {
     }
 
     #[cold]
-    fn look_up(&self, address: u32, what: AccessKind, privileged: bool) -> bool {
+    fn look_up(&self, address: u32, access: AccessKind, privileged: bool) -> bool {
         // The private bus keeps its default map.
         if address >> 20 == 0xE00 {
             return true;
         }
         let regions = self.regions.iter().rev();
         match regions.into_iter().find(|region| region.contains(address)) {
-            Some(region) => region.allows(what, privileged),
+            Some(region) => region.allows(access, privileged),
             None => privileged && self.control & PRIVDEFENA != 0,
         }
     }
@@ -206,7 +206,7 @@ impl Mpu {
         let mut open: Vec<Open> = Vec::new();
         for pair in bounds.windows(2) {
             let (first, bytes) = (pair[0] as u32, pair[1] - pair[0]);
-            let may = |what| self.look_up(first, what, true);
+            let may = |access| self.look_up(first, access, true);
             let is_writable = may(AccessKind::Write);
             match open.last_mut() {
                 _ if !may(AccessKind::Read) => {}

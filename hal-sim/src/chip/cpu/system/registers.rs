@@ -198,8 +198,8 @@ impl System {
         ];
         let bits = bits.iter().filter(|(set, _)| *set);
         let vector = u32::from(self.nvic.first_pending().unwrap_or(0));
-        bits.fold(u32::from(self.running) | vector << 12, |all, (_, bit)| {
-            all | bit
+        bits.fold(u32::from(self.running) | vector << 12, |value, (_, bit)| {
+            value | bit
         })
     }
 
@@ -223,14 +223,16 @@ impl System {
 
     fn read_shcsr(&self) -> u32 {
         let (active, pending, enabled) = (self.nvic.active, self.nvic.pending, self.nvic.enabled);
-        SHCSR.iter().fold(0, |all, &(exception, a, p, e)| {
+        SHCSR.iter().fold(0, |value, &(exception, a, p, e)| {
             let part = |state: u128, mask| if state & bit(exception) != 0 { mask } else { 0 };
-            all | part(active, a) | part(pending, p) | part(enabled, e)
+            value | part(active, a) | part(pending, p) | part(enabled, e)
         })
     }
 
     fn write_shcsr(&mut self, value: u32, at: Cycle) -> Modelled {
-        let actives = SHCSR.iter().fold(0, |all, (_, active, ..)| all | active);
+        let actives = SHCSR
+            .iter()
+            .fold(0, |flags, (_, active, ..)| flags | active);
         refuse_if(
             (value ^ self.read_shcsr()) & actives != 0,
             "SCB_SHCSR: a change of the active exceptions",

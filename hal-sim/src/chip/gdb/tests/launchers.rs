@@ -30,13 +30,13 @@ fn a_port_that_is_only_looked_at_stays_open() {
     // A client that stayed unattached gets an error that names the attached one, and can attach
     // later.
     let own = gdb.stream.local_addr().unwrap();
-    let told = format!("E.{own} already debugs this chip; only one debugger can attach");
-    assert_eq!(idle.exchange("?"), told);
-    assert_eq!(served.connect().exchange("qSupported"), told);
+    let refusal = format!("E.{own} already debugs this chip; only one debugger can attach");
+    assert_eq!(idle.exchange("?"), refusal);
+    assert_eq!(served.connect().exchange("qSupported"), refusal);
     gdb.exchanges(&[("s", HALTED)]);
     drop(gdb);
     let mut answer = idle.exchange("?");
-    while answer == told {
+    while answer == refusal {
         answer = idle.exchange("?");
     }
     assert_eq!(answer, HALTED);
@@ -261,15 +261,15 @@ fn monitor_commands_reset_halt_and_let_run() {
     gdb.send("c");
     gdb.write(&[3]);
     assert_eq!(gdb.receive(), "T02thread:1;");
-    let (said, answer) = gdb.monitor("help");
+    let (output, answer) = gdb.monitor("help");
     assert!(
-        said.contains("reset [halt|init|run]") && answer == "OK",
-        "{said} {answer}"
+        output.contains("reset [halt|init|run]") && answer == "OK",
+        "{output} {answer}"
     );
-    let (said, answer) = gdb.monitor("frobnicate");
+    let (output, answer) = gdb.monitor("frobnicate");
     assert!(
-        said.starts_with("unknown command: frobnicate") && answer == "OK",
-        "{said}"
+        output.starts_with("unknown command: frobnicate") && answer == "OK",
+        "{output}"
     );
     assert_eq!(gdb.exchange(&format!("Z0,{:x},2", CODE + 6)), "OK");
     assert_eq!(gdb.monitor("clrbp"), ok());
@@ -353,8 +353,8 @@ fn what_a_program_says_by_semihosting_is_printed() {
     gdb.exchanges(&[("c", HALTED)]);
     assert_eq!(gdb.register(15), CODE + 4, "BKPT 0xAB, and nobody hears");
     gdb.monitor("reset halt");
-    let (said, answer) = gdb.monitor("arm semihosting enable");
-    assert!(said.contains("BKPT 0xAB") && answer == "OK", "{said}");
+    let (output, answer) = gdb.monitor("arm semihosting enable");
+    assert!(output.contains("BKPT 0xAB") && answer == "OK", "{output}");
     gdb.send("c");
     assert_eq!(gdb.receive(), format!("O{}", hex(b"hi\n")));
     assert_eq!(gdb.receive(), "W00");

@@ -115,13 +115,13 @@ impl Gdb {
 
     /// Returns the text that `monitor line` prints, and its last packet.
     fn monitor(&mut self, line: &str) -> (String, String) {
-        let mut said = String::new();
+        let mut output = String::new();
         let mut answer = self.exchange(&format!("qRcmd,{}", hex(line.as_bytes())));
         while let Some(text) = answer.strip_prefix('O').filter(|text| *text != "K") {
-            said += &String::from_utf8(unhex(text.as_bytes()).unwrap()).unwrap();
+            output += &String::from_utf8(unhex(text.as_bytes()).unwrap()).unwrap();
             answer = self.receive();
         }
-        (said, answer)
+        (output, answer)
     }
 
     /// Returns register `n`, which has 32 bits.
@@ -254,7 +254,7 @@ fn memory_and_registers_are_read_and_written() {
     );
     let features = gdb.exchange("qXfer:features:read:target.xml:0,3000");
     assert!(features.starts_with("l<?xml") && features.contains("org.gnu.gdb.arm.m-system"));
-    let whole: String = (0..)
+    let memory_map: String = (0..)
         .map(|n| gdb.exchange(&format!("qXfer:memory-map:read::{:x},80", n * 128)))
         .scan(false, |ended, part| {
             let goes_on = !*ended;
@@ -262,7 +262,7 @@ fn memory_and_registers_are_read_and_written() {
             goes_on.then(|| part[1..].to_owned())
         })
         .collect();
-    assert_eq!(whole, memory::MAP);
+    assert_eq!(memory_map, memory::MAP);
 }
 
 #[test]
@@ -292,8 +292,8 @@ fn registers_of_the_chip_are_written_in_the_width_that_is_asked_for() {
 fn each_register_is_read_and_set_by_its_number() {
     let served = ServedBoard::for_ever(&LOOP);
     let mut gdb = served.connect();
-    let all = gdb.exchange("g");
-    assert_eq!(&all[120..128], hex(&CODE.to_le_bytes()));
+    let values = gdb.exchange("g");
+    assert_eq!(&values[120..128], hex(&CODE.to_le_bytes()));
     gdb.exchanges(&[
         ("P0=efbeadde", "OK"),
         ("p0", "efbeadde"),
@@ -321,9 +321,9 @@ fn each_register_is_read_and_set_by_its_number() {
         ("pzz", "E16"),
     ]);
     let changed = gdb.exchange("g");
-    assert_eq!(gdb.exchange(&format!("G{all}")), "OK");
-    assert_ne!(changed, all);
-    assert_eq!(gdb.exchange("g"), all);
+    assert_eq!(gdb.exchange(&format!("G{values}")), "OK");
+    assert_ne!(changed, values);
+    assert_eq!(gdb.exchange("g"), values);
     gdb.exchanges(&[("G00", "E16"), ("Gxx", "E16")]);
 }
 
@@ -413,11 +413,11 @@ fn what_nobody_models_is_told_in_words() {
     let served = ServedBoard::new(&BEYOND, AfterDebugger::Nothing, 20);
     let mut gdb = served.connect();
     gdb.send("c");
-    let said = unhex(&gdb.receive().as_bytes()[1..]).unwrap();
-    let said = String::from_utf8(said).unwrap();
+    let bytes = unhex(&gdb.receive().as_bytes()[1..]).unwrap();
+    let message = String::from_utf8(bytes).unwrap();
     assert!(
-        said.contains("0xe0041000") && said.contains("Reset"),
-        "{said}"
+        message.contains("0xe0041000") && message.contains("Reset"),
+        "{message}"
     );
     assert_eq!(gdb.receive(), "T0athread:1;", "SIGBUS");
     assert_eq!(gdb.register(15), CODE + 2);

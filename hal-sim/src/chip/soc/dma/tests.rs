@@ -95,11 +95,18 @@ fn the_arbiter_takes_level_then_number() {
 /// RM0090 table 43, TIM1's entries.
 #[test]
 fn tim1_asks_the_streams_of_the_table() {
-    let of = |channel| [0, 1, 2, 3, 4, 5, 6, 7].map(|stream| tim1_events(stream, channel));
+    let events = |channel| [0, 1, 2, 3, 4, 5, 6, 7].map(|stream| tim1_events(stream, channel));
     let (up, ch1, ch2, ch3, ch4) = (Some(1), Some(2), Some(4), Some(8), Some(16));
-    assert_eq!(of(6), [Some(0), ch1, ch2, ch1, ch4, up, ch3, None]);
-    assert_eq!(of(0), [None, None, None, None, None, None, Some(14), None]);
-    assert!((1..6).chain([7]).all(|channel| of(channel) == [None; 8]));
+    assert_eq!(events(6), [Some(0), ch1, ch2, ch1, ch4, up, ch3, None]);
+    assert_eq!(
+        events(0),
+        [None, None, None, None, None, None, Some(14), None]
+    );
+    assert!(
+        (1..6)
+            .chain([7])
+            .all(|channel| events(channel) == [None; 8])
+    );
 }
 
 #[test]
@@ -108,8 +115,8 @@ fn ahb_and_apb_at_once_stop_the_run() {
     write(&mut dma, 5, offset::CR, PLAYING | bit::EN).unwrap();
     write(&mut dma, 3, offset::PAR, 0x4001_300C).unwrap(); // SPI1_DR
     write(&mut dma, 3, offset::NDTR, 1).unwrap();
-    let what = write(&mut dma, 3, offset::CR, 3 << 25 | bit::EN).unwrap_err();
-    assert_eq!(what.0, "DMA2 serves AHB and APB at once (ES0182)");
+    let refusal = write(&mut dma, 3, offset::CR, 3 << 25 | bit::EN).unwrap_err();
+    assert_eq!(refusal.0, "DMA2 serves AHB and APB at once (ES0182)");
 }
 
 #[test]
@@ -136,8 +143,8 @@ fn what_nobody_models_is_refused_when_enabled() {
         enable(&set(offset::CR, PLAYING ^ 1 << 25)),
         "another peripheral"
     );
-    let mut one = Dma::new(1);
-    assert!(write(&mut one, 0, offset::CR, bit::EN).is_err());
+    let mut dma1 = Dma::new(1);
+    assert!(write(&mut dma1, 0, offset::CR, bit::EN).is_err());
 }
 
 #[test]

@@ -417,15 +417,15 @@ fn a_reset_cuts_off_what_it_meets() {
         assert_eq!(flash.get(CR, at), 1 << 31);
         flash.peek(BASE + 4, Size::Word)
     };
-    let (half, whole) = (word(1, 8_000), 0x00F0_00FF);
+    let (half, target) = (word(1, 8_000), 0x00F0_00FF);
     // Bits only change to 0, and only those that were to change.
     assert_eq!(half & !0xF0F0_FFFF, 0);
-    assert_eq!(half & whole, whole);
-    assert!(half != whole && half != 0xF0F0_FFFF, "{half:#x}");
+    assert_eq!(half & target, target);
+    assert!(half != target && half != 0xF0F0_FFFF, "{half:#x}");
     assert_eq!(half, word(1, 8_000), "the same seed and moment");
     assert_ne!(half, word(2, 8_000));
     assert_ne!(half, word(1, 8_001));
-    assert_eq!(word(1, 20_000), whole, "over before");
+    assert_eq!(word(1, 20_000), target, "over before");
 }
 
 #[test]

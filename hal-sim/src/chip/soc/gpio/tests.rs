@@ -99,7 +99,7 @@ fn a_locked_pin_keeps_its_configuration_until_reset() {
     let mut gpio = Gpio::default();
     write(&mut gpio, offset::MODER, 0b01 << 2, 0);
     assert_eq!(lock(&mut gpio, 1 << 1 | 1 << 9), 1 << 16 | 1 << 9 | 1 << 1);
-    let all = [
+    let registers = [
         (offset::MODER, 0xFFF3_FFF3 | 0b01 << 2),
         (offset::OTYPER, 0xFDFD),
         (offset::OSPEEDR, 0xFFF3_FFF3),
@@ -107,7 +107,7 @@ fn a_locked_pin_keeps_its_configuration_until_reset() {
         (offset::AFRL, 0xFFFF_FF0F),
         (offset::AFRH, 0xFFFF_FF0F),
     ];
-    for (register, kept) in all {
+    for (register, kept) in registers {
         write(&mut gpio, register, u32::MAX, 2);
         assert_eq!(read(&gpio, B, register), kept, "{register:#x}");
     }

@@ -99,10 +99,16 @@ mod tests {
         assert_eq!(seen, expected);
         requests.skip(10);
         assert_eq!(requests.next(), (200 + 1680, 3));
-        let mut one = Requests::new([NEVER, 5, NEVER, NEVER, NEVER], 10);
-        assert_eq!((one.next(), one.following()), ((5, 1), 15));
-        one.pass();
-        assert_eq!((one.next(), one.following()), ((15, 1), 25));
+        let mut single_request = Requests::new([NEVER, 5, NEVER, NEVER, NEVER], 10);
+        assert_eq!(
+            (single_request.next(), single_request.following()),
+            ((5, 1), 15)
+        );
+        single_request.pass();
+        assert_eq!(
+            (single_request.next(), single_request.following()),
+            ((15, 1), 25)
+        );
         assert_eq!(Requests::NONE.next().0, NEVER);
     }
 }

@@ -141,13 +141,13 @@ impl Pll {
 /// Returns the bus clocks for a system clock of `sysclk_hz` and the prescalers in `cfgr`.
 pub const fn buses(sysclk_hz: u32, usb_hz: u32, cfgr: u32) -> Clocks {
     let hclk_hz = sysclk_hz / ahb_divider(cfgr >> 4 & 0xF);
-    let (one, two) = (apb_divider(cfgr >> 10 & 7), apb_divider(cfgr >> 13 & 7));
+    let (divider1, divider2) = (apb_divider(cfgr >> 10 & 7), apb_divider(cfgr >> 13 & 7));
     Clocks {
         hclk_hz,
-        pclk1_hz: hclk_hz / one,
-        pclk2_hz: hclk_hz / two,
-        timer1_hz: hclk_hz / if one == 1 { 1 } else { one / 2 },
-        timer2_hz: hclk_hz / if two == 1 { 1 } else { two / 2 },
+        pclk1_hz: hclk_hz / divider1,
+        pclk2_hz: hclk_hz / divider2,
+        timer1_hz: hclk_hz / if divider1 == 1 { 1 } else { divider1 / 2 },
+        timer2_hz: hclk_hz / if divider2 == 1 { 1 } else { divider2 / 2 },
         usb_hz,
     }
 }

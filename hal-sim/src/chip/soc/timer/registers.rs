@@ -337,10 +337,10 @@ impl Timer {
 }
 
 /// Returns `value` if it has no bits other than `allowed`.
-fn known(value: u32, allowed: u32, what: &'static str) -> Modelled<u32> {
+fn known(value: u32, allowed: u32, feature: &'static str) -> Modelled<u32> {
     if value & !allowed == 0 {
         Ok(value)
     } else {
-        Err(Unmodelled(what))
+        Err(Unmodelled(feature))
     }
 }

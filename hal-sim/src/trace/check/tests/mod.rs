@@ -30,8 +30,11 @@ fn a_good_trace_cut_anywhere_passes() {
 fn no_single_change_of_the_lines_goes_unseen() {
     let Scene { expected, .. } = good();
     let trace = good().trace();
-    let seen = |changed: Trace, what: &str| {
-        assert!(!check(&changed, &expected).is_empty(), "{what} unseen");
+    let seen = |changed: Trace, description: &str| {
+        assert!(
+            !check(&changed, &expected).is_empty(),
+            "{description} unseen"
+        );
     };
     for index in 0..trace.levels.len() {
         let mut without = trace.clone();
@@ -106,6 +109,6 @@ fn contradictory_expectations_are_named() {
 #[test]
 fn violations_read_well() {
     let violation = Violation::new(104_500, 3, Rule::Width { width_us: 501 });
-    let told = "104500 µs, channel 4: phase of 501 µs";
-    assert_eq!(violation.to_string(), told);
+    let text = "104500 µs, channel 4: phase of 501 µs";
+    assert_eq!(violation.to_string(), text);
 }

@@ -28,8 +28,8 @@ fn inverse([x, y, z]: [f64; 3], [a, b]: [f64; 2], scale: f64) -> Transfer {
     }
 }
 
-fn sum(all: impl Iterator<Item = Transfer>) -> Transfer {
-    all.fold(Transfer::default(), |sum, transfer| Transfer {
+fn sum(transfers: impl Iterator<Item = Transfer>) -> Transfer {
+    transfers.fold(Transfer::default(), |sum, transfer| Transfer {
         potential: sum.potential + transfer.potential,
         gradient: sum.gradient + transfer.gradient,
         curvature: sum.curvature + transfer.curvature,
@@ -129,7 +129,7 @@ fn a_point_on_two_even_layers_has_the_known_images() {
 /// Returns uniformly spread points of a pad, relative to its middle.
 fn points(shape: Shape, count: u32) -> Vec<[f64; 2]> {
     let at = |i: u32| (f64::from(i) + 0.5) / f64::from(count);
-    let all = (0..count * count).map(|n| [at(n / count), at(n % count)]);
+    let pairs = (0..count * count).map(|n| [at(n / count), at(n % count)]);
     let place = |[a, b]: [f64; 2]| match shape {
         Shape::Round { diameter_m } => {
             let (sin, cos) = (2.0 * PI * b).sin_cos();
@@ -138,7 +138,7 @@ fn points(shape: Shape, count: u32) -> Vec<[f64; 2]> {
         }
         Shape::Rectangle { along_m, around_m } => [(a - 0.5) * along_m, (b - 0.5) * around_m],
     };
-    all.map(place).collect()
+    pairs.map(place).collect()
 }
 
 #[test]

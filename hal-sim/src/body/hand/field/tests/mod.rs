@@ -135,7 +135,7 @@ fn the_coarse_sums_are_within_a_hundredth() {
                 for x in 0..12 {
                     for y in 0..8 {
                         let at = [0.01 * f64::from(x), 0.008 * f64::from(y), depth];
-                        let all = |field: &Field| {
+                        let components = |field: &Field| {
                             let transfer = field.transfer(&pad(shape), at);
                             let [dy, dz] = transfer.across;
                             [
@@ -146,7 +146,7 @@ fn the_coarse_sums_are_within_a_hundredth() {
                                 dz,
                             ]
                         };
-                        let (values, exact) = (all(&coarse), all(&fine));
+                        let (values, exact) = (components(&coarse), components(&fine));
                         for n in 0..5 {
                             worst[n] = worst[n].max((values[n] - exact[n]).abs());
                             largest[n] = largest[n].max(exact[n].abs());
@@ -175,8 +175,8 @@ fn plain(profile: &Profile) -> Vec<(f64, f64)> {
         Profile::Boxes { half } => {
             let nodes = surface::gauss(60);
             let pair = |&(a, u): &(f64, f64)| {
-                let both = move |&(b, v): &(f64, f64)| (half[0] * a + half[1] * b, 0.25 * u * v);
-                nodes.iter().map(both).collect::<Vec<_>>()
+                let product = move |&(b, v): &(f64, f64)| (half[0] * a + half[1] * b, 0.25 * u * v);
+                nodes.iter().map(product).collect::<Vec<_>>()
             };
             nodes.iter().flat_map(pair).collect()
         }
@@ -186,8 +186,8 @@ fn plain(profile: &Profile) -> Vec<(f64, f64)> {
 /// Returns the profiles of all pads, including directions as close to a side as any that is used.
 fn profiles() -> Vec<Profile> {
     let angles = [2e-3f64, 0.3, 1.0, 1.568];
-    let of = |shape| angles.map(|angle| Profile::new(shape, angle.cos(), angle.sin()));
-    SHAPES.into_iter().flat_map(of).collect()
+    let shape_profiles = |shape| angles.map(|angle| Profile::new(shape, angle.cos(), angle.sin()));
+    SHAPES.into_iter().flat_map(shape_profiles).collect()
 }
 
 const PLACES: [(f64, f64); 6] = [

@@ -8,16 +8,20 @@ const WORDS: &[u32] = &[0x8182_8384, 0x0102_0304, 0xF1F2_F3F4, 0x1112_1314];
 
 #[test]
 fn accesses_without_privilege_move_no_base() {
-    let one = |code| {
+    let outcome = |code| {
         let mut machine = Machine::new(code).with(&[(0, 0xA1A2_A3A4), (1, RAM + 4)]);
         machine.poke(RAM, WORDS);
         machine.steps(1);
         [machine.r(0), machine.word(RAM + 4), machine.r(1)]
     };
     let (ldrt, ldrsht, strt) = ([0xF851, 0x0E08], [0xF931, 0x0E04], [0xF841, 0x0E00]);
-    assert_eq!(one(&ldrt), [0x1112_1314, WORDS[1], RAM + 4], "[r1,#8]");
-    assert_eq!(one(&ldrsht), [0xFFFF_F3F4, WORDS[1], RAM + 4], "[r1,#4]");
-    assert_eq!(one(&strt), [0xA1A2_A3A4, 0xA1A2_A3A4, RAM + 4], "[r1]");
+    assert_eq!(outcome(&ldrt), [0x1112_1314, WORDS[1], RAM + 4], "[r1,#8]");
+    assert_eq!(
+        outcome(&ldrsht),
+        [0xFFFF_F3F4, WORDS[1], RAM + 4],
+        "[r1,#4]"
+    );
+    assert_eq!(outcome(&strt), [0xA1A2_A3A4, 0xA1A2_A3A4, RAM + 4], "[r1]");
 }
 
 #[test]

@@ -200,12 +200,12 @@ fn streams() -> impl Strategy<Value = Vec<(usize, u32, u32, u32)>> {
         any::<bool>(),
         1u32..64,
     );
-    prop::collection::vec(stream, 5).prop_map(|all| {
+    prop::collection::vec(stream, 5).prop_map(|draws| {
         let numbers = [(5, 6u32), (1, 6), (2, 6), (6, 6), (4, 6)];
         let cr = |plays, level, circular| {
             u32::from(plays) << 6 | level << 16 | u32::from(circular) << 8 | ON
         };
-        let every = all.into_iter().zip(numbers);
+        let every = draws.into_iter().zip(numbers);
         every
             .map(|((plays, level, circular, b, ndtr), (number, channel))| {
                 let far = match (plays, b) {

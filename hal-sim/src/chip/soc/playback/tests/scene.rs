@@ -111,7 +111,7 @@ impl Scene {
     /// the four streams, which fetch slot 0, and configures both timers without starting them.
     /// Device time `first` begins with the first overflow; the first refill is 2 µs later.
     pub fn prepare(&mut self, first: u32) {
-        let outputs = |lines: u32| (0..16).fold(0, |all, n| all | (lines >> n & 1) << (2 * n));
+        let outputs = |lines: u32| (0..16).fold(0, |bits, n| bits | (lines >> n & 1) << (2 * n));
         self.write(Block::Gpio(B), gpio::MODER, outputs(0xF7E3));
         self.write(Block::Gpio(C), gpio::MODER, outputs(0x03FF));
         let [bsrr_b, bsrr_c] = [0x4002_0418, 0x4002_0818];

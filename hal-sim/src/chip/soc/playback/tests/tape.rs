@@ -58,7 +58,7 @@ fn all_slots_play_in_order_erase_themselves_and_count_down() {
             .collect();
         assert_eq!(seen.len(), 3 * LENGTH as usize);
         for (us, edge) in seen.iter().enumerate() {
-            let painted = lines.iter().fold(0, |all, l| all | 1u16 << l);
+            let painted = lines.iter().fold(0, |mask, l| mask | 1u16 << l);
             assert_eq!(edge.levels & painted, 1 << lines[us % lines.len()]);
             let overflow = first + US * us as Cycle;
             // Arbitration, address, change of master, write; port C's request comes at TIM1's 8,
