@@ -130,7 +130,7 @@ mod tests {
             push_micros(&mut text, micros as f64 / 1e6);
             String::from_utf8(text).unwrap()
         };
-        let told = [0, 54_502, -1, 10_000, 1_000_000, 85_800_000_000, -2_500_000].map(written);
+        let texts = [0, 54_502, -1, 10_000, 1_000_000, 85_800_000_000, -2_500_000].map(written);
         let meant = [
             "0.000000",
             "0.054502",
@@ -140,7 +140,7 @@ mod tests {
             "85800.000000",
             "-2.500000",
         ];
-        assert_eq!(told, meant);
+        assert_eq!(texts, meant);
         let mut random = Random::new(2);
         for _ in 0..50_000 {
             let micros = (random.word() >> (15 + random.below(49))).cast_signed();

@@ -102,12 +102,12 @@ fn judge(name: &str, dose: &ChannelDose, pins: &Pins, trial: &Trial) {
         .find(|channel| channel.number == dose.channel);
     let per_burst = u64::from(own.unwrap().spec.train.burst_count);
     let at = format!("{name}, channel {}", dose.channel);
-    let near = |what: &str, told: Option<f64>, exact: f64, missed: f64| {
-        let told = told.unwrap();
+    let near = |quantity: &str, estimate: Option<f64>, exact: f64, missed: f64| {
+        let value = estimate.unwrap();
         let slack = missed + 5e-4 * exact;
         assert!(
-            (told - exact).abs() <= slack,
-            "{at}: {what} {told}, not {exact}"
+            (value - exact).abs() <= slack,
+            "{at}: {quantity} {value}, not {exact}"
         );
     };
     let (pulses, exact) = (dose.pulses.unwrap(), pins.starts_us.len() as u64);
@@ -204,9 +204,9 @@ ramp_down_s = 0.05
 #[test]
 fn a_voltage_stage_is_told_in_volts_and_charged_through_its_load() {
     let (trial, _) = played(&shipped("open_finger"));
-    let all = doses(&trial);
-    let [one, silent] = all.as_slice() else {
-        panic!("{all:?}");
+    let channel_doses = doses(&trial);
+    let [one, silent] = channel_doses.as_slice() else {
+        panic!("{channel_doses:?}");
     };
     assert_eq!((one.peak, one.unit.as_str()), (26.0, "V"));
     assert_eq!(one.charge_per_phase_uc, Some(26.0 / 2.0 * 200.0 / 1e3));
@@ -238,11 +238,14 @@ fn on_time_has_a_stretch_for_each_trigger() {
 #[test]
 fn a_live_width_and_a_list_are_told_as_far_as_rows_go() {
     let (trial, pins) = played(&shipped("width_ramp"));
-    let all = doses(&trial);
-    judge("width_ramp", &all[0], &pins.0[0], &trial);
-    assert_eq!(all[0].width_us, Some((10.0, 300.0)));
+    let channel_doses = doses(&trial);
+    judge("width_ramp", &channel_doses[0], &pins.0[0], &trial);
+    assert_eq!(channel_doses[0].width_us, Some((10.0, 300.0)));
     // The rows do not contain the times of pulses from a list.
-    assert_eq!((all[1].pulses, all[1].cathodic_uc), (None, None));
+    assert_eq!(
+        (channel_doses[1].pulses, channel_doses[1].cathodic_uc),
+        (None, None)
+    );
 }
 
 /// Without its session file a record contains amplitudes, but nothing that requires the train.
@@ -253,8 +256,8 @@ fn without_a_session_file_only_the_peak_is_known() {
         session_text: String::new(),
         ..trial
     };
-    let all = doses(&bare);
-    assert_eq!(all[0].peak, 26.0);
-    assert_eq!(all[0].on_time_s, None);
-    assert_eq!(all[0].rms_ma, None);
+    let channel_doses = doses(&bare);
+    assert_eq!(channel_doses[0].peak, 26.0);
+    assert_eq!(channel_doses[0].on_time_s, None);
+    assert_eq!(channel_doses[0].rms_ma, None);
 }

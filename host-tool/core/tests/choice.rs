@@ -94,8 +94,8 @@ fn the_cheapest_that_will_do_is_taken() {
 #[test]
 fn no_channel_s_error_depends_on_another_s_rung() {
     let session = two();
-    let all = choose(&session, Share(1), SEED).unwrap();
-    for (need, place) in all.needs.iter().zip(0..) {
+    let choice = choose(&session, Share(1), SEED).unwrap();
+    for (need, place) in choice.needs.iter().zip(0..) {
         for level in measured_levels().filter(|level| *level <= MuscleLevel::CalciumForceFatigue) {
             let mut alone = session.clone();
             let muscle = alone.channels[place].muscle.as_mut().unwrap();

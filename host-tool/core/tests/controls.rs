@@ -64,13 +64,13 @@ fn session() -> SessionFile {
 /// Returns a session with the same channels, switched on and off by programs with the same peaks.
 fn programs() -> SessionFile {
     let (setup, _) = SESSION.split_once("[setpoints]").unwrap();
-    let of = |channel: u8, value: f64| {
+    let program = |channel: u8, value: f64| {
         format!(
             "[[program]]\nkind = \"on-off\"\nchannels = [{channel}]\nvalue = {value}\n\
              on_s = 0.6\noff_s = 0.3\nramp_up_s = 0.2\nramp_down_s = 0.1\n"
         )
     };
-    let text = format!("{setup}{}{}", of(2, 8.0), of(5, 6.0));
+    let text = format!("{setup}{}{}", program(2, 8.0), program(5, 6.0));
     SessionFile::parse("programs.toml", &text).unwrap()
 }
 
@@ -245,20 +245,20 @@ fn judge(markers: &[Marker], (trace, epoch_us): (&Trace, u64), late_us: u64) -> 
 /// and checks that both runs are equal byte for byte.
 fn check_random_keys(file: &SessionFile, late_us: u64, first: u64, sequences: u64) {
     let dir = std::env::temp_dir().join(format!("flexor-hands-{}-{first}", std::process::id()));
-    let (one, other) = (dir.join("one"), dir.join("other"));
+    let (first_dir, other) = (dir.join("one"), dir.join("other"));
     let (mut pressed, mut paused, mut longest_us) = (0, 0, 0);
     for seed in first..first + sequences {
         let keys = sequence(seed);
-        let (markers, trace, epoch_us) = play_recorded(file, &one, Person(keys.into()));
+        let (markers, trace, epoch_us) = play_recorded(file, &first_dir, Person(keys.into()));
         pressed += markers.len();
         if let Some(over_us) = judge(&markers, (&trace, epoch_us), late_us) {
             paused += 1;
             longest_us = longest_us.max(over_us);
         }
-        let record = load(&one).unwrap();
+        let record = load(&first_dir).unwrap();
         let again = Keys::from_markers(&record.trials[0].markers);
         play_recorded(file, &other, replay_keys(again, |_: f64| ()));
-        let (was, is) = (files(&one), files(&other));
+        let (was, is) = (files(&first_dir), files(&other));
         let differs = was
             .iter()
             .find(|(name, bytes)| is.get(*name) != Some(bytes));

@@ -41,20 +41,20 @@ fn by_enumeration(muscles: &Muscles<2>, wanted: Vector2<f64>) -> Option<Vec<f64>
             Place::Most => 1.0,
             Place::Free => row(at).dot(&dual),
         };
-        let all: Vec<f64> = (0..n).map(value).collect();
+        let activations: Vec<f64> = (0..n).map(value).collect();
         let within = |(k, least): (&f64, &f64)| (*least - 1e-12..=1.0 + 1e-12).contains(k);
         // A single free muscle cannot produce both wanted torques, whatever rounding leaves of its
         // square.
-        let given: Vector2<f64> = (0..n).map(|at| row(at) * all[at]).sum();
+        let given: Vector2<f64> = (0..n).map(|at| row(at) * activations[at]).sum();
         let gives = (given - wanted).norm() < 1e-9;
-        if gives && all.iter().zip(&muscles.least).all(within) {
-            let cost: f64 = all.iter().map(|k| k * k).sum();
+        if gives && activations.iter().zip(&muscles.least).all(within) {
+            let cost: f64 = activations.iter().map(|k| k * k).sum();
             if best.as_ref().is_none_or(|(least, _)| cost < *least) {
-                best = Some((cost, all));
+                best = Some((cost, activations));
             }
         }
     }
-    best.map(|(_, all)| all)
+    best.map(|(_, solution)| solution)
 }
 
 /// Two hundred arms with seven muscles, with and without minimum activations.
@@ -103,8 +103,8 @@ fn a_joint_by_hand() {
     let refused = muscles(0.0).activations([31.0]).unwrap_err();
     assert!(refused.to_string().starts_with("E761"), "{refused}");
     // All agonists together have the activation 6 / 30, and the antagonist half of that.
-    let both = muscles(0.0).with_co_contraction(0.5, [6.0]);
-    assert!((both.least[2] - 0.1).abs() < 1e-12 && both.least[0] == 0.0);
+    let result = muscles(0.0).with_co_contraction(0.5, [6.0]);
+    assert!((result.least[2] - 0.1).abs() < 1e-12 && result.least[0] == 0.0);
 }
 
 #[test]

@@ -178,18 +178,18 @@ fn the_device_s_numbers_stay_near_exact_ones() {
             let posture = posture(n, spec).map(|radians| {
                 Angle::from_millideg((radians * 180_000.0 / std::f64::consts::PI) as i32)
             });
-            let both = (
+            let angles = (
                 limb.radians(&posture).unwrap(),
                 exact.radians(&posture).unwrap(),
             );
-            let here = limb.skeleton().pose(&both.0).hand.to_array();
-            let there = exact.skeleton().pose(&both.1).hand.to_array();
+            let here = limb.skeleton().pose(&angles.0).hand.to_array();
+            let there = exact.skeleton().pose(&angles.1).hand.to_array();
             let apart = here
                 .into_iter()
                 .zip(there)
                 .map(|(a, b)| a.to_double() - b.0);
             hand = hand.max(apart.map(|x| x * x).sum::<f64>().sqrt());
-            let (here, there) = (limb.jacobians(&both.0), exact.jacobians(&both.1));
+            let (here, there) = (limb.jacobians(&angles.0), exact.jacobians(&angles.1));
             for (a, b) in here.muscles().flatten().zip(there.muscles().flatten()) {
                 lever = lever.max((a.to_double() - b.0).abs());
             }

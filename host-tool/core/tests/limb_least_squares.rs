@@ -167,8 +167,8 @@ fn forces_stay_between_nothing_and_the_most() {
 /// joints.
 #[test]
 fn a_two_joint_muscle_is_used_for_both_joints() {
-    let one = nominal_limb();
-    let mut two = one.clone();
+    let nominal = nominal_limb();
+    let mut two = nominal.clone();
     let via = |segment, at_um| ViaSpec { segment, at_um };
     let vias = [
         via(1, [45_000, 140_000, -10_000]),
@@ -179,7 +179,7 @@ fn a_two_joint_muscle_is_used_for_both_joints() {
         channel: 9,
         joint: JointName::Elbow,
         vias: vias.into_iter().collect(),
-        ..one.lines[1].clone()
+        ..nominal.lines[1].clone()
     };
     two.lines.push(long_head).unwrap();
     let missed = |spec: &LimbSpec| {
@@ -199,7 +199,7 @@ fn a_two_joint_muscle_is_used_for_both_joints() {
     };
     let (misses, is_used) = missed(&two);
     assert!(is_used && misses < 1.0, "{misses}");
-    assert!(!missed(&one).1);
+    assert!(!missed(&nominal).1);
 }
 
 /// Along a reference force that turns slowly, the cost of changes makes them smaller.

@@ -50,10 +50,10 @@ fn ten_channels_pulse_until_stopped() {
     }
     client.arm().unwrap();
     client.start().unwrap();
-    let all: Vec<_> = (0..10).map(|c| (c, Amplitude::new(10_000))).collect();
+    let amplitudes: Vec<_> = (0..10).map(|c| (c, Amplitude::new(10_000))).collect();
     let begin = client.port().now_us();
     for tick in 1..=180 {
-        client.set_amplitudes(&all).unwrap();
+        client.set_amplitudes(&amplitudes).unwrap();
         let next = begin + tick * 11_111;
         while client.next(next).unwrap().is_some() {}
     }

@@ -88,8 +88,8 @@ fn is_whole(trial: &Trial, minutes: u32) {
     }
     // The only event is the stop at the end.
     assert!(!trial.events.is_empty());
-    for (t_s, what) in &trial.events {
-        assert!((end_s..end_s + 1.0).contains(t_s), "{what} at {t_s} s");
+    for (t_s, event) in &trial.events {
+        assert!((end_s..end_s + 1.0).contains(t_s), "{event} at {t_s} s");
     }
     // There is a pulse every two seconds, the first at once.
     let pulses = trial.pulses.unwrap();
@@ -138,8 +138,8 @@ fn the_fullest_period_is_the_same_taken_in_pieces() {
     let trace = &port.world().unwrap().recorder.trace;
     let end_us = trace.levels.last().unwrap().0;
     for after_us in [0, 777_777, file.session.duration_us / 2, u64::MAX / 4] {
-        let whole = edges_of_one_period(&file.session, trace, epoch_us, after_us);
-        assert_eq!(whole.is_empty(), after_us > end_us, "{after_us}");
+        let expected = edges_of_one_period(&file.session, trace, epoch_us, after_us);
+        assert_eq!(expected.is_empty(), after_us > end_us, "{after_us}");
         for step_us in [13_579, 1_000_000, end_us] {
             let (mut left, mut pieces) =
                 (trace.clone(), FullestPeriod::new(&file.session, after_us));
@@ -147,7 +147,7 @@ fn the_fullest_period_is_the_same_taken_in_pieces() {
                 pieces.receive(&left.take(until_us), epoch_us);
             }
             pieces.receive(&left, epoch_us);
-            assert_eq!(pieces.into_edges(), whole, "{after_us} {step_us}");
+            assert_eq!(pieces.into_edges(), expected, "{after_us} {step_us}");
         }
     }
 }

@@ -266,9 +266,9 @@ fn an_interrupted_trial_keeps_its_complete_rows() {
 
     let loaded = record::load(&dir).unwrap();
     assert_eq!(loaded.trials.len(), 1);
-    let mut whole = run.trials[0].samples.clone();
-    whole.truncate(249);
-    assert_eq!(loaded.trials[0].samples, whole);
+    let mut complete_rows = run.trials[0].samples.clone();
+    complete_rows.truncate(249);
+    assert_eq!(loaded.trials[0].samples, complete_rows);
     assert_eq!(loaded.trials[0].edges, run.trials[0].edges);
     let (_, last) = loaded.trials[0].events.last().unwrap();
     assert_eq!(last, "device unplugged");
@@ -359,16 +359,16 @@ fn page_and_comparison_tell_models_pulses_and_limit_cycles_alike() {
     run.trials[0].counters = vec![("pulses started".to_owned(), 802)];
     let swung = "limit cycle: 6.0° peak to peak, period 400 ms; feedback at 70 %";
     run.trials[0].events = vec![(1.0, swung.to_owned()), (2.0, swung.to_owned())];
-    let told = "calcium-force (channel 1)";
+    let model_text = "calcium-force (channel 1)";
     let page = report::page(&Report::from_run(&run));
-    assert!(page.contains(told));
+    assert!(page.contains(model_text));
     assert!(page.contains("<th scope=\"row\">pulses</th><td>800</td>"));
     assert!(page.contains("<th scope=\"row\">pulses started</th><td>802</td>"));
-    let all = [report::ComparedRecord::from_run(Path::new("one"), &run)];
-    assert!(report::compare_text(&all).contains(&format!("\n      {told}")));
-    let cells = format!("<td>800</td><td>1</td><td>{told}</td>");
-    assert!(report::compare_body(&all).as_str().contains(&cells));
-    let row = &report::compare_rows(&all)[0].of;
+    let records = [report::ComparedRecord::from_run(Path::new("one"), &run)];
+    assert!(report::compare_text(&records).contains(&format!("\n      {model_text}")));
+    let cells = format!("<td>800</td><td>1</td><td>{model_text}</td>");
+    assert!(report::compare_body(&records).as_str().contains(&cells));
+    let row = &report::compare_rows(&records)[0].of;
     assert_eq!((row.pulses, row.limit_cycles), (Some(800), 1));
-    assert!(report::compare_text(&all).contains("\n      limit cycles: 1\n"));
+    assert!(report::compare_text(&records).contains("\n      limit cycles: 1\n"));
 }

@@ -38,15 +38,15 @@ fn a_silent_run_says_so_first() {
         silent: Some("all amplitudes of the session are 0".to_owned()),
         ..trial("still", 200)
     };
-    let said = "Still: no pulses were output: all amplitudes of the session are 0.";
+    let sentence = "Still: no pulses were output: all amplitudes of the session are 0.";
     let alone = page(vec![silent.clone()]);
     assert!(
-        alone.contains(said) && !alone.contains("followed"),
+        alone.contains(sentence) && !alone.contains("followed"),
         "{alone}"
     );
     let with_another = page(vec![silent, trial("moved", 200)]);
     assert!(
-        with_another.contains(&format!("{said} Open loop")),
+        with_another.contains(&format!("{sentence} Open loop")),
         "{with_another}"
     );
 }
@@ -65,14 +65,14 @@ fn open_loop_is_said_only_of_open_loops() {
 
 #[test]
 fn trials_cut_side_by_side_are_compared_as_far_as_they_go() {
-    let whole = || vec![trial("one", 300), trial("two", 300), trial("three", 300)];
+    let full_trials = || vec![trial("one", 300), trial("two", 300), trial("three", 300)];
     let again = Run {
-        trials: whole(),
+        trials: full_trials(),
         ..Run::default()
     };
     let mut cut = Run {
         ending: Ending::cut_short("E580 SIGINT came".to_owned(), 130),
-        trials: whole(),
+        trials: full_trials(),
         ..again.clone()
     };
     cut.trials[0].samples.truncate(120);

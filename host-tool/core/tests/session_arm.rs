@@ -117,8 +117,9 @@ fn muscles_turn_what_they_are_known_for() {
         let held = angle_changes(muscle, Support::InCuff);
         println!("{muscle:?}: free {free:.2?}, in the cuff {held:.2?}");
         assert!(sign * free[axis] > 0.1, "{muscle:?}, axis {axis}: {free:?}");
-        let most = |all: [f64; 9]| {
-            all.into_iter()
+        let most = |angles: [f64; 9]| {
+            angles
+                .into_iter()
                 .fold(0.0, |most: f64, value| most.max(value.abs()))
         };
         assert!((0.1..3.0).contains(&most(held)), "{muscle:?}: {held:?}");
@@ -172,9 +173,9 @@ fn a_record_has_the_force_that_is_wanted_and_the_one_that_comes() {
         command: "flexor run",
     });
     assert!(page.contains("Force at the hand over time"));
-    let told = "The reference force at the hand reached 4.4 N; the force of the simulated arm \
+    let sentence = "The reference force at the hand reached 4.4 N; the force of the simulated arm \
                 differed from it by ";
-    assert!(page.contains(told), "{page}");
+    assert!(page.contains(sentence), "{page}");
 }
 
 /// Without a support nothing measures the force of the arm.
@@ -203,7 +204,7 @@ fn an_arm_is_drawn_by_its_number_and_what_it_cannot_be_is_told() {
     assert_eq!(spec("").stature_m, ArmSpec::nominal().stature_m);
     let text = EXAMPLE.replace("elevation_deg = 45", "elevation_deg = 121");
     let text = text.replace("elbow_deg = 90", "elbow_deg = 101\nload_ohm = 5");
-    let told = Session::parse("it.toml", &text).unwrap_err();
-    let numbers: Vec<u16> = told.errors().map(|e| e.problem().number()).collect();
-    assert_eq!(numbers.len(), 3, "{}", told.lines());
+    let refusal = Session::parse("it.toml", &text).unwrap_err();
+    let numbers: Vec<u16> = refusal.errors().map(|e| e.problem().number()).collect();
+    assert_eq!(numbers.len(), 3, "{}", refusal.lines());
 }

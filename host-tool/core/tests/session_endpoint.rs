@@ -129,8 +129,8 @@ fn every_mistake_of_the_session_is_named() {
     );
     let pair = [("[2.0, -2.0, 1.0]", "[2.0, -2.0]")];
     assert_eq!(mistakes(&pair, &[]).0, [407]);
-    let both = [(FIXED, &*format!("{FIXED}stale_after_ms = 50\n"))];
-    assert_eq!(mistakes(&both, &[]).0, [409]);
+    let edits = [(FIXED, &*format!("{FIXED}stale_after_ms = 50\n"))];
+    assert_eq!(mistakes(&edits, &[]).0, [409]);
     let no_file = [("file = \"../wearers/arm-1.toml\"", "rise_ms = 50")];
     let (numbers, lines) = mistakes(&no_file, &[]);
     assert!(numbers.contains(&477), "{lines}");
@@ -148,7 +148,7 @@ fn every_mistake_of_the_wearer_s_arm_is_named() {
             Err(e) => (numbers(&e), e.lines()),
         }
     };
-    let all = [
+    let edits = [
         ("to_el_mm = [0, 0, -300]", "to_el_mm = [0, 0, -3]"),
         ("gh_abduction_deg = [0, 80]", "gh_abduction_deg = [0, 81]"),
         ("el_bend_deg = [-10, 10]", "el_bend_deg = [10, -10]"),
@@ -160,7 +160,7 @@ fn every_mistake_of_the_wearer_s_arm_is_named() {
         ("sc_protraction_deg = [-30, 30]", "sc_protraction_deg = []"),
         ("at_mm = [-15, 0, -50] }", "at_mm = [] }"),
     ];
-    for edit in all.into_iter().chain(empty) {
+    for edit in edits.into_iter().chain(empty) {
         let (numbers, lines) = arm(&[edit]);
         let expected = if edit.0.starts_with("channel") {
             420
@@ -170,8 +170,8 @@ fn every_mistake_of_the_wearer_s_arm_is_named() {
         assert_eq!(numbers, [expected], "{lines}");
         seen += &lines;
     }
-    let (numbers, lines) = arm(&all);
-    assert_eq!(numbers.len(), all.len(), "{lines}");
+    let (numbers, lines) = arm(&edits);
+    assert_eq!(numbers.len(), edits.len(), "{lines}");
     // The biceps cannot turn the elbow from the forearm alone.
     let alone = (
         "{ segment = \"upper-arm\", at_mm = [-30, 0, -130] }",
@@ -197,20 +197,20 @@ fn every_mistake_of_the_wearer_s_arm_is_named() {
 fn where_no_muscle_helps_it_is_said() {
     let from = EXAMPLE.find("\n[[channel]]\nnumber = 2").unwrap();
     let to = EXAMPLE.find("\n[setpoints]").unwrap();
-    let one = format!("{}{}", &EXAMPLE[..from], &EXAMPLE[to..]);
-    let told = |force: &str| {
-        let points = one.find("points =").unwrap();
+    let single_channel = format!("{}{}", &EXAMPLE[..from], &EXAMPLE[to..]);
+    let refusal = |force: &str| {
+        let points = single_channel.find("points =").unwrap();
         let text = format!(
             "{}points = [{{ at_s = 0, force_n = {force} }}]\n",
-            &one[..points]
+            &single_channel[..points]
         );
         match Session::parse("it.toml", &text) {
             Ok(_) => (Vec::new(), String::new()),
             Err(e) => (numbers(&e), e.lines()),
         }
     };
-    assert_eq!(told("[0, 0, 5]").0, [0; 0]);
-    let (numbers, lines) = told("[0, 0, -5]");
+    assert_eq!(refusal("[0, 0, 5]").0, [0; 0]);
+    let (numbers, lines) = refusal("[0, 0, -5]");
     assert_eq!(numbers, [476]);
     assert!(
         lines.contains("no muscle of the session pulls in this direction in this posture"),
@@ -251,8 +251,8 @@ fn a_run_records_what_was_wanted_and_given() {
 #[test]
 fn a_line_over_two_joints_is_played_at_the_one_it_names() {
     let via = "{ segment = \"upper-arm\", at_mm = [-30, 0, -130] }";
-    let both = format!("{{ segment = \"girdle\", at_mm = [20, 130, 10] }},\n    {via}");
-    let wearer = edited(builtin_wearer("arm-1").unwrap(), &[(via, &both)]);
+    let vias = format!("{{ segment = \"girdle\", at_mm = [20, 130, 10] }},\n    {via}");
+    let wearer = edited(builtin_wearer("arm-1").unwrap(), &[(via, &vias)]);
     let text = edited(EXAMPLE, &[("duration_s = 6.0", "duration_s = 4.0")]);
     let files = [builtin_wearer("arm-1").unwrap(), &wearer].map(|wearer| {
         SessionFile::parse_with_wearers("it.toml", &text, &|_| Ok(wearer.to_owned())).unwrap()
@@ -390,8 +390,8 @@ fn out_of_its_range_an_arm_gets_nothing() {
         .events
         .iter()
         .find(|(_, text)| text.contains("el_flexion"));
-    let (_, told) = refused.unwrap_or_else(|| panic!("{:?}", outcome.trial.events));
-    assert!(told.contains("allowed: 0 to 130000"), "{told}");
+    let (_, message) = refused.unwrap_or_else(|| panic!("{:?}", outcome.trial.events));
+    assert!(message.contains("allowed: 0 to 130000"), "{message}");
     let away = outcome
         .trial
         .samples

@@ -388,11 +388,11 @@ pub(super) fn render(e: &SessionError) -> String {
 
 #[test]
 fn every_mistake_is_named_with_its_line() {
-    let mut all = String::new();
+    let mut report = String::new();
     let mut numbers = BTreeSet::new();
     let mut add = |case: &str, e: &SessionError| {
         numbers.insert(e.problem().number());
-        writeln!(all, "# {case}\n\n{}", render(e)).unwrap();
+        writeln!(report, "# {case}\n\n{}", render(e)).unwrap();
     };
     let files = [
         (GOOD, BAD),
@@ -412,7 +412,7 @@ fn every_mistake_is_named_with_its_line() {
     }
     let missing = Session::load("no/such/session.toml").unwrap_err();
     add("a file that is not there", &missing);
-    insta::assert_snapshot!(all);
+    insta::assert_snapshot!(report);
     let expected = [
         400, 401, 402, 403, 404, 405, 406, 407, 408, 409, 410, 420, 421, 430, 431, 432, 440, 441,
         450, 451, 452, 453, 460, 461, 462, 463, 465, 466, 467, 468, 470, 471, 472, 473, 474, 480,
@@ -425,18 +425,18 @@ fn every_mistake_is_named_with_its_line() {
 /// channels if some are missing.
 #[test]
 fn a_sum_is_told_beside_other_mistakes() {
-    let told = |edits: &str| {
+    let message = |edits: &str| {
         let e = Session::parse("sums.toml", &spoil(GOOD, edits)).unwrap_err();
         e.lines()
     };
     let little = "rise_ms = 200 → max_sum_rms_ma = 2.0";
-    let alone = told(little);
+    let alone = message(little);
     let sum = "at their limits, the common return carries 6.36 mA rms; allowed: at most 2 mA \
                (`wearer.max_sum_rms_ma`); lower the limits, pulse widths or frequencies";
     assert!(alone.contains(&format!("all channels {sum}")), "{alone}");
     assert!(alone.starts_with("E456") && !alone.contains("return_area"));
     let dense = format!("{little}; limit = 13.0 → limit = 13.0 ⏎ area_mm2 = 10");
-    let dense = told(&dense);
+    let dense = message(&dense);
     for wanted in [
         "E454 sums.toml:36:9: at `channel.limit` = 13 mA (13 mA) the train has 2.326 mA rms; \
          allowed: at most 0.2 mA (2 mA/cm² under `area_mm2` = 10)",
@@ -444,14 +444,14 @@ fn a_sum_is_told_beside_other_mistakes() {
     ] {
         assert!(dense.contains(wanted), "{wanted}\n{dense}");
     }
-    let partly = told(&format!(
+    let partly = message(&format!(
         "{little}; k = 0.2 → k = 0.2; limit = 36.0 → # no limit"
     ));
     assert!(
         partly.contains("channels 1, 3 and 4 at their limits, the common return carries 5.37 mA"),
         "{partly}"
     );
-    let small = told("rise_ms = 200 → return_area_mm2 = 100");
+    let small = message("rise_ms = 200 → return_area_mm2 = 100");
     let wanted = "allowed: at most 2 mA (2 mA/cm² under `wearer.return_area_mm2` = 100); lower \
                   the limits, pulse widths or frequencies, or enter the \
                   `wearer.return_area_mm2` of a larger electrode";
@@ -550,8 +550,11 @@ fn a_file_without_end_is_refused() {
     ];
     for (file, why) in files {
         let e = Session::load(file).unwrap_err();
-        let told = format!("{:?} {}", e.problem().number(), e.one_line());
-        assert!(told.contains("400") && told.contains(why), "{told}");
+        let message = format!("{:?} {}", e.problem().number(), e.one_line());
+        assert!(
+            message.contains("400") && message.contains(why),
+            "{message}"
+        );
     }
     std::fs::remove_file(long).unwrap();
 }

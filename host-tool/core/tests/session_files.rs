@@ -187,7 +187,7 @@ fn another_law_brings_its_own_gains_and_runs() {
 fn experiment_2_has_the_patterns_of_figure_5() {
     // Delay of B after A, and whether the partner is isolated.
     let mut two = Vec::new();
-    let mut one = Vec::new();
+    let mut single_points = Vec::new();
     for file in files() {
         let name = file.file_stem().unwrap().to_str().unwrap().to_owned();
         if file.parent().unwrap().file_name().unwrap() != "hamana_exp2" {
@@ -212,7 +212,7 @@ fn experiment_2_has_the_patterns_of_figure_5() {
             let point = if is_a { 'a' } else { 'b' };
             assert!(point == 'a' || values == [Amplitude::new(0), b], "{name}");
             assert!(name.contains(&format!("one_point_{point}")), "{name}");
-            one.push((isolated, point));
+            single_points.push((isolated, point));
         }
     }
     let both_orders = |isolated, delays: &[i64]| {
@@ -226,6 +226,9 @@ fn experiment_2_has_the_patterns_of_figure_5() {
     two.sort_unstable();
     expected.sort_unstable();
     assert_eq!(two, expected);
-    one.sort_unstable();
-    assert_eq!(one, [(false, 'a'), (false, 'b'), (true, 'a'), (true, 'b')]);
+    single_points.sort_unstable();
+    assert_eq!(
+        single_points,
+        [(false, 'a'), (false, 'b'), (true, 'a'), (true, 'b')]
+    );
 }

@@ -151,10 +151,10 @@ fn what_no_file_names_is_refused() {
     let named = || hand_of(&parsed(HAND)).clone();
     let mut hand = named();
     hand.spec.limiter_a = f64::INFINITY;
-    let told = hand_body(&hand).unwrap_err().to_string();
+    let message = hand_body(&hand).unwrap_err().to_string();
     assert!(
-        told.starts_with("E568") && told.contains("limiter_ma"),
-        "{told}"
+        message.starts_with("E568") && message.contains("limiter_ma"),
+        "{message}"
     );
     let mut hand = named();
     hand.points[1].shape = Shape::Round { diameter_m: 0.03 };
@@ -183,35 +183,38 @@ fn mistakes_of_a_hand_are_told_together() {
         (numbers, e.lines())
     };
     // A overlaps B, the extensor's electrode lies off the forearm, and a current stage drives B.
-    let (numbers, told) = wrong(&[
+    let (numbers, lines) = wrong(&[
         ("[120, 5]", "[150, 5]"),
         ("[130, 105]", "[130, 140]"),
         ("flexor_b = 2", "flexor_b = 4"),
     ]);
-    assert_eq!(numbers.len(), 3, "{told}");
+    assert_eq!(numbers.len(), 3, "{lines}");
     for (number, words) in [
         (482, "channel 4, which has a current stage"),
         (481, "of the extensor lies outside the forearm"),
         (481, "of A and of B overlap"),
     ] {
-        assert!(numbers.contains(&number) && told.contains(words), "{told}");
+        assert!(
+            numbers.contains(&number) && lines.contains(words),
+            "{lines}"
+        );
     }
-    let (numbers, told) = wrong(&[("[160, 0]", "[240, 0]")]);
-    assert_eq!(numbers, [481], "{told}");
-    assert!(told.contains("of B and of the return overlap"), "{told}");
-    let (numbers, told) = wrong(&[("[160, 0]", "[160, 0, 1]")]);
-    assert_eq!(numbers, [403], "{told}");
-    let (numbers, told) = wrong(&[("[160, 0], ", "")]);
-    assert_eq!(numbers, [407], "{told}");
-    let (numbers, told) = wrong(&[("= 800", "= 0\nrule = \"slope\"\nleak_us = 1\nseed = 0.5")]);
-    assert_eq!(numbers, [407, 408, 407, 405], "{told}");
-    let (numbers, told) = wrong(&[("around_m = 0.25\n", "")]);
-    assert_eq!(numbers, [404], "{told}");
-    let (numbers, told) = wrong(&[("= 800", "= 800\nseed = 99999999999999999999")]);
-    assert_eq!(numbers, [407], "{told}");
+    let (numbers, lines) = wrong(&[("[160, 0]", "[240, 0]")]);
+    assert_eq!(numbers, [481], "{lines}");
+    assert!(lines.contains("of B and of the return overlap"), "{lines}");
+    let (numbers, lines) = wrong(&[("[160, 0]", "[160, 0, 1]")]);
+    assert_eq!(numbers, [403], "{lines}");
+    let (numbers, lines) = wrong(&[("[160, 0], ", "")]);
+    assert_eq!(numbers, [407], "{lines}");
+    let (numbers, lines) = wrong(&[("= 800", "= 0\nrule = \"slope\"\nleak_us = 1\nseed = 0.5")]);
+    assert_eq!(numbers, [407, 408, 407, 405], "{lines}");
+    let (numbers, lines) = wrong(&[("around_m = 0.25\n", "")]);
+    assert_eq!(numbers, [404], "{lines}");
+    let (numbers, lines) = wrong(&[("= 800", "= 800\nseed = 99999999999999999999")]);
+    assert_eq!(numbers, [407], "{lines}");
     // A field that only another body has.
-    let (numbers, told) = wrong(&[("= 800", "= 800\nparticipant = \"P\"")]);
-    assert_eq!(numbers, [402], "{told}");
+    let (numbers, lines) = wrong(&[("= 800", "= 800\nparticipant = \"P\"")]);
+    assert_eq!(numbers, [402], "{lines}");
 }
 
 /// The session runs, its index finger bends, and every circuit is solved.

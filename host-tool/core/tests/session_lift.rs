@@ -89,7 +89,7 @@ fn the_examples_say_four_joints_and_eight_channels() {
 fn every_mistake_is_named_where_it_is() {
     #[rustfmt::skip]
     type Edits = &'static [(&'static str, &'static str)];
-    let all: [(Edits, &[u16], &str); 16] = [
+    let cases: [(Edits, &[u16], &str); 16] = [
         (
             &[("lift = [0.20, 0.46, 0.62", "lift = [0.20, 0.46, 1.0")],
             &[750],
@@ -185,7 +185,7 @@ fn every_mistake_is_named_where_it_is() {
             "setpoints.kind",
         ),
     ];
-    for (edits, expected, part) in all {
+    for (edits, expected, part) in cases {
         let (numbers, lines) = mistakes(edits);
         assert_eq!(numbers, expected, "{edits:?}\n{lines}");
         assert!(lines.contains(part), "{part}\n{lines}");

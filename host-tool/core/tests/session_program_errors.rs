@@ -99,17 +99,17 @@ const BAD_PROGRAMS: &[&str] = &[
 #[test]
 fn every_mistake_of_a_program_is_named_with_its_line() {
     Session::parse("good.toml", GOOD_PROGRAMS).unwrap_or_else(|e| panic!("{}", e.lines()));
-    let (mut all, mut numbers) = (String::new(), BTreeSet::new());
+    let (mut report, mut numbers) = (String::new(), BTreeSet::new());
     for edits in BAD_PROGRAMS {
         match Session::parse("bad.toml", &spoil(GOOD_PROGRAMS, edits)) {
             Err(e) => {
                 numbers.extend(e.errors().map(|e| e.problem().number()));
-                writeln!(all, "# {edits}\n\n{}", render(&e)).unwrap();
+                writeln!(report, "# {edits}\n\n{}", render(&e)).unwrap();
             }
             Ok(_) => panic!("accepted: {edits}"),
         }
     }
-    insta::assert_snapshot!(all);
+    insta::assert_snapshot!(report);
     let expected: Vec<u16> = (483..=492).collect();
     let missing: Vec<_> = expected
         .iter()

@@ -58,8 +58,8 @@ impl Bench {
 
     fn bursts(&self, until_us: u64) -> impl Iterator<Item = u64> + use<> {
         let (offset_us, period_us) = (self.offset_us, self.period_us);
-        let all = (0..).map(move |nth| offset_us + nth * period_us);
-        all.take_while(move |burst_us| *burst_us < until_us)
+        let starts = (0..).map(move |nth| offset_us + nth * period_us);
+        starts.take_while(move |burst_us| *burst_us < until_us)
     }
 
     fn first_from(&self, t_us: u64) -> u64 {
@@ -143,7 +143,7 @@ impl Device {
 fn expected_bursts(bench: &Bench, session: &Session) -> Vec<(u64, u64, u64)> {
     let mut device = Device::new(*bench);
     let bursts = bench.bursts(session.duration_us);
-    let each = bursts.map(|at_us| {
+    let expected = bursts.map(|at_us| {
         let orders = session.setpoints.programs.at(at_us);
         let [(2, order)] = *orders else {
             panic!("{orders:?}");
@@ -151,7 +151,7 @@ fn expected_bursts(bench: &Bench, session: &Session) -> Vec<(u64, u64, u64)> {
         assert!(u64::from(order.amplitude.get()) <= bench.limit);
         (at_us, device.burst(at_us, order), order.width_us.into())
     });
-    each.collect()
+    expected.collect()
 }
 
 /// Returns whether the amplitude is within a thousandth, or a step of the DAC of 1.53 thousandths,
@@ -437,8 +437,8 @@ fn compare(benches: &[(u8, Bench)], session: &Session) {
     }
     client.arm().unwrap();
     let programs = &session.setpoints.programs;
-    let all = Setpoint::Amplitudes(programs.at(0));
-    client.request(all.to_request(None)).unwrap();
+    let setpoint = Setpoint::Amplitudes(programs.at(0));
+    client.request(setpoint.to_request(None)).unwrap();
     let epoch_us = client.start().unwrap();
     let mut bursts = Vec::new();
     for &(channel, bench) in benches {

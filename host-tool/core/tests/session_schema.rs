@@ -107,20 +107,20 @@ enum Kind {
 }
 
 /// Collects every field of a document that is no table, with its path and its schema.
-fn leaves(value: &toml::Value, schema: &Value, path: &str, all: &mut Vec<(String, Value)>) {
+fn leaves(value: &toml::Value, schema: &Value, path: &str, entries: &mut Vec<(String, Value)>) {
     match value {
         toml::Value::Table(table) => {
             for (name, value) in table {
                 let schema = &schema["properties"][name];
-                leaves(value, schema, &format!("{path}/{name}"), all);
+                leaves(value, schema, &format!("{path}/{name}"), entries);
             }
         }
         toml::Value::Array(list) => {
             for (place, value) in list.iter().enumerate() {
-                leaves(value, &schema["items"], &format!("{path}/{place}"), all);
+                leaves(value, &schema["items"], &format!("{path}/{place}"), entries);
             }
         }
-        _ => all.push((path.to_owned(), schema.clone())),
+        _ => entries.push((path.to_owned(), schema.clone())),
     }
 }
 
@@ -142,16 +142,16 @@ fn spoilt(
     random: &mut Random,
 ) -> Option<(String, toml::Table)> {
     let mut value = toml::Value::Table(document.clone());
-    let mut all = Vec::new();
-    leaves(&value, &schema(), "", &mut all);
-    all.retain(|(path, schema)| match kind {
+    let mut entries = Vec::new();
+    leaves(&value, &schema(), "", &mut entries);
+    entries.retain(|(path, schema)| match kind {
         Kind::Key => !path.ends_with(|c: char| c.is_ascii_digit()),
         Kind::Type => !schema["description"].is_null(),
         Kind::Choice => !schema["enum"].is_null(),
         Kind::Range => !schema["maximum"].is_null(),
     });
-    let (path, schema) = all
-        .get(random.below(all.len().max(1) as u64) as usize)?
+    let (path, schema) = entries
+        .get(random.below(entries.len().max(1) as u64) as usize)?
         .clone();
     let (holder, name) = at(&mut value, &path);
     if let (Kind::Key, Some(table)) = (kind, holder.as_table_mut()) {
@@ -190,20 +190,23 @@ fn ninety_mistakes_within_a_field_are_refused_by_schema_and_reader() {
     while made < 90 {
         let kind = [Kind::Key, Kind::Type, Kind::Choice, Kind::Range][made % 4];
         let (path, _, document) = &shipped[random.below(shipped.len() as u64) as usize];
-        let Some((what, bad)) = spoilt(document, kind, &mut random) else {
+        let Some((edit, bad)) = spoilt(document, kind, &mut random) else {
             continue;
         };
         made += 1;
-        let what = format!("{what} in {}", path.display());
+        let description = format!("{edit} in {}", path.display());
         let is_valid = validator.is_valid(&json(&bad));
-        assert!(!is_valid, "the schema accepts {what}");
+        assert!(!is_valid, "the schema accepts {description}");
         let text = toml::to_string(&bad).unwrap();
         let Err(e) = Session::parse("bad.toml", &text) else {
-            panic!("the reader accepts {what}");
+            panic!("the reader accepts {description}");
         };
         let numbers = numbers(&e);
-        assert_eq!(numbers.len(), 1, "{what}: {}", e.lines());
-        assert!((402..=408).contains(&numbers[0]), "{what}: {numbers:?}");
+        assert_eq!(numbers.len(), 1, "{description}: {}", e.lines());
+        assert!(
+            (402..=408).contains(&numbers[0]),
+            "{description}: {numbers:?}"
+        );
     }
 }
 
@@ -255,7 +258,7 @@ fn six_mistakes_of_one_file_are_told_in_one_run() {
     }
     let e = Session::parse("six.toml", &text).unwrap_err();
     insta::assert_snapshot!(e.lines());
-    let mut told = numbers(&e);
-    told.sort_unstable();
-    assert_eq!(told, [402, 403, 405, 407, 407, 408]);
+    let mut problem_numbers = numbers(&e);
+    problem_numbers.sort_unstable();
+    assert_eq!(problem_numbers, [402, 403, 405, 407, 407, 408]);
 }

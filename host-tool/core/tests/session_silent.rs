@@ -13,8 +13,8 @@ fn two(setpoints: &str) -> String {
              frequency_hz = 50.0 }}\n"
         )
     };
-    let (one, other) = (channel(1), channel(2));
-    format!("title = \"Two\"\nduration_s = 1.0\n{one}{other}[setpoints]\n{setpoints}\n")
+    let (first, other) = (channel(1), channel(2));
+    format!("title = \"Two\"\nduration_s = 1.0\n{first}{other}[setpoints]\n{setpoints}\n")
 }
 
 /// Returns the channels that are noted as silent.
@@ -36,22 +36,22 @@ fn a_channel_without_an_amplitude_is_noted() {
             "kind = \"amplitudes\"\nrate_hz = 50\nvalues = [{values}]"
         ))
     };
-    let one = "{ channel = 1, value = 5.0 }";
-    assert_eq!(silent(&values(one)), [2]);
+    let entry = "{ channel = 1, value = 5.0 }";
+    assert_eq!(silent(&values(entry)), [2]);
     assert_eq!(
-        silent(&values(&format!("{one}, {{ channel = 2, value = 0 }}"))),
+        silent(&values(&format!("{entry}, {{ channel = 2, value = 0 }}"))),
         [2]
     );
     assert_eq!(
-        silent(&values(&format!("{one}, {{ channel = 2, value = 5.0 }}"))),
+        silent(&values(&format!("{entry}, {{ channel = 2, value = 5.0 }}"))),
         [0; 0]
     );
-    let session = Session::parse("two.toml", &values(one)).unwrap();
+    let session = Session::parse("two.toml", &values(entry)).unwrap();
     let wanted = "channel 2: it is configured, but never receives an amplitude, so it stays at";
     assert!(session.notes[0].starts_with(wanted), "{:?}", session.notes);
     // A live client raises the channel within its bounds.
     let bounds = "bounds = [{ channel = 2, least = 0, most = 5.0 }]";
-    assert_eq!(silent(&format!("{}\n{bounds}\n", values(one))), [0; 0]);
+    assert_eq!(silent(&format!("{}\n{bounds}\n", values(entry))), [0; 0]);
 }
 
 /// Beside a joint the fourth channel is unused, unless a value of 0 says that it is the third one's
@@ -62,8 +62,8 @@ fn a_channel_that_a_joint_drives_is_not_noted() {
     let endless = spoil(GOOD, "repeats = 7 → repeats = 0");
     let beside = "rate_hz = 90 → rate_hz = 90 ⏎ values = [{ channel = 4, value = VALUE }]";
     for value in ["0", "5.0"] {
-        let said = spoil(&endless, &beside.replace("VALUE", value));
-        assert_eq!(silent(&said), [0; 0], "{value}");
+        let text = spoil(&endless, &beside.replace("VALUE", value));
+        assert_eq!(silent(&text), [0; 0], "{value}");
     }
 }
 
@@ -75,11 +75,13 @@ fn a_course_of_nothing_is_noted() {
         let path = path.join("../sessions").join(file);
         std::fs::read_to_string(path).unwrap()
     };
-    let zero = |text: &str, all: &[(&str, &str)]| {
-        all.iter().fold(text.to_owned(), |text, (from, to)| {
-            assert!(text.contains(from), "{from}");
-            text.replace(from, to)
-        })
+    let zero = |text: &str, replacements: &[(&str, &str)]| {
+        replacements
+            .iter()
+            .fold(text.to_owned(), |text, (from, to)| {
+                assert!(text.contains(from), "{from}");
+                text.replace(from, to)
+            })
     };
     for (file, edits, channels) in [
         ("lift.toml", &[("held = true", "held = false")][..], 8),

@@ -258,8 +258,12 @@ fn another_width_is_converted_by_the_files_curve_and_noted() {
             (here / octaves(5_000, 240_000) - 1.0).abs() < 1e-4,
             "{here}"
         );
-        let told = |text: &String| text.contains("strength–duration");
-        assert!(session.notes.iter().any(told), "{:?}", session.notes);
+        let is_conversion_note = |text: &String| text.contains("strength–duration");
+        assert!(
+            session.notes.iter().any(is_conversion_note),
+            "{:?}",
+            session.notes
+        );
     }
     // The upper limits of the curve allow more: linear between their points.
     let upper = at(250, FULL).unwrap_or_else(|e| panic!("{}", e.lines()));

@@ -46,9 +46,9 @@ fn effect_answer(effect: &Effect) -> Answer {
 
 fn effects<E>(three: [&E; 3], fields: impl Fn(&E) -> Answer) -> Answer {
     let named = ["first", "second", "interaction"].into_iter().zip(three);
-    let prefixed = |(effect, of): (&str, &E)| {
+    let prefixed = |(effect, result): (&str, &E)| {
         let name = |(name, value)| (format!("{effect}.{name}"), value);
-        fields(of).into_iter().map(name).collect::<Answer>()
+        fields(result).into_iter().map(name).collect::<Answer>()
     };
     named.flat_map(prefixed).collect()
 }

@@ -47,9 +47,9 @@ fn too_few_are_refused_by_name() {
         said(repeated_measures(&[vec![], vec![]])),
         "conditions: 0 given, at least 2 needed"
     );
-    let one = vec![vec![vec![1.0, 2.0], vec![3.0, 5.0]]];
+    let lone_subject = vec![vec![vec![1.0, 2.0], vec![3.0, 5.0]]];
     assert_eq!(
-        said(two_way_repeated(&one)),
+        said(two_way_repeated(&lone_subject)),
         "subjects: 1 given, at least 2 needed"
     );
     assert_eq!(
@@ -237,9 +237,9 @@ fn parameters_outside_their_range_are_refused_by_name() {
 #[test]
 fn a_bootstrap_is_a_function_of_its_seed() {
     let sample = [3.1, 2.7, 9.4, 4.4, 1.2, 5.0, 2.2];
-    let of = |seed| bootstrap_bca(&sample, mean, 500, 0.9, seed).unwrap();
-    assert_eq!(of(3), of(3));
-    assert_ne!(of(3), of(4));
+    let interval = |seed| bootstrap_bca(&sample, mean, 500, 0.9, seed).unwrap();
+    assert_eq!(interval(3), interval(3));
+    assert_ne!(interval(3), interval(4));
 }
 
 fn values() -> impl Strategy<Value = Vec<f64>> {

@@ -55,8 +55,8 @@ fn where_steps_end_changes_nothing() {
     for text in [FINGER, WIDTHS, TRIGGERED] {
         let file = file(text, 1_500_000);
         let port = DeviceName::Native.open(&file.session, 1).unwrap();
-        let (whole, _) = run(&file, port, None, |_| ());
-        assert!(whole.error.is_none(), "{:?}", whole.error);
+        let (reference, _) = run(&file, port, None, |_| ());
+        assert!(reference.error.is_none(), "{:?}", reference.error);
         for seed in 0..3 {
             let outcome = stepped(&file, seed);
             let parts = |outcome: &Outcome| {
@@ -71,7 +71,7 @@ fn where_steps_end_changes_nothing() {
                 (samples, counters, events, markers, pulses)
             };
             assert!(outcome.error.is_none());
-            assert_eq!(parts(&outcome), parts(&whole), "{seed}");
+            assert_eq!(parts(&outcome), parts(&reference), "{seed}");
         }
     }
 }

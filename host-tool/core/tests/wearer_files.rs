@@ -228,8 +228,8 @@ fn what_is_wrong_is_told_by_field() {
         let Err(e) = read(&bad) else {
             panic!("{replace} is taken");
         };
-        let told: Vec<u16> = e.errors().map(|e| e.problem().number()).collect();
-        assert!(told.contains(&number), "{replace}: {}", e.lines());
+        let numbers: Vec<u16> = e.errors().map(|e| e.problem().number()).collect();
+        assert!(numbers.contains(&number), "{replace}: {}", e.lines());
         for line in e.lines().lines() {
             assert!(line.contains(" it.toml:"), "without a place: {line}");
         }
@@ -268,8 +268,8 @@ fn no_edit_of_a_file_loosens_a_limit_beyond_the_devices_own() {
         let Err(e) = read(&FULL.replacen(find, replace, 1)) else {
             panic!("{replace} is taken");
         };
-        let told: Vec<u16> = e.errors().map(|e| e.problem().number()).collect();
-        assert_eq!(told.first(), Some(&number), "{replace}: {}", e.lines());
+        let numbers: Vec<u16> = e.errors().map(|e| e.problem().number()).collect();
+        assert_eq!(numbers.first(), Some(&number), "{replace}: {}", e.lines());
     }
 }
 
@@ -277,10 +277,10 @@ fn no_edit_of_a_file_loosens_a_limit_beyond_the_devices_own() {
 fn another_schema_is_all_that_is_told_of_it() {
     let e = read("schema = 12\nwho = \"K01\"\n").unwrap_err();
     assert_eq!(e.errors().count(), 1);
-    let told = e.one_line();
+    let message = e.one_line();
     assert!(
-        told.starts_with("E651 it.toml:1:10: `schema` is 12"),
-        "{told}"
+        message.starts_with("E651 it.toml:1:10: `schema` is 12"),
+        "{message}"
     );
 }
 
@@ -298,9 +298,9 @@ fn every_mistake_of_a_file_is_told_at_once() {
         bad = bad.replacen(find, replace, 1);
     }
     let e = read(&bad).unwrap_err();
-    let mut told: Vec<u16> = e.errors().map(|e| e.problem().number()).collect();
-    told.sort_unstable();
-    assert_eq!(told, [402, 407, 450, 652, 653], "{}", e.lines());
+    let mut numbers: Vec<u16> = e.errors().map(|e| e.problem().number()).collect();
+    numbers.sort_unstable();
+    assert_eq!(numbers, [402, 407, 450, 652, 653], "{}", e.lines());
 }
 
 #[test]
@@ -315,9 +315,9 @@ fn what_is_no_text_of_a_file_is_refused() {
     let large = file("large.toml", &vec![b'#'; (1 << 20) + 1]);
     for path in [dir.clone(), dir.join("absent.toml"), binary, large] {
         let e = Wearer::read(&path).unwrap_err();
-        let told = e.one_line();
-        assert!(told.starts_with("E650 "), "{told}");
-        assert!(told.contains(&*path.to_string_lossy()), "{told}");
+        let message = e.one_line();
+        assert!(message.starts_with("E650 "), "{message}");
+        assert!(message.contains(&*path.to_string_lossy()), "{message}");
     }
     let e = read("schema = 1\n\u{0}not toml").unwrap_err();
     assert_eq!(e.problem().number(), 401, "{}", e.lines());

@@ -98,15 +98,15 @@ fn k01_to_k10_are_lees_subjects() {
         let [electrode] = &*wearer.electrodes else {
             panic!("{name} has one electrode");
         };
-        let of = |hz: f64| {
-            let mut rows = peaks.iter().filter(|(who, _)| who == name);
+        let peak = |hz: f64| {
+            let mut rows = peaks.iter().filter(|(person, _)| person == name);
             &rows.find(|(_, row)| row["frequency_hz"] == hz).unwrap().1
         };
         for hz in [20.0, 30.0, 40.0] {
             assert!((electrode.holds_hz[0]..=electrode.holds_hz[1]).contains(&hz));
             let milli = |v: f64| (v * 1e3).round() as u32;
-            assert_eq!(electrode.motor_threshold.get(), milli(of(hz)["i_min_ma"]));
-            assert_eq!(electrode.limit.get(), milli(of(hz)["i_max_ma"]));
+            assert_eq!(electrode.motor_threshold.get(), milli(peak(hz)["i_min_ma"]));
+            assert_eq!(electrode.limit.get(), milli(peak(hz)["i_max_ma"]));
         }
         assert_eq!(
             electrode.haptic_range()[1],
@@ -119,7 +119,7 @@ fn k01_to_k10_are_lees_subjects() {
             (Unit::Milliampere, 30.0)
         );
         let muscle = electrode.muscle.unwrap();
-        let row = of(30.0);
+        let row = peak(30.0);
         let b = (row["f_max_n"] / row["f_min_n"]).ln() / (row["i_max_ma"] - row["i_min_ma"]);
         assert_eq!(muscle.slope_micro, (b * 1e6).round() as u32, "{name}: b");
         assert_eq!(muscle.reference, electrode.limit, "{name}: A is that of I5");
@@ -179,7 +179,7 @@ fn p_q_r_and_s_are_hamanas_participants() {
         let wearer = wearer(name);
         let forearm = wearer.forearm.unwrap();
         assert_eq!([forearm.reach_m, forearm.around_m], size);
-        let thresholds = volts.map(|all| all.map(|[threshold, _]| threshold));
+        let thresholds = volts.map(|ranges| ranges.map(|[threshold, _]| threshold));
         assert_eq!(wearer.forearm_thresholds_v(), thresholds);
         let found = wearer
             .electrodes

@@ -47,8 +47,8 @@ pub struct GapMetrics {
 #[must_use]
 pub fn force_limiting_share(trial: &Trial) -> Option<f64> {
     let wanted = || samples_in_window(trial).filter(|s| s.wanted_n.iter().any(Option::is_some));
-    let (all, limiting) = (wanted().count(), wanted().filter(|s| s.limiting).count());
-    (all > 0).then(|| limiting as f64 / all as f64)
+    let (total, limiting) = (wanted().count(), wanted().filter(|s| s.limiting).count());
+    (total > 0).then(|| limiting as f64 / total as f64)
 }
 
 /// Returns the samples to judge: those in the trial's `measure` window, or all.

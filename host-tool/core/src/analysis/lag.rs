@@ -129,10 +129,10 @@ impl<'a> Pair<'a> {
         let n = overlap[0].len() as f64;
         let [a, b] = [0, 1].map(|which: usize| {
             let (sums, range) = (&self.sums[which], &overlap[which]);
-            let (from, to, all) = (sums[range.start], sums[range.end], sums[sums.len() - 1].1);
+            let (from, to, total) = (sums[range.start], sums[range.end], sums[sums.len() - 1].1);
             let (sum, squares) = (to.0 - from.0, to.1 - from.1);
             let varies = squares - sum * sum / n;
-            (varies > LEAST_SHARE * all).then_some((sum, varies))
+            (varies > LEAST_SHARE * total).then_some((sum, varies))
         });
         let ((sum_a, varies_a), (sum_b, varies_b)) = (a?, b?);
         let [target, measured] = overlap;

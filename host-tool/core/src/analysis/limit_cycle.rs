@@ -10,11 +10,11 @@ pub const LIMIT_CYCLE: &str = "limit cycle: ";
 /// again.
 pub fn limit_cycles(trial: &Trial) -> impl Iterator<Item = (f64, &str)> {
     let mut latest = None;
-    trial.events.iter().filter_map(move |(t_s, what)| {
-        let what = what.strip_prefix(LIMIT_CYCLE)?;
-        let feedback = what.rsplit("; ").next();
+    trial.events.iter().filter_map(move |(t_s, event)| {
+        let description = event.strip_prefix(LIMIT_CYCLE)?;
+        let feedback = description.rsplit("; ").next();
         let is_new = std::mem::replace(&mut latest, feedback) != feedback;
-        is_new.then_some((*t_s, what))
+        is_new.then_some((*t_s, description))
     })
 }
 

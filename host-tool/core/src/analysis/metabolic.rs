@@ -39,11 +39,11 @@ mod tests {
     /// ml/s are 83.048 W.
     #[test]
     fn equation_5_by_hand() {
-        let of = |oxygen_ml_per_s, carbon_dioxide_ml_per_s| GasExchange {
+        let gas_exchange = |oxygen_ml_per_s, carbon_dioxide_ml_per_s| GasExchange {
             oxygen_ml_per_s,
             carbon_dioxide_ml_per_s,
         };
-        let (work, rest) = (of(10.0, 8.0), of(4.0, 3.2));
+        let (work, rest) = (gas_exchange(10.0, 8.0), gas_exchange(4.0, 3.2));
         assert!((work.power_w() - 207.62).abs() < 1e-9);
         assert!((work.net_w_per_kg(&rest, 50.0) - (207.62 - 83.048) / 50.0).abs() < 1e-12);
     }

@@ -86,7 +86,7 @@ fn compute_metrics(trial: &Trial, searches_lag: bool) -> Option<Metrics> {
     let (from_s, to_s) = window(trial)?;
     let inside = |sample: &Sample| (from_s..=to_s).contains(&sample.t_s);
     // Only a sample with both angles can be judged.
-    let both = |s: Sample| {
+    let judged_sample = |s: Sample| {
         Some(JudgedSample {
             t_s: s.t_s,
             target: s.target_deg?,
@@ -95,7 +95,13 @@ fn compute_metrics(trial: &Trial, searches_lag: bool) -> Option<Metrics> {
             limiting: s.limiting,
         })
     };
-    let judged = || trial.samples.iter().filter(inside).filter_map(both);
+    let judged = || {
+        trial
+            .samples
+            .iter()
+            .filter(inside)
+            .filter_map(judged_sample)
+    };
     let (mut measured, mut truth) = (Errors::default(), Errors::default());
     let mut limiting = 0.0;
     for sample in judged() {

@@ -113,13 +113,13 @@ mod tests {
     #[test]
     fn two_bumps_are_less_smooth_than_one() {
         let bump = |t: f64, at: f64| (-20.0 * (t - at).powi(2)).exp();
-        let of = |f: &dyn Fn(f64) -> f64| {
+        let smoothness = |f: &dyn Fn(f64) -> f64| {
             let speed: Vec<f64> = (0..400).map(|n| f(f64::from(n) * 0.005)).collect();
             Sparc::USUAL.arc_length(&speed, 200.0).unwrap()
         };
-        let one = of(&|t| bump(t, 1.0));
-        let two = of(&|t| bump(t, 0.6) + bump(t, 1.4));
-        assert!(two < one - 0.1, "{two} {one}");
+        let single_bump = smoothness(&|t| bump(t, 1.0));
+        let two = smoothness(&|t| bump(t, 0.6) + bump(t, 1.4));
+        assert!(two < single_bump - 0.1, "{two} {single_bump}");
         assert!(Sparc::USUAL.arc_length(&[0.0; 9], 200.0).is_err());
         assert!(Sparc::USUAL.arc_length(&[1.0, -1.0, 1.0], 200.0).is_err());
     }

@@ -255,7 +255,7 @@ pub fn check<P: Port>(
 
 fn check_drifts(drifts: &[Drift]) -> Result<(), CalibrationError> {
     let milli = |value: u32| f64::from(value) / 1e3;
-    let told: Vec<String> = (drifts.iter())
+    let messages: Vec<String> = (drifts.iter())
         .filter(|drift| !drift.accepted)
         .map(|drift| {
             let unit: Unit = drift.unit;
@@ -270,8 +270,8 @@ fn check_drifts(drifts: &[Drift]) -> Result<(), CalibrationError> {
             }
         })
         .collect();
-    match told.is_empty() {
+    match messages.is_empty() {
         true => Ok(()),
-        false => Err(CalibrationError::Drifted(told.join("; "))),
+        false => Err(CalibrationError::Drifted(messages.join("; "))),
     }
 }

@@ -142,18 +142,20 @@ mod tests {
         let mut found = ElectrodeResult::default();
         found.store(Step::Placement, &level(8.0)).unwrap();
         found.store(Step::Threshold, &level(9.0)).unwrap();
-        let told = |result: Result<(), Refusal>| result.unwrap_err().to_string();
-        let refused = told(found.store(Step::Comfort, &level(9.0)));
+        let message = |result: Result<(), Refusal>| result.unwrap_err().to_string();
+        let refused = message(found.store(Step::Comfort, &level(9.0)));
         assert!(refused.starts_with("E676") && refused.contains("the result of step `comfort`"));
         found.store(Step::Comfort, &level(13.0)).unwrap();
         assert!(
-            told(found.store(Step::Minimum, &level(8.5)))
+            message(found.store(Step::Minimum, &level(8.5)))
                 .contains("below the motor threshold of 9")
         );
-        assert!(told(found.store(Step::Minimum, &level(13.0))).contains("the limit of 13"));
+        assert!(message(found.store(Step::Minimum, &level(13.0))).contains("the limit of 13"));
         found.store(Step::Minimum, &level(10.0)).unwrap();
-        assert!(told(found.store(Step::Maximum, &level(13.5))).contains("above the limit"));
-        assert!(told(found.store(Step::Maximum, &level(10.0))).contains("not above the minimum"));
+        assert!(message(found.store(Step::Maximum, &level(13.5))).contains("above the limit"));
+        assert!(
+            message(found.store(Step::Maximum, &level(10.0))).contains("not above the minimum")
+        );
         assert_eq!(found.next_step(), Some(Step::Maximum));
         found.store(Step::Maximum, &level(13.0)).unwrap();
         assert!(found.store(Step::Points, &level(13.0)).is_err());

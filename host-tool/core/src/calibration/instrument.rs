@@ -104,14 +104,14 @@ impl Instrument {
     /// The instrument saturates, or is mounted with the wrong sign.
     pub fn judge(&mut self) -> Result<Option<MovementVerdict>, CalibrationError> {
         let baseline = self.baseline.make_contiguous();
-        let is_enough = |count: usize, of: u32| count >= of as usize;
+        let is_enough = |count: usize, least: u32| count >= least as usize;
         if !is_enough(baseline.len(), DETECTOR.baseline)
             || !is_enough(self.windows.len(), DETECTOR.consecutive)
         {
             return Ok(None);
         }
         let verdict = DETECTOR.judge(baseline, &self.windows);
-        let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
         if verdict.is_movement() {
             if let Some((low, high)) = self.ends
                 && low == high
@@ -154,9 +154,9 @@ mod tests {
 
     #[test]
     fn a_search_is_seldom_false() {
-        let one = DETECTOR.false_alarm_probability();
-        let of_40 = 1.0 - (1.0 - one * one).powi(40);
-        assert!(of_40 < 0.01, "{one} {of_40}");
+        let probability = DETECTOR.false_alarm_probability();
+        let of_40 = 1.0 - (1.0 - probability * probability).powi(40);
+        assert!(of_40 < 0.01, "{probability} {of_40}");
     }
 
     #[test]
@@ -175,10 +175,10 @@ mod tests {
 
     #[test]
     fn a_sensor_at_its_end_and_one_upside_down_are_named() {
-        let told = |result: Result<_, CalibrationError>| result.unwrap_err().to_string();
+        let message = |result: Result<_, CalibrationError>| result.unwrap_err().to_string();
         let full = said(1, 0.05, |noise| (50.0 + noise).min(10.0));
-        assert!(told(full).starts_with("E680"));
+        assert!(message(full).starts_with("E680"));
         let down = said(1, 0.05, |noise| noise - 3.0);
-        assert!(told(down).starts_with("E681"));
+        assert!(message(down).starts_with("E681"));
     }
 }

@@ -111,9 +111,9 @@ impl Line {
     /// previous line.
     fn with_checksum(&self, before: &str) -> serde_json::Result<(String, String)> {
         let object = serde_json::to_string(self)?;
-        let told = object.strip_suffix('}').unwrap_or(&object); // an object ends so
-        let sum = chained_checksum(before, told);
-        Ok((format!("{told}{SUM}{sum}\"}}\n"), sum))
+        let content = object.strip_suffix('}').unwrap_or(&object); // an object ends so
+        let sum = chained_checksum(before, content);
+        Ok((format!("{content}{SUM}{sum}\"}}\n"), sum))
     }
 }
 
@@ -121,10 +121,10 @@ impl Line {
 const SUM: &str = ",\"sum\":\"";
 
 /// Returns the checksum of a line: the first 64 bits, in hexadecimal, of SHA-256 over the previous
-/// line's checksum `before` and the content `told` of the line. It thus depends on all lines
+/// line's checksum `before` and the content `content` of the line. It thus depends on all lines
 /// before.
-fn chained_checksum(before: &str, told: &str) -> String {
-    let mut sum = crate::record::sha256(format!("{before}{told}").as_bytes());
+fn chained_checksum(before: &str, content: &str) -> String {
+    let mut sum = crate::record::sha256(format!("{before}{content}").as_bytes());
     sum.truncate(16);
     sum
 }
@@ -314,7 +314,7 @@ pub fn parse_journal(path: &Path, text: &[u8]) -> Result<JournalContents, Calibr
             crate::session::escape_control_chars(why),
         )
     };
-    let (mut entries, mut whole, mut sum) = (Vec::new(), 0, String::new());
+    let (mut entries, mut length, mut sum) = (Vec::new(), 0, String::new());
     for line in text.split_inclusive(|byte| *byte == b'\n') {
         if !line.ends_with(b"\n") {
             break; // cut off
@@ -329,12 +329,15 @@ pub fn parse_journal(path: &Path, text: &[u8]) -> Result<JournalContents, Calibr
             ));
         }
         let text = String::from_utf8_lossy(line); // JSON that was read is UTF-8
-        sum = chained_checksum(&sum, text.rsplit_once(SUM).map_or("", |(told, _)| told));
+        sum = chained_checksum(
+            &sum,
+            text.rsplit_once(SUM).map_or("", |(content, _)| content),
+        );
         if read.sum != sum {
             return Err(damaged(number, "it was changed after it was written"));
         }
         entries.push(read.entry);
-        whole += line.len();
+        length += line.len();
     }
     let Some(Entry::Begun(head)) = entries.first().cloned() else {
         return Err(damaged(1, "it does not begin with the wearer and the plan"));
@@ -342,7 +345,7 @@ pub fn parse_journal(path: &Path, text: &[u8]) -> Result<JournalContents, Calibr
     Ok(JournalContents {
         head,
         entries,
-        whole,
+        whole: length,
         sum,
     })
 }
@@ -375,37 +378,37 @@ mod tests {
     #[test]
     fn what_was_cut_off_does_not_count_and_what_was_changed_is_damage() {
         let path = Path::new("x.journal");
-        let whole = text(3);
-        let read = parse_journal(path, whole.as_bytes()).unwrap();
+        let full_text = text(3);
+        let read = parse_journal(path, full_text.as_bytes()).unwrap();
         assert_eq!(read.entries.len(), 3);
         assert_eq!(read.head.wearer, "K05");
-        for end in text(2).len()..whole.len() {
-            let kept = parse_journal(path, &whole.as_bytes()[..end]).unwrap();
+        for end in text(2).len()..full_text.len() {
+            let kept = parse_journal(path, &full_text.as_bytes()[..end]).unwrap();
             assert_eq!(
                 (kept.entries.len(), kept.whole),
                 (2, text(2).len()),
                 "{end}"
             );
         }
-        let told = |text: &str| {
+        let message = |text: &str| {
             parse_journal(path, text.as_bytes())
                 .unwrap_err()
                 .to_string()
         };
-        let renumbered = whole.replace("\"n\":2", "\"n\":9");
-        assert!(told(&renumbered).contains("line 2: it was written as line 9"));
+        let renumbered = full_text.replace("\"n\":2", "\"n\":9");
+        assert!(message(&renumbered).contains("line 2: it was written as line 9"));
         let line = text(2);
         let second = line.lines().nth(1).unwrap();
-        let missing = whole.replace(&format!("{second}\n"), "");
-        assert!(told(&missing).contains("line 2: it was written as line 3"));
-        let misspelt = told(&whole.replace("threshold", "thr"));
+        let missing = full_text.replace(&format!("{second}\n"), "");
+        assert!(message(&missing).contains("line 2: it was written as line 3"));
+        let misspelt = message(&full_text.replace("threshold", "thr"));
         assert!(misspelt.starts_with("E674") && misspelt.contains("the journal x.journal, line 3"));
-        assert!(told("").contains("does not begin with the wearer"));
+        assert!(message("").contains("does not begin with the wearer"));
         for (line, was, is) in [(1, "K05", "K06"), (2, "3}", "4}"), (3, "7.5", "24.0")] {
-            let changed = whole.replace(was, is);
-            assert_ne!(changed, whole, "{was}");
+            let changed = full_text.replace(was, is);
+            assert_ne!(changed, full_text, "{was}");
             let wanted = format!("line {line}: it was changed after it was written");
-            assert!(told(&changed).contains(&wanted), "{}", told(&changed));
+            assert!(message(&changed).contains(&wanted), "{}", message(&changed));
         }
     }
 }

@@ -34,7 +34,7 @@ impl<O: Operator + ?Sized> Operator for &mut O {
         (**self).orders(view)
     }
 
-    fn notify(&mut self, told: OperatorNotice<'_>, view: &View) {
-        (**self).notify(told, view);
+    fn notify(&mut self, notice: OperatorNotice<'_>, view: &View) {
+        (**self).notify(notice, view);
     }
 }

@@ -63,9 +63,9 @@ impl Order {
         let order: Self = serde_json::from_str(line).map_err(|why| nonsense(why.to_string()))?;
         // For variants without fields, serde's tagged enums ignore unknown fields, so they are
         // checked here.
-        let said: Value = serde_json::from_str(line).map_err(|why| nonsense(why.to_string()))?;
+        let value: Value = serde_json::from_str(line).map_err(|why| nonsense(why.to_string()))?;
         let has_moves = matches!(order, Self::Moves { .. });
-        let mut keys = said.as_object().into_iter().flat_map(|map| map.keys());
+        let mut keys = value.as_object().into_iter().flat_map(|map| map.keys());
         if let Some(key) = keys.find(|key| *key != "order" && !(has_moves && *key == "moves")) {
             return Err(nonsense(format!("unknown field `{key}`")));
         }
@@ -112,12 +112,12 @@ pub enum Refusal {
 }
 
 impl Refusal {
-    pub(super) fn not_now(what: &str) -> Self {
-        Self::NotNow(what.to_owned())
+    pub(super) fn not_now(reason: &str) -> Self {
+        Self::NotNow(reason.to_owned())
     }
 
-    pub(super) fn out_of_order(step: Step, what: String) -> Self {
-        Self::OutOfOrder(step.name(), what)
+    pub(super) fn out_of_order(step: Step, reason: String) -> Self {
+        Self::OutOfOrder(step.name(), reason)
     }
 }
 
@@ -145,8 +145,8 @@ mod tests {
             r#"{"order":"moves","moves":["\u0007"]}"#,
             r#"{"order":"raise"}{"order":"raise"}"#,
         ] {
-            let told = Order::parse(nonsense).unwrap_err().to_string();
-            assert!(told.starts_with("E678"), "{nonsense}: {told}");
+            let message = Order::parse(nonsense).unwrap_err().to_string();
+            assert!(message.starts_with("E678"), "{nonsense}: {message}");
         }
     }
 }

@@ -152,26 +152,26 @@ impl Plan {
     /// Lists every mistake in the plan that can be found without the device's rules.
     pub fn parse(name: &str, text: &str) -> Result<Self, CalibrationError> {
         let refused =
-            |told: Vec<String>| CalibrationError::Plan(name.to_owned(), told.join("\n  "));
+            |messages: Vec<String>| CalibrationError::Plan(name.to_owned(), messages.join("\n  "));
         let file: File = toml::from_str(text).map_err(|error| {
             let before = error.span().and_then(|span| text.get(..span.start));
             let line = before.map_or(1, |before| before.matches('\n').count() + 1);
             refused(vec![format!("line {line}: {}", error.message())])
         })?;
-        let mut told = Vec::new();
+        let mut mistakes = Vec::new();
         let plan = Self {
-            on_ms: millis("on_s", file.on_s, [1.0, 10.0], &mut told),
-            off_ms: millis("off_s", file.off_s, [1.0, 60.0], &mut told),
-            limits: complete_limits(file.limits, &mut told),
+            on_ms: millis("on_s", file.on_s, [1.0, 10.0], &mut mistakes),
+            off_ms: millis("off_s", file.off_s, [1.0, 60.0], &mut mistakes),
+            limits: complete_limits(file.limits, &mut mistakes),
             electrodes: (file.electrodes.into_iter())
-                .filter_map(|declaration| plan_electrode(declaration, &mut told))
+                .filter_map(|declaration| plan_electrode(declaration, &mut mistakes))
                 .collect(),
             wearer: file.wearer,
         };
-        plan.list_mistakes(&mut told);
-        match told.is_empty() {
+        plan.list_mistakes(&mut mistakes);
+        match mistakes.is_empty() {
             true => Ok(plan),
-            false => Err(refused(told)),
+            false => Err(refused(mistakes)),
         }
     }
 
@@ -184,13 +184,13 @@ impl Plan {
     /// The file has no electrodes, or the thresholds of an electrode do not hold at any rate from
     /// 32 to 50 Hz.
     pub fn from_wearer(wearer: &Wearer) -> Result<Self, CalibrationError> {
-        let mut told = Vec::new();
+        let mut mistakes = Vec::new();
         let limits = wearer_limits(wearer).map_err(|why| {
             CalibrationError::Plan(wearer.name.clone(), format!("its limits: {why}"))
         })?;
         let electrodes = wearer.electrodes.iter().map(|electrode| {
             let frequency_hz = rate(electrode).unwrap_or_else(|why| {
-                told.push(why);
+                mistakes.push(why);
                 electrode.frequency_hz
             });
             let [start, step, coarse] = default_levels(electrode.unit)
@@ -217,12 +217,12 @@ impl Plan {
             off_ms: 1_000,
             electrodes,
         };
-        plan.list_mistakes(&mut told);
-        match told.is_empty() {
+        plan.list_mistakes(&mut mistakes);
+        match mistakes.is_empty() {
             true => Ok(plan),
             false => Err(CalibrationError::Plan(
                 wearer.name.clone(),
-                told.join("\n  "),
+                mistakes.join("\n  "),
             )),
         }
     }
@@ -239,29 +239,29 @@ impl Plan {
         u64::from(self.off_ms) * 1000
     }
 
-    fn list_mistakes(&self, told: &mut Vec<String>) {
+    fn list_mistakes(&self, mistakes: &mut Vec<String>) {
         let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '-';
         if self.wearer.is_empty() || self.wearer.len() > 60 || !self.wearer.chars().all(is_plain) {
             let wearer = crate::session::escape_control_chars(&self.wearer);
-            told.push(format!(
+            mistakes.push(format!(
                 "wearer is \"{wearer}\"; allowed: a pseudonym of 1 to 60 letters, digits and hyphens"
             ));
         }
-        if self.electrodes.is_empty() && told.is_empty() {
-            told.push("the plan has no [[electrode]]".to_owned());
+        if self.electrodes.is_empty() && mistakes.is_empty() {
+            mistakes.push("the plan has no [[electrode]]".to_owned());
         }
         let mut seen = BTreeSet::new();
         for electrode in &self.electrodes {
             if !seen.insert(electrode.channel) {
-                told.push(format!("channel {} is named twice", electrode.channel));
+                mistakes.push(format!("channel {} is named twice", electrode.channel));
             }
         }
     }
 }
 
-fn millis(name: &str, seconds: f64, [least, most]: [f64; 2], told: &mut Vec<String>) -> u32 {
+fn millis(name: &str, seconds: f64, [least, most]: [f64; 2], mistakes: &mut Vec<String>) -> u32 {
     if !(least..=most).contains(&seconds) {
-        told.push(format!(
+        mistakes.push(format!(
             "{name} is {seconds} s; allowed: {least} to {most} s"
         ));
     }
@@ -272,20 +272,20 @@ fn millis(name: &str, seconds: f64, [least, most]: [f64; 2], told: &mut Vec<Stri
 /// a calibration may use.
 fn tighten_limits(mut limits: Table) -> Table {
     for (name, most) in MOST_MS {
-        let said = limits.get(name).and_then(toml::Value::as_integer);
-        limits.insert(name.to_owned(), said.unwrap_or(most).min(most).into());
+        let value = limits.get(name).and_then(toml::Value::as_integer);
+        limits.insert(name.to_owned(), value.unwrap_or(most).min(most).into());
     }
     limits
 }
 
-/// Fills in the limits that a plan leaves out and a calibration needs. Adds a message to `told` for
+/// Fills in the limits that a plan leaves out and a calibration needs. Adds a message to `mistakes` for
 /// each limit of the plan that is too large for a calibration.
-fn complete_limits(mut limits: Table, told: &mut Vec<String>) -> Table {
+fn complete_limits(mut limits: Table, mistakes: &mut Vec<String>) -> Table {
     for (name, most) in MOST_MS {
-        let said = limits.entry(name).or_insert(most.into());
-        if said.as_integer().is_some_and(|said| said > most) {
-            told.push(format!(
-                "limits.{name} is {said}; a calibration needs {most} or less"
+        let value = limits.entry(name).or_insert(most.into());
+        if value.as_integer().is_some_and(|integer| integer > most) {
+            mistakes.push(format!(
+                "limits.{name} is {value}; a calibration needs {most} or less"
             ));
         }
     }
@@ -321,9 +321,9 @@ fn wearer_limits(wearer: &Wearer) -> Result<Table, String> {
 
 fn plan_electrode(
     declaration: ElectrodeDeclaration,
-    told: &mut Vec<String>,
+    mistakes: &mut Vec<String>,
 ) -> Option<PlannedElectrode> {
-    let before = told.len();
+    let before = mistakes.len();
     let channel = declaration.channel;
     let stage = match declaration.stage {
         Stage::Current => Unit::Milliampere,
@@ -333,7 +333,7 @@ fn plan_electrode(
     let mut level = |name: &str, value: f64| {
         let level = Level::from_units(value).filter(|level| level.0 > 0);
         if level.is_none() {
-            told.push(format!(
+            mistakes.push(format!(
                 "channel {channel}: {name} is {value}; allowed: above 0 to 100, in steps of 0.001"
             ));
         }
@@ -358,15 +358,15 @@ fn plan_electrode(
         coarse: coarse.unwrap_or_default(),
         ceiling: ceiling.unwrap_or_default(),
     };
-    if told.len() == before {
-        check_electrode(&planned, told);
+    if mistakes.len() == before {
+        check_electrode(&planned, mistakes);
     }
-    (told.len() == before).then_some(planned)
+    (mistakes.len() == before).then_some(planned)
 }
 
-fn check_electrode(plan: &PlannedElectrode, told: &mut Vec<String>) {
+fn check_electrode(plan: &PlannedElectrode, mistakes: &mut Vec<String>) {
     let channel = plan.channel;
-    let mut say = |what: String| told.push(format!("channel {channel}: {what}"));
+    let mut say = |mistake: String| mistakes.push(format!("channel {channel}: {mistake}"));
     if !(1..=10).contains(&channel) {
         say("channels are 1 to 10".to_owned());
     }

@@ -11,21 +11,21 @@ use toml::{Table, Value};
 /// # Errors
 /// Lists everything that the device would refuse, for all electrodes at once.
 pub fn sessions(plan: &Plan) -> Result<Vec<Session>, CalibrationError> {
-    let (mut sessions, mut told) = (Vec::new(), Vec::new());
+    let (mut sessions, mut mistakes) = (Vec::new(), Vec::new());
     for planned in &plan.electrodes {
         let text = session_text(plan, planned);
         match Session::parse("the plan", &text) {
             Ok(session) => sessions.push(session),
-            Err(error) => told.extend(
+            Err(error) => mistakes.extend(
                 (error.lines().lines()).map(|line| format!("channel {}: {line}", planned.channel)),
             ),
         }
     }
-    match told.is_empty() {
+    match mistakes.is_empty() {
         true => Ok(sessions),
         false => Err(CalibrationError::Plan(
             plan.wearer.clone(),
-            told.join("\n  "),
+            mistakes.join("\n  "),
         )),
     }
 }

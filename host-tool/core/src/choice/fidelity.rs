@@ -82,7 +82,7 @@ pub(super) fn try_settings(
         errors.collect::<Result<Vec<_>, PlayError>>()
     };
     if let Some(joint) = session.joint.as_ref().filter(|_| session.law_is_free) {
-        let all = LAW_PERIODS_MS.into_iter().filter_map(|ms| {
+        let law_sessions = LAW_PERIODS_MS.into_iter().filter_map(|ms| {
             let law_period_ms = ms;
             let joint = JointSpec {
                 law_period_ms,
@@ -98,10 +98,12 @@ pub(super) fn try_settings(
                 },
             ))
         });
-        fidelity.law = relative_effects(&off(all.collect())?, |value, finest| value - finest);
+        fidelity.law = relative_effects(&off(law_sessions.collect())?, |value, finest| {
+            value - finest
+        });
     }
     if let (Some(BodySpec::Finger(finger)), true) = (&session.body, session.joint.is_some()) {
-        let all = STEPS_US.into_iter().map(|step_us| {
+        let step_sessions = STEPS_US.into_iter().map(|step_us| {
             let mut finger = finger.clone();
             finger.step_us = step_us;
             let body = Some(BodySpec::Finger(finger));
@@ -113,8 +115,9 @@ pub(super) fn try_settings(
                 },
             )
         });
-        fidelity.step =
-            relative_effects(&off(all.collect())?, |value, finest| (value - finest).abs());
+        fidelity.step = relative_effects(&off(step_sessions.collect())?, |value, finest| {
+            (value - finest).abs()
+        });
     }
     Ok(fidelity)
 }
@@ -135,9 +138,9 @@ fn relative_effects(tried: &[(u32, f64)], off: impl Fn(f64, f64) -> f64) -> Vec<
 /// position.
 fn tracking_error(samples: &Samples) -> f64 {
     let settled = samples.iter().skip(samples.len() / 5);
-    let both = settled.filter_map(|sample| Some((sample.target_deg?, sample.true_deg?)));
+    let pairs = settled.filter_map(|sample| Some((sample.target_deg?, sample.true_deg?)));
     let (mut sum, mut count, mut low, mut high) = (0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY);
-    for (wanted, angle) in both {
+    for (wanted, angle) in pairs {
         sum += (wanted - angle) * (wanted - angle);
         count += 1.0;
         (low, high) = (wanted.min(low), wanted.max(high));
@@ -170,13 +173,13 @@ fn telemetry_effects(dense: &Samples) -> Vec<Effect> {
         })
         .filter(|(_, span)| *span > 0.0)
         .collect();
-    let of = |ms: u16| Effect {
+    let effect = |ms: u16| Effect {
         us: u32::from(ms) * 1_000,
         error: (courses.iter())
             .map(|(course, span)| interpolation_error(course, ms.into()) / span)
             .fold(0.0, f64::max),
     };
-    TELEMETRY_MS.map(of).to_vec()
+    TELEMETRY_MS.map(effect).to_vec()
 }
 
 /// Returns the reported force of a muscle, N; 0 if none was reported.

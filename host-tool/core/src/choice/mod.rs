@@ -54,8 +54,9 @@ impl Need {
     /// Returns the smallest error of any model level, and that level.
     #[must_use]
     pub fn smallest_error(&self) -> (f64, MuscleLevel) {
-        let all = self.tried.iter().map(|trial| (trial.error(), trial.level));
-        all.min_by(|a, b| a.0.total_cmp(&b.0))
+        let results = self.tried.iter().map(|trial| (trial.error(), trial.level));
+        results
+            .min_by(|a, b| a.0.total_cmp(&b.0))
             .unwrap_or((0.0, self.level))
     }
 }
@@ -278,9 +279,10 @@ pub fn restore_choice(session: &mut Session, trial: &Trial) -> bool {
         let Some(muscle) = &mut channel.muscle else {
             continue;
         };
-        let mut all = trial.channels.iter();
-        let of = all.find(|channel_info| channel_info.number == channel.number);
-        let name = of.and_then(|channel_info| channel_info.model.as_deref());
+        let mut recorded_channels = trial.channels.iter();
+        let recorded_channel =
+            recorded_channels.find(|channel_info| channel_info.number == channel.number);
+        let name = recorded_channel.and_then(|channel_info| channel_info.model.as_deref());
         let level = MuscleLevel::ALL
             .into_iter()
             .find(|level| Some(level_name(*level)) == name);
@@ -306,7 +308,7 @@ impl Choice {
     /// fixes its model.
     fn tolerance_notes(&self, session: &Session) -> Vec<String> {
         let coarse = |need: &&Need| need.together > self.tolerance.fraction();
-        let told = self.needs.iter().filter(coarse).map(|need| {
+        let notes = self.needs.iter().filter(coarse).map(|need| {
             format!(
                 "channel {}: the file's model `{}` has an error of {:.2} %, above the tolerance of {}",
                 session.channels[need.place].number,
@@ -315,7 +317,7 @@ impl Choice {
                 self.tolerance,
             )
         });
-        told.collect()
+        notes.collect()
     }
 
     /// Checks that every channel has a model level within the tolerance.

@@ -137,7 +137,7 @@ pub fn muscle_forces(
         truth.pass((to_us - now_us) as u32); // times are milliseconds apart
         now_us = to_us;
     };
-    let each = times_us.map(|at_us| {
+    let forces = times_us.map(|at_us| {
         while let Some(&(pulse_us, gain)) = due.next_if(|pulse| pulse.0 <= at_us) {
             pass(&mut truth, pulse_us);
             truth.pulse(gain);
@@ -145,7 +145,7 @@ pub fn muscle_forces(
         pass(&mut truth, at_us);
         truth.force()
     });
-    each.collect()
+    forces.collect()
 }
 
 fn parameters(muscle: &Muscle) -> Parameters {

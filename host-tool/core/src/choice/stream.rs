@@ -11,9 +11,9 @@ const APART_US: u64 = 2_000_000;
 /// between the bounds as fast as allowed; single short bursts; a slow rise and fall; and constantly
 /// low, where an error is large compared with the peak.
 pub(super) fn trial_sessions(session: &Session, length_us: u64) -> Vec<Session> {
-    let mut all = vec![session.clone()];
+    let mut sessions = vec![session.clone()];
     if session.setpoints.bounds.is_empty() {
-        return all;
+        return sessions;
     }
     for course in [
         high_course,
@@ -22,20 +22,23 @@ pub(super) fn trial_sessions(session: &Session, length_us: u64) -> Vec<Session> 
         slow_course,
         low_course,
     ] {
-        all.push(with_courses(session, |bounds| course(bounds, length_us)));
+        sessions.push(with_courses(session, |bounds| course(bounds, length_us)));
     }
-    all
+    sessions
 }
 
 /// Returns a copy of `session` in which the channels that a live client would control follow a
-/// fixed course. `of` returns the course of a channel as pairs of time, µs, and value: force in mN,
+/// fixed course. `points` returns the course of a channel as pairs of time, µs, and value: force in mN,
 /// or amplitude in thousandths of the channel's unit.
-pub fn with_courses(session: &Session, mut of: impl FnMut(&Bounds) -> Vec<(u64, u32)>) -> Session {
+pub fn with_courses(
+    session: &Session,
+    mut points: impl FnMut(&Bounds) -> Vec<(u64, u32)>,
+) -> Session {
     let mut session = session.clone();
     let setpoints = &mut session.setpoints;
     for bounds in setpoints.bounds.clone() {
         let channel = bounds.channel;
-        let course = (channel, ForceCourse::Ramp(of(&bounds)));
+        let course = (channel, ForceCourse::Ramp(points(&bounds)));
         setpoints.beside.retain(|pair| pair.0 != channel);
         setpoints.forces.retain(|force| force.0 != channel);
         match &mut setpoints.course {

@@ -72,21 +72,21 @@ pub(super) struct Trials<'a>(Vec<Trial<'a>>);
 impl<'a> Trials<'a> {
     /// Plays each of `sessions` once for each model level that can make a difference to it.
     pub(super) fn play(sessions: &'a [Session], seed: u64) -> Result<Self, PlayError> {
-        let all = sessions
+        let trials = sessions
             .par_iter()
             .map(|session| Trial::play(session, seed));
-        Ok(Self(all.collect::<Result<_, _>>()?))
+        Ok(Self(trials.collect::<Result<_, _>>()?))
     }
 
     /// Returns the results of a channel's model levels, with the largest errors over all sessions.
     /// `place` is the index of the channel.
     pub(super) fn level_results(&self, place: usize) -> Vec<LevelResult> {
-        let each = self.0.iter().map(|trial| trial.tried[place].clone());
+        let results = self.0.iter().map(|trial| trial.tried[place].clone());
         let worse = |a: Vec<LevelResult>, b: Vec<LevelResult>| {
-            let both = a.into_iter().zip(b);
-            both.map(|(a, b)| a.max_with(&b)).collect()
+            let pairs = a.into_iter().zip(b);
+            pairs.map(|(a, b)| a.max_with(&b)).collect()
         };
-        each.reduce(worse).unwrap_or_default()
+        results.reduce(worse).unwrap_or_default()
     }
 
     /// Returns how many times a session has been played so far.
@@ -105,18 +105,18 @@ impl<'a> Trials<'a> {
     }
 
     /// Returns the largest error of each channel over all sessions when the channels run together.
-    /// `all` has the index and the model level of each channel.
+    /// `levels` has the index and the model level of each channel.
     pub(super) fn combined_errors(
         &mut self,
-        all: &[(usize, MuscleLevel)],
+        levels: &[(usize, MuscleLevel)],
     ) -> Result<Vec<f64>, PlayError> {
-        let each = self
+        let results = self
             .0
             .par_iter_mut()
-            .map(|trial| trial.combined_errors(all));
-        let each: Vec<Vec<f64>> = each.collect::<Result<_, _>>()?;
-        let worst = |n: usize| each.iter().map(|values| values[n]).fold(0.0, f64::max);
-        Ok((0..all.len()).map(worst).collect())
+            .map(|trial| trial.combined_errors(levels));
+        let errors: Vec<Vec<f64>> = results.collect::<Result<_, _>>()?;
+        let worst = |n: usize| errors.iter().map(|values| values[n]).fold(0.0, f64::max);
+        Ok((0..levels.len()).map(worst).collect())
     }
 }
 
@@ -146,8 +146,8 @@ impl<'a> Trial<'a> {
             Some(*level) <= fullest
                 && (steers || cycles(*level).is_none_or(|cycles| cycles.tick > 0))
         };
-        let all: Vec<MuscleLevel> = measured_levels().filter(matters).collect();
-        let played = all.into_par_iter().map(|level| {
+        let levels: Vec<MuscleLevel> = measured_levels().filter(matters).collect();
+        let played = levels.into_par_iter().map(|level| {
             let mut variant =
                 session_at_levels(session, |_, muscle| level.min(most_detailed_level(muscle)));
             // Later changes in the file are not an effect of this model level.
@@ -240,9 +240,9 @@ impl<'a> Trial<'a> {
         let column = before.iter().filter(|c| c.muscle.is_some()).count();
         let times: Vec<u64> = played.reports.iter().map(|report| report.0).collect();
         let truth = played.true_force(muscle, place, &times);
-        let said = played.reports.iter();
-        let said = said.map(|(_, forces)| force_or_zero(forces, column));
-        let report = worst_error(&truth, said, RESOLUTION_N);
+        let reports = played.reports.iter();
+        let reported_forces = reports.map(|(_, forces)| force_or_zero(forces, column));
+        let report = worst_error(&truth, reported_forces, RESOLUTION_N);
         let steering = (!steered.is_empty()).then(|| {
             let true_force = played.true_force(muscle, place, &millisecond_times(played));
             worst_error(steered, true_force.into_iter(), 0.0)
@@ -250,16 +250,16 @@ impl<'a> Trial<'a> {
         (Some(report), steering)
     }
 
-    /// Returns the error of each channel when the channels run together. `all` has the index and
+    /// Returns the error of each channel when the channels run together. `levels` has the index and
     /// the model level of each channel.
-    fn combined_errors(&mut self, all: &[(usize, MuscleLevel)]) -> Result<Vec<f64>, PlayError> {
-        let of = |place: usize, muscle: &Muscle| {
-            let found = all.iter().find(|pair| pair.0 == place);
+    fn combined_errors(&mut self, levels: &[(usize, MuscleLevel)]) -> Result<Vec<f64>, PlayError> {
+        let chosen_level = |place: usize, muscle: &Muscle| {
+            let found = levels.iter().find(|pair| pair.0 == place);
             found.map_or(muscle.initial_level(), |pair| pair.1)
         };
-        let variant = session_at_levels(self.session, of);
+        let variant = session_at_levels(self.session, chosen_level);
         let same = self.played.iter().find(|(level, _)| {
-            all.iter().all(|(place, own)| {
+            levels.iter().all(|(place, own)| {
                 let muscle = self.session.channels[*place].muscle.as_ref();
                 muscle.is_some_and(|muscle| {
                     *own == most_detailed_level(muscle).min(*level) && muscle.changes.is_empty()
@@ -275,7 +275,7 @@ impl<'a> Trial<'a> {
                 &anew
             }
         };
-        let errors = all.par_iter().map(|&(place, _)| {
+        let errors = levels.par_iter().map(|&(place, _)| {
             let Some(muscle) = &self.session.channels[place].muscle else {
                 return 0.0;
             };
@@ -296,14 +296,17 @@ fn most_detailed_level(muscle: &Muscle) -> MuscleLevel {
     }
 }
 
-/// Returns the part of `session` that is tried, with each muscle at the model level that `of`
+/// Returns the part of `session` that is tried, with each muscle at the model level that `chosen_level`
 /// returns for its channel's index.
-fn session_at_levels(session: &Session, of: impl Fn(usize, &Muscle) -> MuscleLevel) -> Session {
+fn session_at_levels(
+    session: &Session,
+    chosen_level: impl Fn(usize, &Muscle) -> MuscleLevel,
+) -> Session {
     let mut variant = session.clone();
     variant.duration_us = session.duration_us.min(session.try_us);
     for (place, channel) in variant.channels.iter_mut().enumerate() {
         if let Some(muscle) = &mut channel.muscle {
-            let level = of(place, muscle);
+            let level = chosen_level(place, muscle);
             muscle.model = crate::session::Model::Fixed(level);
         }
     }

@@ -56,13 +56,13 @@ impl Document {
 
     /// Returns all errors, each once, or `None` if there are none.
     pub(crate) fn into_error(self) -> Option<SessionError> {
-        let mut told = self.told.into_inner();
+        let mut errors = self.told.into_inner();
         let mut seen = HashSet::new();
-        told.retain(|e| seen.insert((e.offset(), e.to_string())));
-        let places: HashSet<usize> = told.iter().map(SessionError::offset).collect();
+        errors.retain(|e| seen.insert((e.offset(), e.to_string())));
+        let places: HashSet<usize> = errors.iter().map(SessionError::offset).collect();
         let doubts = self.doubts.into_inner().into_iter();
-        told.extend(doubts.filter(|doubt| !places.contains(&doubt.offset())));
-        SessionError::combine(told)
+        errors.extend(doubts.filter(|doubt| !places.contains(&doubt.offset())));
+        SessionError::combine(errors)
     }
 
     /// Returns the text of the file at `span` as a quotation: its first line, cut off after

@@ -260,8 +260,8 @@ impl Number {
         };
         let steps = 10_f64.powi(self.places);
         let is_allowed = |value: &f64| {
-            let whole = (value * steps).round();
-            (value * steps - whole).abs() < 1e-6 && (min as f64..=max as f64).contains(&whole)
+            let nearest = (value * steps).round();
+            (value * steps - nearest).abs() < 1e-6 && (min as f64..=max as f64).contains(&nearest)
         };
         let mut scaled = [1e3, 1e6].into_iter().map(|factor| value * factor);
         scaled.find(is_allowed).map_or_else(String::new, |value| {
@@ -308,10 +308,22 @@ pub(crate) fn bounded_number(
     Kind::Whole(Number::from_range(unit, places, range).bound(bound))
 }
 
-/// Returns the kind of a list of `least` to `most` tables with `fields`. The plural `of` names the
+/// Returns the kind of a list of `least` to `most` tables with `fields`. The plural `plural` names the
 /// tables in messages.
-pub(crate) fn list(fields: Section, least: usize, most: Option<usize>, of: &'static str) -> Kind {
-    Kind::Tables(fields, Count { least, most, of })
+pub(crate) fn list(
+    fields: Section,
+    least: usize,
+    most: Option<usize>,
+    plural: &'static str,
+) -> Kind {
+    Kind::Tables(
+        fields,
+        Count {
+            least,
+            most,
+            of: plural,
+        },
+    )
 }
 
 /// Returns the kind of a field whose value is one of the words of `choices`.

@@ -62,7 +62,7 @@ fn decimal_comma(text: &str, at: usize) -> &'static str {
     let number = before.trim_end_matches(is_digit);
     let is_behind = number
         .strip_suffix(',')
-        .is_some_and(|whole| before.len() > number.len() && whole.ends_with(is_digit));
+        .is_some_and(|head| before.len() > number.len() && head.ends_with(is_digit));
     match is_between(before, after) || is_behind {
         true => "; numbers have a decimal point, as in 8.5",
         false => "",

@@ -10,9 +10,9 @@ pub(crate) fn fields_as_markdown(file: &'static Section, path: &str) -> Option<S
     let section = section(file, path)?;
     let mut text = String::from("| field | unit, range | default | meaning |\n|---|---|---|---|\n");
     for field in section {
-        let (what, need) = (unit_and_range(field), format_default(field));
+        let (quantity, need) = (unit_and_range(field), format_default(field));
         text += &format!(
-            "| `{}` | {what} | {need} | {} |\n",
+            "| `{}` | {quantity} | {need} | {} |\n",
             field.name, field.meaning
         );
     }
@@ -59,16 +59,16 @@ fn unit_and_range(field: &Field) -> String {
 }
 
 fn range(number: &Number) -> String {
-    let told = number.range.map(|(min, max)| {
-        let told = |value| grouped(&format_scaled(value, number.places));
-        match told(min).starts_with('−') {
-            true => format!("{} to {}", told(min), told(max)),
-            false => format!("{}–{}", told(min), told(max)),
+    let limits = number.range.map(|(min, max)| {
+        let limit_text = |value| grouped(&format_scaled(value, number.places));
+        match limit_text(min).starts_with('−') {
+            true => format!("{} to {}", limit_text(min), limit_text(max)),
+            false => format!("{}–{}", limit_text(min), limit_text(max)),
         }
     });
     let parts = [
         Some(number.unit.to_owned()),
-        told,
+        limits,
         Some(number.bound.to_owned()),
     ];
     let parts: Vec<String> = parts

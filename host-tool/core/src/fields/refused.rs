@@ -176,8 +176,8 @@ impl Diagnostic for SessionError {
         let help = self.0.problem.help();
         let place = self.line_and_column().filter(|_| !self.can_show_source());
         let place = place.map(|(line, column)| format!("line {line}, column {column}"));
-        let both: Vec<String> = place.into_iter().chain(help).collect();
-        (!both.is_empty()).then(|| Box::new(both.join("; ")) as Box<_>)
+        let parts: Vec<String> = place.into_iter().chain(help).collect();
+        (!parts.is_empty()).then(|| Box::new(parts.join("; ")) as Box<_>)
     }
 
     fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {

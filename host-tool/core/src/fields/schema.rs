@@ -8,10 +8,10 @@ use super::field::{Condition, Field, Kind, Need, Number, Section};
 
 /// Returns the JSON schema (draft 7) of a file whose top-level fields `section` declares.
 pub(crate) fn json_schema(title: &str, section: &Section) -> Value {
-    let mut all = table(section);
-    all["$schema"] = "http://json-schema.org/draft-07/schema#".into();
-    all["title"] = title.into();
-    all
+    let mut schema = table(section);
+    schema["$schema"] = "http://json-schema.org/draft-07/schema#".into();
+    schema["title"] = title.into();
+    schema
 }
 
 fn table(section: &Section) -> Value {
@@ -58,18 +58,18 @@ fn table(section: &Section) -> Value {
             }
         }
     }
-    let mut all = json!({
+    let mut schema = json!({
         "type": "object",
         "additionalProperties": false,
         "properties": properties,
     });
     if !required.is_empty() {
-        all["required"] = required.into();
+        schema["required"] = required.into();
     }
     if !rules.is_empty() {
-        all["allOf"] = rules.into();
+        schema["allOf"] = rules.into();
     }
-    all
+    schema
 }
 
 /// Returns the JSON schema condition that the field `tag` has one of `words` as its value, or as
@@ -95,8 +95,8 @@ fn field_schema(field: &Field) -> Value {
             json!({ "type": "string", "pattern": "\\S", "maxLength": most })
         }
         Kind::Texts(most) => {
-            let each = json!({ "type": "string", "pattern": "\\S", "maxLength": most });
-            json!({ "type": "array", "items": each })
+            let item = json!({ "type": "string", "pattern": "\\S", "maxLength": most });
+            json!({ "type": "array", "items": item })
         }
         Kind::Flag => json!({ "type": "boolean" }),
         Kind::Choice(words) => json!({ "enum": words }),

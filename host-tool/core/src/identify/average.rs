@@ -34,9 +34,9 @@ pub(super) fn moving_average_transpose(averages: &[f64], samples: usize) -> Vec<
         .chain(&nothing)
         .copied()
         .collect();
-    let mut all = moving_average(&padded);
-    all.resize(samples, 0.0);
-    all
+    let mut spread = moving_average(&padded);
+    spread.resize(samples, 0.0);
+    spread
 }
 
 #[cfg(test)]
@@ -46,10 +46,10 @@ mod tests {
     #[test]
     fn a_step_becomes_a_ramp_of_forty_milliseconds() {
         let step: Vec<f64> = (0..200).map(|i| if i < 100 { 0.0 } else { 1.0 }).collect();
-        let all = moving_average(&step);
-        assert_eq!(all.len(), 161);
-        assert_eq!((all[60], all[100]), (0.0, 1.0));
-        assert!((all[80] - 0.5).abs() < 1e-12);
+        let ramp = moving_average(&step);
+        assert_eq!(ramp.len(), 161);
+        assert_eq!((ramp[60], ramp[100]), (0.0, 1.0));
+        assert!((ramp[80] - 0.5).abs() < 1e-12);
         assert!(moving_average(&step[..39]).is_empty());
     }
 
@@ -59,10 +59,10 @@ mod tests {
         let a: Vec<f64> = (0..120).map(|i| f64::from(i * i % 17)).collect();
         let b: Vec<f64> = (0..81).map(|i| f64::from(i * 7 % 13)).collect();
         let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let (one, other) = (
+        let (first, other) = (
             product(&moving_average(&a), &b),
             product(&a, &moving_average_transpose(&b, 120)),
         );
-        assert!((one - other).abs() < 1e-9 * one.abs());
+        assert!((first - other).abs() < 1e-9 * first.abs());
     }
 }

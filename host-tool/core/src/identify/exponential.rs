@@ -75,10 +75,10 @@ impl LeastSquaresProblem<f64, Dyn, U2> for Problem<'_> {
     }
 
     fn residuals(&self) -> Option<DVector<f64>> {
-        let of = |(ma, n): &(f64, f64)| (self.now[0] + self.now[1] * ma).exp() - n;
+        let residual = |(ma, n): &(f64, f64)| (self.now[0] + self.now[1] * ma).exp() - n;
         Some(DVector::from_iterator(
             self.points.len(),
-            self.points.iter().map(of),
+            self.points.iter().map(residual),
         ))
     }
 
@@ -111,15 +111,15 @@ pub struct Agreement {
 pub fn agreement(estimated: &[f64], measured: &[f64]) -> Agreement {
     let n = measured.len().max(1) as f64;
     let mean = measured.iter().sum::<f64>() / n;
-    let both = estimated.iter().zip(measured);
-    let off: f64 = both
+    let pairs = estimated.iter().zip(measured);
+    let off: f64 = pairs
         .map(|(estimated, measured)| (estimated - measured).powi(2))
         .sum();
-    let all: f64 = measured.iter().map(|value| (value - mean).powi(2)).sum();
+    let total: f64 = measured.iter().map(|value| (value - mean).powi(2)).sum();
     let peak = measured.iter().copied().fold(f64::MIN, f64::max);
     let rmse_n = (off / n).sqrt();
     Agreement {
-        r2: 1.0 - off / all,
+        r2: 1.0 - off / total,
         rmse_n,
         nrmse_percent: 100.0 * rmse_n / peak,
     }
@@ -147,9 +147,9 @@ mod tests {
 
     #[test]
     fn agreement_is_the_paper_s() {
-        let all = agreement(&[1.0, 2.0, 3.0], &[1.0, 2.0, 4.0]);
-        assert!((all.rmse_n - (1.0_f64 / 3.0).sqrt()).abs() < 1e-12);
-        assert!((all.nrmse_percent - 100.0 * all.rmse_n / 4.0).abs() < 1e-12);
-        assert!((all.r2 - (1.0 - 1.0 / (14.0 / 3.0))).abs() < 1e-12);
+        let result = agreement(&[1.0, 2.0, 3.0], &[1.0, 2.0, 4.0]);
+        assert!((result.rmse_n - (1.0_f64 / 3.0).sqrt()).abs() < 1e-12);
+        assert!((result.nrmse_percent - 100.0 * result.rmse_n / 4.0).abs() < 1e-12);
+        assert!((result.r2 - (1.0 - 1.0 / (14.0 / 3.0))).abs() < 1e-12);
     }
 }

@@ -108,18 +108,18 @@ impl Fit {
     fn fit_from_starts(
         self,
         records: &[ForceRecord],
-        all: &[Constants],
+        candidates: &[Constants],
     ) -> Result<ForceFit, IdentifyError> {
         if records.is_empty() {
-            let what = "there is no record".to_owned();
-            return Err(IdentifyError::TooShort { what });
+            let reason = "there is no record".to_owned();
+            return Err(IdentifyError::TooShort { what: reason });
         }
         for record in records {
             record.check_quality()?;
         }
         let mut best: Option<Problem<'_>> = None;
         let (mut agreeing, mut starts, mut why) = (0, 0, "no start".to_owned());
-        for start in all {
+        for start in candidates {
             starts += 1;
             let mut problem = Problem::new(records, self.weighting, *start);
             problem.scale();

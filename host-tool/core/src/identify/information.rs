@@ -82,8 +82,8 @@ pub fn undetermined_constants(covariance: &Square) -> Vec<&'static str> {
         let half = HALF_95 * covariance[(*i, *i)].max(0.0).sqrt();
         half.is_nan() || half > UNTOLD
     };
-    let all = (0..PARAMETERS).filter(is_untold);
-    all.filter_map(|i| NAMES.get(i).copied()).collect()
+    let indices = (0..PARAMETERS).filter(is_untold);
+    indices.filter_map(|i| NAMES.get(i).copied()).collect()
 }
 
 pub(super) fn rows(

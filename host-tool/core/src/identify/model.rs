@@ -122,30 +122,30 @@ impl Sensitive {
         let at = |u: f64, left: f64| [c * left, (by + c * u * h / tau_c) * left];
         let [c1, by1] = at(NODES[0], span.left[0]);
         let [c2, by2] = at(NODES[1], span.left[1]);
-        let (one, two) = (self.node(c1, by1), self.node(c2, by2));
-        let slope = two.rate - one.rate;
-        let kept1 = (-h * (1.0 - NODES[0]) * (one.rate + slope * RISE[0])).exp();
-        let kept2 = (-h * (1.0 - NODES[1]) * (one.rate + slope * RISE[1])).exp();
-        let kept = (-h * 0.5 * (one.rate + two.rate)).exp();
+        let (first, two) = (self.node(c1, by1), self.node(c2, by2));
+        let slope = two.rate - first.rate;
+        let kept1 = (-h * (1.0 - NODES[0]) * (first.rate + slope * RISE[0])).exp();
+        let kept2 = (-h * (1.0 - NODES[1]) * (first.rate + slope * RISE[1])).exp();
+        let kept = (-h * 0.5 * (first.rate + two.rate)).exp();
         let half = 0.5 * h;
         let before = self.force_n;
-        let after = before * kept + half * a * (one.bound * kept1 + two.bound * kept2);
+        let after = before * kept + half * a * (first.bound * kept1 + two.bound * kept2);
         // Force at the nodes, which the sources of the sensitivities need only to second order.
         let moved = after - before;
         let (f1, f2) = (before + NODES[0] * moved, before + NODES[1] * moved);
-        let of = |bound_by: [f64; 2], rate_by: [f64; 2], old: f64| {
+        let sensitivity = |bound_by: [f64; 2], rate_by: [f64; 2], old: f64| {
             let source1 = a * bound_by[0] - f1 * rate_by[0];
             let source2 = a * bound_by[1] - f2 * rate_by[1];
             old * kept + half * (source1 * kept1 + source2 * kept2)
         };
         let [_, k, c_, t1, t2] = self.slopes_n;
-        let rate_by = |i: usize| [one.rate_by[i], two.rate_by[i]];
+        let rate_by = |i: usize| [first.rate_by[i], two.rate_by[i]];
         self.slopes_n = [
             after, // F is proportional to A
-            of([one.bound_by[0], two.bound_by[0]], rate_by(0), k),
-            of([one.bound_by[1], two.bound_by[1]], rate_by(1), c_),
-            of([0.0; 2], rate_by(2), t1),
-            of([0.0; 2], rate_by(3), t2),
+            sensitivity([first.bound_by[0], two.bound_by[0]], rate_by(0), k),
+            sensitivity([first.bound_by[1], two.bound_by[1]], rate_by(1), c_),
+            sensitivity([0.0; 2], rate_by(2), t1),
+            sensitivity([0.0; 2], rate_by(3), t2),
         ];
         self.force_n = after;
         self.calcium = at(1.0, span.left[2]);
@@ -159,7 +159,7 @@ pub fn simulate_record(
     constants: Constants,
     record: &ForceRecord,
 ) -> (Vec<f64>, Vec<[f64; PARAMETERS]>) {
-    let whole = Span::new(f64::from(SAMPLE_US) * 1e-6, constants[2]);
+    let sample_span = Span::new(f64::from(SAMPLE_US) * 1e-6, constants[2]);
     let mut muscle = Sensitive::new(constants);
     let count = record.samples_n.len();
     let (mut force, mut slopes) = (Vec::with_capacity(count), Vec::with_capacity(count));
@@ -177,7 +177,7 @@ pub fn simulate_record(
         }
         if begun {
             match to_us - now_us {
-                SAMPLE_US => muscle.advance_span(&whole),
+                SAMPLE_US => muscle.advance_span(&sample_span),
                 rest_us => muscle.advance(f64::from(rest_us) * 1e-6),
             }
         }

@@ -43,15 +43,16 @@ impl Straight {
         Self([constant, slope.iter().map(|slope| slope / length).collect()])
     }
 
-    /// Removes from `all` the straight line that fits it best.
-    fn remove_from(&self, all: &mut [f64]) {
+    /// Removes from `values` the straight line that fits it best.
+    fn remove_from(&self, values: &mut [f64]) {
         for direction in &self.0 {
             let along: f64 = direction
                 .iter()
-                .zip(all.iter())
+                .zip(values.iter())
                 .map(|(d, value)| d * value)
                 .sum();
-            all.iter_mut()
+            values
+                .iter_mut()
                 .zip(direction)
                 .for_each(|(value, d)| *value -= along * d);
         }
@@ -152,20 +153,20 @@ impl<'a> Problem<'a> {
                 let own: Vec<f64> = slopes.iter().map(|slope| slope[parameter]).collect();
                 let own = prepare_values(&own, self.weighting, straight);
                 self.slopes.resize(begin + own.len(), [0.0; PARAMETERS]);
-                let all = self.slopes.iter_mut().skip(begin);
-                all.zip(own).for_each(|(all, own)| all[parameter] = own);
+                let rows = self.slopes.iter_mut().skip(begin);
+                rows.zip(own).for_each(|(row, own)| row[parameter] = own);
             }
         }
-        let both = self.residuals.iter_mut().zip(&self.measured);
-        both.for_each(|(own, measured)| *own -= measured);
+        let pairs = self.residuals.iter_mut().zip(&self.measured);
+        pairs.for_each(|(own, measured)| *own -= measured);
     }
 
     /// Changes the present A to the value that fits best while the other constants stay.
     pub fn scale(&mut self) {
         // The derivative dF/d ln A is F.
         let force = self.slopes.iter().map(|slope| slope[0]);
-        let both = force.zip(&self.measured);
-        let (across, square) = both.fold((0.0, 0.0), |(across, square), (f, m)| {
+        let pairs = force.zip(&self.measured);
+        let (across, square) = pairs.fold((0.0, 0.0), |(across, square), (f, m)| {
             (across + f * m, square + f * f)
         });
         let mut logarithms = self.logarithms;
@@ -223,10 +224,10 @@ impl<'a> Problem<'a> {
 
 /// Returns values in the form in which they are compared: averaged if `weighting` asks for it, and
 /// without the straight line that fits them best.
-fn prepare_values(all: &[f64], weighting: Weighting, straight: &Straight) -> Vec<f64> {
+fn prepare_values(values: &[f64], weighting: Weighting, straight: &Straight) -> Vec<f64> {
     let mut own = match weighting {
-        Weighting::Whitened => all.to_vec(),
-        Weighting::Averaged => moving_average(all),
+        Weighting::Whitened => values.to_vec(),
+        Weighting::Averaged => moving_average(values),
     };
     straight.remove_from(&mut own);
     own
@@ -246,8 +247,11 @@ impl LeastSquaresProblem<f64, Dyn, U5> for Problem<'_> {
     }
 
     fn residuals(&self) -> Option<DVector<f64>> {
-        let all = DVector::from_column_slice(&self.residuals);
-        all.iter().all(|value| value.is_finite()).then_some(all)
+        let vector = DVector::from_column_slice(&self.residuals);
+        vector
+            .iter()
+            .all(|value| value.is_finite())
+            .then_some(vector)
     }
 
     fn jacobian(&self) -> Option<OMatrix<f64, Dyn, U5>> {

@@ -68,8 +68,8 @@ impl ForceRecord {
     /// E643: the rest or the decay is too short, the pulses are out of order, or a sample is not a
     /// number. E640: the sensor saturates. E641: the sensor is upside down.
     pub fn check_quality(&self) -> Result<Sound, IdentifyError> {
-        let too_short = |what: &str| IdentifyError::TooShort {
-            what: what.to_owned(),
+        let too_short = |reason: &str| IdentifyError::TooShort {
+            what: reason.to_owned(),
         };
         let (Some(first), Some(last)) = (self.pulses_us.first(), self.pulses_us.last()) else {
             return Err(too_short("it has no pulses"));
@@ -128,11 +128,14 @@ impl ForceRecord {
     }
 }
 
-/// Returns the mean and the variance of `all`; both are 0 without values.
-fn moments(all: &[f64]) -> (f64, f64) {
-    let n = all.len().max(1) as f64;
-    let mean = all.iter().sum::<f64>() / n;
-    let square = all.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
+/// Returns the mean and the variance of `values`; both are 0 without values.
+fn moments(values: &[f64]) -> (f64, f64) {
+    let n = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let square = values
+        .iter()
+        .map(|value| (value - mean).powi(2))
+        .sum::<f64>();
     (mean, square / (n - 1.0).max(1.0))
 }
 

@@ -108,10 +108,10 @@ mod tests {
         let force: Vec<f64> = (0..200)
             .map(|i| (f64::from(i) - 50.0).max(0.0) * 0.1)
             .collect();
-        let all = Response::from_force(&force, 1e-3).unwrap();
-        assert!((all.peak_n - 14.9).abs() < 1e-9);
-        assert!((all.t_rt_s() - 0.119).abs() < 0.0015, "{all:?}");
-        assert!((all.t10_s - 0.014).abs() < 1e-9, "{all:?}");
+        let result = Response::from_force(&force, 1e-3).unwrap();
+        assert!((result.peak_n - 14.9).abs() < 1e-9);
+        assert!((result.t_rt_s() - 0.119).abs() < 0.0015, "{result:?}");
+        assert!((result.t10_s - 0.014).abs() < 1e-9, "{result:?}");
         assert_eq!(Response::from_force(&[0.0; 10], 1e-3), None);
     }
 }

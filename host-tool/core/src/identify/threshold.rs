@@ -88,12 +88,12 @@ impl Detector {
     pub fn level(&self) -> f64 {
         let steps = (self.most_ma / self.step_ma).floor().max(1.0);
         // Both of two tries must exceed it, so each may have the root of a step's probability.
-        let each = (self.false_alarm / steps).sqrt();
+        let probability = (self.false_alarm / steps).sqrt();
         let (mut low, mut high) = (0.0, 10.0);
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
             let above = 0.5 * libm::erfc(middle * std::f64::consts::FRAC_1_SQRT_2);
-            match above > each {
+            match above > probability {
                 true => low = middle,
                 false => high = middle,
             }
@@ -113,8 +113,8 @@ impl Detector {
             ..
         } = self.layout;
         let over = |from: usize, to: usize| {
-            let all = samples_n.iter().copied().enumerate();
-            let own = all.skip(from).take(to.saturating_sub(from));
+            let samples = samples_n.iter().copied().enumerate();
+            let own = samples.skip(from).take(to.saturating_sub(from));
             own.map(|(place, value)| (place as f64, value))
                 .collect::<Vec<_>>()
         };
@@ -149,16 +149,16 @@ impl Detector {
         let mut tries = Vec::new();
         for step in 1..=steps {
             let ma = f64::from(step) * self.step_ma;
-            let mut both = 0;
-            while both < 2 {
+            let mut hits = 0;
+            while hits < 2 {
                 let shown = self.judge(ma, &attempt(ma)?);
                 tries.push(shown);
                 if !shown.shows {
                     break;
                 }
-                both += 1;
+                hits += 1;
             }
-            if both == 2 {
+            if hits == 2 {
                 return Ok(ThresholdEstimate {
                     threshold_ma: ma,
                     tries,
@@ -274,8 +274,8 @@ mod tests {
 
     #[test]
     fn the_level_keeps_the_bound_over_the_whole_search() {
-        let each = 0.5 * libm::erfc(detector().level() / std::f64::consts::SQRT_2);
-        assert!((60.0 * each * each / 0.005 - 1.0).abs() < 1e-6);
+        let probability = 0.5 * libm::erfc(detector().level() / std::f64::consts::SQRT_2);
+        assert!((60.0 * probability * probability / 0.005 - 1.0).abs() < 1e-6);
     }
 
     #[test]

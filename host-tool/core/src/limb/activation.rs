@@ -39,7 +39,7 @@ impl<const J: usize> Muscles<J> {
     #[must_use]
     pub fn with_co_contraction(mut self, share: f64, wanted_nm: [f64; J]) -> Self {
         for joint in 0..J {
-            let along = |of: &[f64; J]| of[joint] * wanted_nm[joint].signum();
+            let along = |torques: &[f64; J]| torques[joint] * wanted_nm[joint].signum();
             let agonists: f64 = self
                 .full_nm
                 .iter()
@@ -50,10 +50,10 @@ impl<const J: usize> Muscles<J> {
             }
             let effort = (wanted_nm[joint].abs() / agonists).min(1.0);
             // A muscle counts against a joint by the share of its torque that acts there.
-            for (of, least) in self.full_nm.iter().zip(&mut self.least) {
-                let size = of.iter().map(|value| value.abs()).sum::<f64>();
-                if along(of) < 0.0 {
-                    let part = -along(of) / size;
+            for (muscle_torques, least) in self.full_nm.iter().zip(&mut self.least) {
+                let size = muscle_torques.iter().map(|value| value.abs()).sum::<f64>();
+                if along(muscle_torques) < 0.0 {
+                    let part = -along(muscle_torques) / size;
                     *least = least.max((share * effort * part).min(1.0));
                 }
             }
@@ -80,19 +80,19 @@ impl<const J: usize> Muscles<J> {
             .collect();
         let wanted = SVector::from(wanted_nm);
         let mut dual = SVector::<f64, J>::zeros();
-        let all = rows.iter().map(|row| row * row.transpose());
-        let all: SMatrix<f64, J, J> = all.sum();
+        let products = rows.iter().map(|row| row * row.transpose());
+        let hessian: SMatrix<f64, J, J> = products.sum();
         let mut missed = f64::INFINITY;
         for _ in 0..MOST_ROUNDS {
             let left = wanted - self.torques_for(&rows, &dual);
             missed = left.norm();
             if missed <= MISSED * (1.0 + wanted.norm()) {
-                let each = rows.iter().zip(&self.least);
-                return Ok(each
+                let pairs = rows.iter().zip(&self.least);
+                return Ok(pairs
                     .map(|(row, least)| clamped(row.dot(&dual), *least))
                     .collect());
             }
-            let Some(next) = self.step_dual(&rows, &wanted, (&dual, &left), &all) else {
+            let Some(next) = self.step_dual(&rows, &wanted, (&dual, &left), &hessian) else {
                 break;
             };
             dual = next;
@@ -110,14 +110,14 @@ impl<const J: usize> Muscles<J> {
         rows: &[SVector<f64, J>],
         wanted: &SVector<f64, J>,
         (dual, left): (&SVector<f64, J>, &SVector<f64, J>),
-        all: &SMatrix<f64, J, J>,
+        hessian: &SMatrix<f64, J, J>,
     ) -> Option<SVector<f64, J>> {
-        let each = rows.iter().zip(&self.least);
+        let pairs = rows.iter().zip(&self.least);
         let is_free = |(row, least): &(&SVector<f64, J>, &f64)| {
             let drive = row.dot(dual);
             drive > **least && drive < 1.0
         };
-        let free = each.filter(is_free).map(|(row, _)| row * row.transpose());
+        let free = pairs.filter(is_free).map(|(row, _)| row * row.transpose());
         let free: SMatrix<f64, J, J> = free.sum();
         let newton = free.cholesky().map(|factor| dual + factor.solve(left));
         let height = |dual: &SVector<f64, J>| self.dual_objective(rows, wanted, dual);
@@ -125,12 +125,13 @@ impl<const J: usize> Muscles<J> {
         let climbs = |s_vector: &SVector<f64, J>| height(s_vector) > before;
         let newton =
             newton.filter(|vector| vector.iter().all(|value| value.is_finite()) && climbs(vector));
-        newton.or_else(|| Some(dual + all.cholesky()?.solve(left)))
+        newton.or_else(|| Some(dual + hessian.cholesky()?.solve(left)))
     }
 
     fn torques_for(&self, rows: &[SVector<f64, J>], dual: &SVector<f64, J>) -> SVector<f64, J> {
-        let each = rows.iter().zip(&self.least);
-        each.map(|(row, least)| row * clamped(row.dot(dual), *least))
+        let pairs = rows.iter().zip(&self.least);
+        pairs
+            .map(|(row, least)| row * clamped(row.dot(dual), *least))
             .sum()
     }
 

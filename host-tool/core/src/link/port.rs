@@ -150,10 +150,10 @@ impl Port for SimulatedPort {
             self.world
                 .run_until(until_us.min(self.world.now_us() + 1000))?;
         }
-        let mut all = Vec::new();
+        let mut data = Vec::new();
         for bytes in self.world.received() {
-            all.extend_from_slice(&bytes);
+            data.extend_from_slice(&bytes);
         }
-        Ok(all)
+        Ok(data)
     }
 }

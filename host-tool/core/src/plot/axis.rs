@@ -247,8 +247,8 @@ pub(super) fn spread_apart(places: &[f64], gaps: &[f64], low: f64, high: f64) ->
                 break;
             }
             block.splice(0..0, before);
-            let all = block.iter().map(|n| places[*n]);
-            middle = all.sum::<f64>() / block.len() as f64;
+            let positions = block.iter().map(|n| places[*n]);
+            middle = positions.sum::<f64>() / block.len() as f64;
         }
         let half = wide(&block) / 2.0;
         let middle = middle.min(high - half).max(low + half);

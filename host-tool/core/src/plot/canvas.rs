@@ -85,15 +85,15 @@ fn short(value: f64) -> f64 {
 
 /// Formats points in the syntax of the SVG attribute `points`.
 fn path(points: &[At]) -> String {
-    let mut all = Vec::with_capacity(12 * points.len());
+    let mut bytes = Vec::with_capacity(12 * points.len());
     for (x, y) in points {
-        number::push(&mut all, short(*x));
-        all.push(b',');
-        number::push(&mut all, short(*y));
-        all.push(b' ');
+        number::push(&mut bytes, short(*x));
+        bytes.push(b',');
+        number::push(&mut bytes, short(*y));
+        bytes.push(b' ');
     }
-    all.pop(); // the last space
-    String::from_utf8(all).unwrap_or_default() // numbers are
+    bytes.pop(); // the last space
+    String::from_utf8(bytes).unwrap_or_default() // numbers are
 }
 
 /// A finished figure as SVG markup; empty if nothing is drawn. Only a [`Canvas`] creates it, and a

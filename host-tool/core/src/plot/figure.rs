@@ -88,12 +88,16 @@ impl Figure {
         let letters = LetterScale(1.0);
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
         let column = |n: usize| self.rows.iter().filter_map(move |row| row.get(n));
-        let of = |n: usize, part: fn(&Margins) -> f64| {
+        let largest_margin = |n: usize, part: fn(&Margins) -> f64| {
             let margins = column(n).map(|panel| part(&panel.margins(letters, WIDTH)));
             margins.fold(0.0, f64::max)
         };
-        let lefts: Vec<f64> = (0..columns).map(|n| of(n, |m| m.left)).collect();
-        let rights: Vec<f64> = (0..columns).map(|n| of(n, |m| m.right)).collect();
+        let lefts: Vec<f64> = (0..columns)
+            .map(|n| largest_margin(n, |m| m.left))
+            .collect();
+        let rights: Vec<f64> = (0..columns)
+            .map(|n| largest_margin(n, |m| m.right))
+            .collect();
         let share = |n: usize| column(n).map(|panel| panel.share).fold(0.0, f64::max);
         let shares: Vec<f64> = (0..columns).map(share).collect();
         let room = WIDTH - lefts.iter().sum::<f64>() - rights.iter().sum::<f64>();

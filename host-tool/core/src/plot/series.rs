@@ -74,7 +74,7 @@ fn extremes(points: &[Point]) -> impl Iterator<Item = Point> {
     let by_value = |a: &&Point, b: &&Point| a.1.total_cmp(&b.1);
     let low = points.iter().min_by(by_value).copied();
     let high = points.iter().max_by(by_value).copied();
-    let both = low.zip(high).map(|(low, high)| {
+    let ordered = low.zip(high).map(|(low, high)| {
         let is_high_first = high.0.total_cmp(&low.0).is_lt();
         let ends = if is_high_first {
             (high, low)
@@ -83,7 +83,7 @@ fn extremes(points: &[Point]) -> impl Iterator<Item = Point> {
         };
         [Some(ends.0), Some(ends.1).filter(|_| low != high)]
     });
-    both.into_iter().flatten().flatten()
+    ordered.into_iter().flatten().flatten()
 }
 
 /// Returns the smallest and the largest value; `None` if none is finite.

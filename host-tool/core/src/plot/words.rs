@@ -33,8 +33,8 @@ pub fn advance(letter: char, bold: bool) -> Option<f64> {
 /// not have counts as one em.
 #[must_use]
 pub fn width(size: f64, text: &str, bold: bool) -> f64 {
-    let each = text.chars().map(|c| advance(c, bold).unwrap_or(1.0));
-    size * each.sum::<f64>()
+    let advances = text.chars().map(|c| advance(c, bold).unwrap_or(1.0));
+    size * advances.sum::<f64>()
 }
 
 /// Returns `text` unchanged if it fits in `room` pixels; otherwise shortens it and ends it with an

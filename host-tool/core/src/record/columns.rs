@@ -45,7 +45,7 @@ pub enum ColumnScope {
 }
 
 const fn column(
-    each: ColumnScope,
+    scope: ColumnScope,
     name: &'static str,
     unit: &'static str,
     meaning: &'static str,
@@ -56,7 +56,7 @@ const fn column(
         unit,
         meaning,
         source,
-        each,
+        each: scope,
     }
 }
 

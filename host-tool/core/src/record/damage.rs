@@ -44,8 +44,8 @@ impl Run {
     /// `None` if the record is unchanged.
     #[must_use]
     pub fn damage_error(&self, dir: &Path) -> Option<RecordError> {
-        let what = self.damage.join("; ");
-        (!what.is_empty()).then(|| RecordError::Damaged(dir.to_owned(), what))
+        let description = self.damage.join("; ");
+        (!description.is_empty()).then(|| RecordError::Damaged(dir.to_owned(), description))
     }
 
     /// Returns a warning for the first line of a report page: which data the record has lost, and
@@ -54,8 +54,8 @@ impl Run {
     pub fn caveat(&self) -> Option<String> {
         let lost =
             (!self.damage.is_empty()).then(|| format!("Damaged: {}.", self.damage.join("; ")));
-        let both: Vec<String> = lost.into_iter().chain(self.ending.headline()).collect();
-        (!both.is_empty()).then(|| both.join(" "))
+        let sentences: Vec<String> = lost.into_iter().chain(self.ending.headline()).collect();
+        (!sentences.is_empty()).then(|| sentences.join(" "))
     }
 }
 
@@ -66,7 +66,7 @@ pub(super) fn find_damage(
     counted: &[TrialCounts],
     found: &[(PathBuf, RowCounts)],
 ) -> Vec<String> {
-    let each = counted.iter().enumerate().flat_map(|(position, trial)| {
+    let messages = counted.iter().enumerate().flat_map(|(position, trial)| {
         let folder = trial_folder(dir, position, &trial.name);
         match found.iter().find(|(known, _)| *known == folder) {
             None => vec![describe_absent_trial(&folder)],
@@ -83,7 +83,7 @@ pub(super) fn find_damage(
     };
     let added = found.iter().filter(|(folder, _)| !known(folder));
     let added = added.map(|(folder, _)| format!("the folder {} was added", file_name(folder)));
-    each.chain(added).collect()
+    messages.chain(added).collect()
 }
 
 /// Compares the SHA-256 of a trial's session file and wearer file with those at the time of the
@@ -92,11 +92,11 @@ pub(super) fn find_damage(
 pub(super) fn altered_files(folder: &Path, trial: &mut Trial) -> Vec<String> {
     let mut altered = Vec::new();
     let mut tell = |name: &str, text: &str| {
-        let what = match text.is_empty() {
+        let problem = match text.is_empty() {
             true => "is missing",
             false => "was changed after the run",
         };
-        altered.push(format!("{}/{name} {what}", file_name(folder)));
+        altered.push(format!("{}/{name} {problem}", file_name(folder)));
     };
     let is_other = |sum: &str, text: &str| sum != sha256(text.as_bytes());
     let session_sum = trial.session_sha256.as_deref();
@@ -121,12 +121,12 @@ fn describe_absent_trial(folder: &Path) -> String {
 }
 
 fn row_differences(folder: &Path, held: &RowCounts, now: &RowCounts) -> Vec<String> {
-    let both = [
+    let files = [
         ("samples.csv", held.samples, now.samples),
         ("edges.csv", held.edges, now.edges),
     ];
-    let differing = both.into_iter().filter(|(_, held, now)| held != now);
-    let told = differing.filter_map(|(file, held, now)| {
+    let differing = files.into_iter().filter(|(_, held, now)| held != now);
+    let messages = differing.filter_map(|(file, held, now)| {
         let path = folder.join(file);
         // A missing samples.csv was already reported when it was read.
         let name = format!("{}/{file}", file_name(folder));
@@ -136,7 +136,7 @@ fn row_differences(folder: &Path, held: &RowCounts, now: &RowCounts) -> Vec<Stri
             false => Some(format!("{name} is missing")),
         }
     });
-    told.collect()
+    messages.collect()
 }
 
 /// Returns the phrase for a missing file that every trial has, or `None` if the file exists.

@@ -36,12 +36,12 @@ impl fmt::Display for Difference {
 pub fn compare_rows(record: &Run, again: &Run) -> Option<Difference> {
     let is_cut = record.ending.is_incomplete();
     for (position, trial) in record.trials.iter().enumerate() {
-        let of = |file, line| {
+        let difference = |file, line| {
             let trial = Some(trial.name.clone());
             Some(Difference { trial, file, line })
         };
         let Some(other) = again.trials.get(position) else {
-            return of("trial.json", 0);
+            return difference("trial.json", 0);
         };
         let is_last = position + 1 == record.trials.len();
         let (rows, others) = (trial.samples.len() + 1, other.samples.len() + 1);
@@ -55,7 +55,7 @@ pub fn compare_rows(record: &Run, again: &Run) -> Option<Difference> {
         };
         let (mut rows, mut others) = (lines(trial), lines(other));
         if let Some(line) = (0..kept).find(|_| rows.next() != others.next()) {
-            return of("samples.csv", line + 1);
+            return difference("samples.csv", line + 1);
         }
         let (keys, repeated) = (&trial.markers, &other.markers);
         let repeated = match is_cut {
@@ -63,7 +63,7 @@ pub fn compare_rows(record: &Run, again: &Run) -> Option<Difference> {
             false => repeated,
         };
         if keys != repeated {
-            return of("markers.csv", 0);
+            return difference("markers.csv", 0);
         }
         if is_cut {
             continue;
@@ -71,14 +71,14 @@ pub fn compare_rows(record: &Run, again: &Run) -> Option<Difference> {
         let edges = (0..trial.edges.len().max(other.edges.len()))
             .find(|&line| trial.edges.get(line) != other.edges.get(line));
         if let Some(line) = edges {
-            return of("edges.csv", line + 2);
+            return difference("edges.csv", line + 2);
         }
-        let told = |trial: &Trial| {
+        let end_data = |trial: &Trial| {
             let identity = trial.identity.clone();
             (identity, trial.counters.clone(), trial.events.clone())
         };
-        if told(trial) != told(other) {
-            return of("trial.json", 0);
+        if end_data(trial) != end_data(other) {
+            return difference("trial.json", 0);
         }
     }
     None

@@ -61,9 +61,9 @@ pub fn load(dir: &Path) -> Result<Run, RecordError> {
     Ok(Run { trials, ..run })
 }
 
-/// Reads a run with only one trial in memory at a time. `each` receives the trials in their order,
+/// Reads a run with only one trial in memory at a time. `receiver` receives the trials in their order,
 /// and the returned run has no trials.
-pub fn load_each(dir: &Path, each: &mut dyn FnMut(Trial)) -> Result<Run, RecordError> {
+pub fn load_each(dir: &Path, receiver: &mut dyn FnMut(Trial)) -> Result<Run, RecordError> {
     let mut run = read_header(dir)?;
     let (ending, counted) = ending::read(dir)?;
     run.ending = ending;
@@ -72,7 +72,7 @@ pub fn load_each(dir: &Path, each: &mut dyn FnMut(Trial)) -> Result<Run, RecordE
         let mut trial: Trial = read_json(&folder.join("trial.json"))?;
         let samples = folder.join("samples.csv");
         match damage::describe_missing_file(&samples)? {
-            Some(what) => run.damage.push(what),
+            Some(message) => run.damage.push(message),
             None => trial.samples = read_samples(&samples)?,
         }
         let edges = folder.join("edges.csv");
@@ -97,7 +97,7 @@ pub fn load_each(dir: &Path, each: &mut dyn FnMut(Trial)) -> Result<Run, RecordE
         run.damage
             .extend(damage::altered_files(&folder, &mut trial));
         found.push((folder, RowCounts::from_trial(&trial)));
-        each(trial);
+        receiver(trial);
     }
     // If the run was cut short, the disk may hold fewer rows than the program counted.
     if !run.ending.is_incomplete() {

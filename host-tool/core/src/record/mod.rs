@@ -181,19 +181,19 @@ impl Run {
     /// Returns the kind of device that stimulated; `None` if no device has answered yet.
     #[must_use]
     pub fn device_kind(&self) -> Option<DeviceKind> {
-        let mut said = self
+        let mut identities = self
             .trials
             .iter()
             .filter_map(|trial| trial.identity.as_ref());
-        said.next().map(|identity| identity.kind)
+        identities.next().map(|identity| identity.kind)
     }
 
     /// Returns a description of the device that stimulated: the kind that it reported, and its
     /// name.
     #[must_use]
     pub fn device_in_words(&self) -> String {
-        let said = self.trials.iter().find_map(|trial| trial.identity.as_ref());
-        said.map_or_else(
+        let device_identity = self.trials.iter().find_map(|trial| trial.identity.as_ref());
+        device_identity.map_or_else(
             || self.device.clone(),
             |identity| identity.kind.format_with_name(&self.device),
         )
@@ -286,11 +286,11 @@ impl Trial {
     /// [`Run::is_simulated`].
     #[must_use]
     pub fn is_simulated(&self) -> bool {
-        let said = self
+        let is_declared = self
             .identity
             .as_ref()
             .is_some_and(|identity| identity.simulated);
-        said || self.samples.iter().any(|s| s.true_deg.is_some())
+        is_declared || self.samples.iter().any(|s| s.true_deg.is_some())
     }
 
     /// Returns whether the trial has a reference or a wall: an angle to follow, a virtual wall, or
@@ -332,8 +332,8 @@ impl Trial {
         channel: u8,
         has: fn(&ChannelInfo) -> bool,
     ) -> Option<usize> {
-        let mut such = self.channels.iter().filter(|c| has(c));
-        such.position(|c| c.number == channel)
+        let mut channels = self.channels.iter().filter(|c| has(c));
+        channels.position(|c| c.number == channel)
     }
 }
 

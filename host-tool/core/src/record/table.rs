@@ -125,8 +125,8 @@ pub fn read_samples(path: &Path) -> Result<Samples, RecordError> {
     }
     let columns = |kind: &str| -> Vec<usize> {
         let named = rows.header.iter().enumerate();
-        let such = named.filter(|(_, name)| name.starts_with(kind));
-        such.map(|(column, _)| column).collect()
+        let entries = named.filter(|(_, name)| name.starts_with(kind));
+        entries.map(|(column, _)| column).collect()
     };
     let lists = [
         "amplitude_",
@@ -253,17 +253,17 @@ impl<'a> Rows<'a> {
     pub(super) fn open(path: &'a Path) -> Result<Self, RecordError> {
         let opened = || -> io::Result<Self> {
             let mut file = input::open(path)?;
-            let whole = whole_lines(&mut file)?;
+            let length = whole_lines(&mut file)?;
             let mut header = String::new();
-            BufReader::new((&file).take(whole)).read_line(&mut header)?;
+            BufReader::new((&file).take(length)).read_line(&mut header)?;
             file.rewind()?;
             let names = header.trim_end_matches(['\n', '\r']).split(',');
             Ok(Rows {
                 path,
                 header: names.map(str::to_owned).collect(),
-                is_empty: whole == 0,
+                is_empty: length == 0,
                 file,
-                whole,
+                whole: length,
             })
         };
         opened().map_err(RecordError::io(path))
@@ -294,8 +294,8 @@ impl<'a> Rows<'a> {
         rows.collect()
     }
 
-    fn error(&self, line: usize, what: String) -> RecordError {
-        RecordError::Format(self.path.to_owned(), line, what)
+    fn error(&self, line: usize, message: String) -> RecordError {
+        RecordError::Format(self.path.to_owned(), line, message)
     }
 }
 
@@ -305,11 +305,11 @@ impl<'a> Rows<'a> {
 /// # Errors
 /// The file cannot be read, or is not text.
 fn whole_lines(file: &mut File) -> io::Result<u64> {
-    let (mut line, mut whole) = (Vec::new(), 0);
+    let (mut line, mut length) = (Vec::new(), 0);
     let mut lines = BufReader::with_capacity(1 << 16, &mut *file);
     while lines.read_until(b'\n', &mut line)? > 0 {
         let text = std::str::from_utf8(&line).map_err(io::Error::other)?;
-        whole += if text.ends_with('\n') {
+        length += if text.ends_with('\n') {
             line.len() as u64
         } else {
             0
@@ -317,7 +317,7 @@ fn whole_lines(file: &mut File) -> io::Result<u64> {
         line.clear();
     }
     file.rewind()?;
-    Ok(whole)
+    Ok(length)
 }
 
 pub(super) struct Row<'a> {
@@ -355,7 +355,7 @@ impl Row<'_> {
 
     fn error(&self, column: usize) -> RecordError {
         let (name, text) = (&self.rows.header[column], self.text(column));
-        let what = format!("{name}: \"{text}\" is not a value of this column");
-        self.rows.error(self.line, what)
+        let message = format!("{name}: \"{text}\" is not a value of this column");
+        self.rows.error(self.line, message)
     }
 }

@@ -31,8 +31,8 @@ pub fn edges_figure(trial: &Trial, alike: &[&Trial]) -> Svg {
         return Svg::default();
     };
     let codes = |channel: u8| {
-        let all = alike.iter().chain([&trial]).flat_map(|trial| &trial.edges);
-        let own = all.filter(|edge| edge.channel == channel && is_phase(edge.state));
+        let pooled_edges = alike.iter().chain([&trial]).flat_map(|trial| &trial.edges);
+        let own = pooled_edges.filter(|edge| edge.channel == channel && is_phase(edge.state));
         own.map(|edge| edge.dac_code)
             .fold(None, |range: Option<(u16, u16)>, code| {
                 let (low, high) = range.unwrap_or((code, code));
@@ -101,9 +101,9 @@ fn visible_parts(edges: &[Edge]) -> Vec<(u64, u64)> {
         let room = 1.0 - CUT * (parts.len() - 1) as f64;
         narrowest / drawn.max(1) as f64 * room
     };
-    let all = CUTS_US.map(|longest| cut_gaps(edges, longest));
-    let fits = all.iter().find(|parts| seen(parts) >= THIN);
-    let best = fits.or_else(|| all.iter().max_by(|a, b| seen(a).total_cmp(&seen(b))));
+    let candidates = CUTS_US.map(|longest| cut_gaps(edges, longest));
+    let fits = candidates.iter().find(|parts| seen(parts) >= THIN);
+    let best = fits.or_else(|| candidates.iter().max_by(|a, b| seen(a).total_cmp(&seen(b))));
     best.cloned().unwrap_or_default()
 }
 

@@ -27,8 +27,8 @@ pub(super) fn figure(trials: &[Trial]) -> Svg {
         return Svg::default();
     }
     let samples = || driven.iter().flat_map(|trial| &trial.samples);
-    let all = samples().flat_map(|s| [s.hand_n, s.hand_true_n].concat());
-    let (low, high) = range(all.flatten()).unwrap_or((0.0, 1.0));
+    let forces = samples().flat_map(|s| [s.hand_n, s.hand_true_n].concat());
+    let (low, high) = range(forces.flatten()).unwrap_or((0.0, 1.0));
     let step = round_step((high - low).max(0.1), 3.0);
     let ends = (
         (low / step).floor() * step,
@@ -41,9 +41,9 @@ pub(super) fn figure(trials: &[Trial]) -> Svg {
                 ..Axis::linear("time (s)", (0.0, end_s(trials)), 5.0)
             };
             let y = Axis::linear(AXES[axis], ends, 4.0);
-            let lines = |of: fn(&Sample) -> &[Option<f64>], stroke| {
+            let lines = |select: fn(&Sample) -> &[Option<f64>], stroke| {
                 let values = trial.samples.iter();
-                let known = values.filter_map(|s| Some((s.t_s, (*of(&s).get(axis)?)?)));
+                let known = values.filter_map(|s| Some((s.t_s, (*select(&s).get(axis)?)?)));
                 let parts = shorten(known, BUCKETS).into_iter();
                 parts.map(move |part| Mark::Line(part, stroke))
             };
@@ -78,23 +78,23 @@ pub(super) fn hand_result(run: &Run) -> Option<String> {
     let most = wanted.reduce(f64::max)?;
     let mut text = format!("The reference force at the hand reached {most:.1} N");
     let unmade = samples().filter(|s| s.hand_made.is_some_and(|made| made < 1.0));
-    let (unmade, all) = (unmade.count(), samples().filter(is_wanted).count());
+    let (unmade, total) = (unmade.count(), samples().filter(is_wanted).count());
     if unmade > 0 {
-        let percent = 100.0 * unmade as f64 / all as f64; // one at least
+        let percent = 100.0 * unmade as f64 / total as f64; // one at least
         text += &format!(
             "; for {percent:.1} % of the time the arm could not produce the reference and \
              produced no force"
         );
     }
-    let both =
+    let forces =
         samples().filter_map(|s| Some((known_vector(&s.hand_n)?, known_vector(&s.hand_true_n)?)));
-    let both: Vec<_> = both.collect();
-    if both.is_empty() {
+    let pairs: Vec<_> = forces.collect();
+    if pairs.is_empty() {
         return Some(text + "; the actual force was not measured.");
     }
-    let rms = |of: fn(&([f64; 3], [f64; 3])) -> f64| {
-        let squares: f64 = both.iter().map(|pair| of(pair).powi(2)).sum();
-        (squares / both.len() as f64).sqrt()
+    let rms = |select: fn(&([f64; 3], [f64; 3])) -> f64| {
+        let squares: f64 = pairs.iter().map(|pair| select(pair).powi(2)).sum();
+        (squares / pairs.len() as f64).sqrt()
     };
     let missed = rms(|(wanted, came)| length(std::array::from_fn(|n| came[n] - wanted[n])));
     let wanted = rms(|(wanted, _)| length(*wanted));

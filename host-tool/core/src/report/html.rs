@@ -152,7 +152,7 @@ mod tests {
         let row = html!("<tr>{}{}</tr>", cell, Html::from(EVIL.to_owned()));
         let text = "&quot;&gt;&lt;img src=x onerror=alert(1)&gt;&amp;";
         assert_eq!(row.as_str(), format!("<tr><td>{text}</td>{text}</tr>"));
-        let both = Html::joined([Html::text("a"), html!("<b>{}</b>", 7_u64)], " < ");
-        assert_eq!(both.as_str(), "a &lt; <b>7</b>");
+        let sequence = Html::joined([Html::text("a"), html!("<b>{}</b>", 7_u64)], " < ");
+        assert_eq!(sequence.as_str(), "a &lt; <b>7</b>");
     }
 }

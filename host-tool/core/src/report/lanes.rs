@@ -51,7 +51,7 @@ impl Source {
     /// Returns where the samples of `trial` have each of `values` for each of these channels. The
     /// order is by channel, and within a channel by `values`.
     fn for_channels(trial: &Trial, channels: &[u8], values: &[Value]) -> Vec<Self> {
-        let of = |value: Value, channel: u8| Self {
+        let source = |value: Value, channel: u8| Self {
             value,
             place: trial.channel_index(
                 channel,
@@ -64,7 +64,7 @@ impl Source {
         };
         let of_channel = |channel: &u8| {
             let channel = *channel;
-            values.iter().map(move |value| of(*value, channel))
+            values.iter().map(move |value| source(*value, channel))
         };
         channels.iter().flat_map(of_channel).collect()
     }
@@ -120,7 +120,9 @@ pub(super) fn amplitudes(trials: &[Trial]) -> Svg {
     let numbers: Vec<u8> = channels.iter().map(|channel| channel.number).collect();
     let surveys = surveys(trials, &numbers, &values);
     let lane = |(row, channel): (usize, &&ChannelInfo)| {
-        let of_row = surveys.iter().filter_map(|all| all.get(row)?.largest);
+        let of_row = surveys
+            .iter()
+            .filter_map(|trial_surveys| trial_surveys.get(row)?.largest);
         let top = of_row.fold(1e-3, f64::max).max(channel.limit);
         let unit = format!("amplitude ({})", channel.unit);
         Lane::new(channel, unit, top, channel.limit)
@@ -138,8 +140,8 @@ pub(super) fn amplitudes(trials: &[Trial]) -> Svg {
 /// channels under force control; an empty figure without muscles.
 pub(super) fn forces(trials: &[Trial]) -> Svg {
     let shown = |channel: &ChannelInfo| channel.muscle;
-    let what = ("Predicted force over time", "force (N)");
-    common_scale_figure(trials, what, shown, &[Value::Force, Value::Wanted])
+    let titles = ("Predicted force over time", "force (N)");
+    common_scale_figure(trials, titles, shown, &[Value::Force, Value::Wanted])
 }
 
 /// Draws the pulse rate of every channel under force control over time; an empty figure if there is
@@ -180,8 +182,8 @@ fn common_scale_figure(
 
 /// Returns the channels that occur in any trial, each once, sorted by number.
 fn channels(trials: &[Trial]) -> Vec<&ChannelInfo> {
-    let all = trials.iter().flat_map(|trial| &trial.channels);
-    let mut channels: Vec<&ChannelInfo> = all.collect();
+    let channel_infos = trials.iter().flat_map(|trial| &trial.channels);
+    let mut channels: Vec<&ChannelInfo> = channel_infos.collect();
     channels.sort_by_key(|channel| channel.number);
     channels.dedup_by_key(|channel| channel.number);
     channels
@@ -235,11 +237,11 @@ fn rows(trial: &Trial, lanes: &[Lane], values: &[Value], surveys: &[Survey]) -> 
     let sources = Source::for_channels(trial, &numbers, values);
     let begun = |survey: &Survey| ShortenedSeries::new(survey.count, BUCKETS);
     let mut short: Vec<ShortenedSeries> = surveys.iter().map(begun).collect();
-    let each = values.len().max(1);
+    let per_lane = values.len().max(1);
     for sample in trial.samples.iter() {
         let lanes = (0..).map(f64::from).zip(lanes);
-        let all = lanes.zip(short.chunks_mut(each).zip(sources.chunks(each)));
-        for ((row, lane), (short, sources)) in all {
+        let groups = lanes.zip(short.chunks_mut(per_lane).zip(sources.chunks(per_lane)));
+        for ((row, lane), (short, sources)) in groups {
             for (short, source) in short.iter_mut().zip(sources) {
                 if let Some(value) = source.value_in(&sample) {
                     short.push((sample.t_s, lane.height(row, value)));
@@ -249,7 +251,8 @@ fn rows(trial: &Trial, lanes: &[Lane], values: &[Value], surveys: &[Survey]) -> 
     }
     let mut parts = short.into_iter().map(ShortenedSeries::finish);
     let numbered = (0..).map(f64::from).zip(lanes);
-    let marks = numbered.map(|(row, lane)| lane.marks(row, parts.by_ref().take(each).collect()));
+    let marks =
+        numbered.map(|(row, lane)| lane.marks(row, parts.by_ref().take(per_lane).collect()));
     marks.flatten().collect()
 }
 

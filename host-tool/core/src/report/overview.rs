@@ -49,10 +49,10 @@ pub fn picture(default: &Trial, paper: &Trial) -> String {
     canvas.text((left, top), "ten channels, one period", WORDS);
     lanes(&default.edges).draw(&mut canvas, LETTERS, 0.0, LANES);
     draw_angles(&mut canvas, default, paper);
-    let what = "Simulated: ten channels of pulses drive a finger, whose angle follows its \
+    let description = "Simulated: ten channels of pulses drive a finger, whose angle follows its \
                 reference closely under the default controller and less closely under the \
                 paper's controller";
-    standalone(&canvas.svg(SIZE, what))
+    standalone(&canvas.svg(SIZE, description))
 }
 
 /// Draws the arm from the elbow to the hand with ten electrodes, and the finger at its smallest and

@@ -72,15 +72,15 @@ pub fn document(title: &str, body: &Html) -> String {
 fn headline(run: &Run) -> String {
     let silent = |trial: &Trial| Some((capitalised(&trial.name), trial.silent.clone()?));
     let silent: Vec<_> = run.trials.iter().filter_map(silent).collect();
-    let told = silent
+    let warnings = silent
         .iter()
         .map(|(name, why)| format!("{name}: no pulses were output: {why}."));
-    let mut all: Vec<String> = run.caveat().into_iter().chain(told).collect();
+    let mut sentences: Vec<String> = run.caveat().into_iter().chain(warnings).collect();
     // Without stimulation there is nothing to assess.
     if silent.is_empty() || silent.len() < run.trials.len() {
-        all.push(run.finding.clone().unwrap_or_else(|| result(run)));
+        sentences.push(run.finding.clone().unwrap_or_else(|| result(run)));
     }
-    all.join(" ")
+    sentences.join(" ")
 }
 
 /// Describes the main result of the run in one sentence.
@@ -133,17 +133,17 @@ fn no_result_reason(run: &Run) -> &'static str {
 /// Describes how well the wanted forces were followed, by the channel with the largest RMSE; `None`
 /// without force control.
 fn force_result(run: &Run) -> Option<String> {
-    let all = run.trials.iter().flat_map(|trial| {
+    let pairs = run.trials.iter().flat_map(|trial| {
         let own = force_metrics(trial).into_iter();
         own.map(move |m| (trial, m))
     });
-    let all: Vec<_> = all.collect();
-    let (trial, m) = all
+    let trial_metrics: Vec<_> = pairs.collect();
+    let (trial, m) = trial_metrics
         .iter()
         .max_by(|a, b| a.1.rmse_n.total_cmp(&b.1.rmse_n))?;
     let remarks = force_remarks(trial).into_iter();
     let remarks: String = remarks.map(|remark| format!(" {remark}")).collect();
-    let which = match all.len() {
+    let which = match trial_metrics.len() {
         1 => String::new(),
         count => format!(" of channel {}, the least accurate of {count},", m.channel),
     };
@@ -315,9 +315,9 @@ fn comparison(report: &Report) -> Html {
     text
 }
 
-fn assumptions(all: &[Assumption]) -> Html {
+fn assumptions(entries: &[Assumption]) -> Html {
     let list = |role: Role, title: &str| {
-        let own = all.iter().filter(|assumption| assumption.role == role);
+        let own = entries.iter().filter(|assumption| assumption.role == role);
         let items: Html = own
             .map(|assumption| html!("<li>{}</li>\n", assumption.text))
             .collect();
@@ -326,11 +326,11 @@ fn assumptions(all: &[Assumption]) -> Html {
         }
         html!("<div><h3>{}</h3><ul>\n{}</ul></div>\n", title, items)
     };
-    let both = list(Role::PutIn, "Assumptions") + list(Role::CameOut, "Outcomes");
-    if both.is_empty() {
-        return both;
+    let lists = list(Role::PutIn, "Assumptions") + list(Role::CameOut, "Outcomes");
+    if lists.is_empty() {
+        return lists;
     }
-    html!("<div class=\"columns\">\n{}</div>\n", both)
+    html!("<div class=\"columns\">\n{}</div>\n", lists)
 }
 
 fn reproduce(report: &Report) -> Html {

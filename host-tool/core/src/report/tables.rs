@@ -90,12 +90,12 @@ fn span(from_s: f64, to_s: f64) -> String {
 
 /// Returns a table of all hits of a virtual wall; an empty text without hits.
 pub(super) fn hits_table(trials: &[Trial]) -> Html {
-    let all = trials.iter().flat_map(|trial| {
+    let contacts = trials.iter().flat_map(|trial| {
         wall_contacts(trial)
             .into_iter()
             .map(move |hit| (trial, hit))
     });
-    let rows = all.map(|(trial, hit)| {
+    let rows = contacts.map(|(trial, hit)| {
         let cells = [
             span(hit.at_s, hit.at_s + hit.for_s).into(),
             format!("{:.0} °/s", hit.speed_deg_per_s).into(),
@@ -140,10 +140,10 @@ pub(super) fn metrics_table(trials: &[Trial]) -> Html {
 /// Returns a table of how well predicted forces followed wanted forces; an empty text without force
 /// control.
 pub(super) fn force_table(trials: &[Trial]) -> Html {
-    let all = trials
+    let metrics = trials
         .iter()
         .flat_map(|trial| force_metrics(trial).into_iter().map(move |m| (trial, m)));
-    let rows = all.map(|(trial, m)| {
+    let rows = metrics.map(|(trial, m)| {
         let cells = [
             m.channel.to_string().into(),
             span(m.from_s, m.to_s).into(),
@@ -192,13 +192,13 @@ pub(super) fn models_in_words(trial: &Trial) -> Option<String> {
 /// each reason.
 #[must_use]
 pub fn force_remarks(trial: &Trial) -> Vec<String> {
-    let mut all = Vec::new();
+    let mut remarks = Vec::new();
     let numbers: Vec<String> = channels_without_prediction(trial)
         .iter()
         .map(u8::to_string)
         .collect();
     if !numbers.is_empty() {
-        all.push(format!(
+        remarks.push(format!(
             "No muscle model ran on channel {}, so its force was neither predicted nor evaluated.",
             numbers.join(", ")
         ));
@@ -208,23 +208,24 @@ pub fn force_remarks(trial: &Trial) -> Vec<String> {
             little if little < 0.5 => "less than 1".to_owned(),
             percent => format!("{percent:.0}"),
         };
-        all.push(format!(
+        remarks.push(format!(
             "Limiting in {percent} % of the samples with a reference force: at least one channel \
              could not produce its reference."
         ));
     }
-    all
+    remarks
 }
 
 /// Returns the remarks that [`force_remarks`] makes on all trials, to be shown below the table of
 /// forces.
 pub(super) fn force_notes(trials: &[Trial]) -> Html {
-    let all = trials.iter().flat_map(|trial| {
+    let remarks = trials.iter().flat_map(|trial| {
         force_remarks(trial)
             .into_iter()
             .map(move |force_remark| (trial, force_remark))
     });
-    all.map(|(trial, remark)| html!("<p class=\"note\">{}: {}</p>\n", trial.name, remark))
+    remarks
+        .map(|(trial, remark)| html!("<p class=\"note\">{}: {}</p>\n", trial.name, remark))
         .collect()
 }
 
@@ -334,12 +335,12 @@ pub(super) fn electrode_table(trials: &[Trial]) -> Html {
 pub(super) fn event_table(trials: &[Trial]) -> Html {
     let mut rows = Html::default();
     for trial in trials {
-        for (t_s, what) in &trial.events {
+        for (t_s, event) in &trial.events {
             rows += html!(
                 "<tr><th scope=\"row\">{}</th><td>{}</td><td class=\"words\">{}</td></tr>\n",
                 trial.name,
                 format!("{t_s:.3} s"),
-                what
+                event
             );
         }
     }
@@ -365,7 +366,7 @@ mod tests {
             line: false,
             joint: None,
         };
-        let told = |models: &[(u8, Option<&str>)]| {
+        let wording = |models: &[(u8, Option<&str>)]| {
             models_in_words(&Trial {
                 channels: models.iter().copied().map(channel).collect(),
                 ..Trial::default()
@@ -377,8 +378,8 @@ mod tests {
             (3, Some("calcium-force")),
         ];
         let words = "calcium-force (channels 1, 3), none (channel 2)";
-        assert_eq!(told(&three).as_deref(), Some(words));
-        assert_eq!(told(&[(1, None)]), None);
+        assert_eq!(wording(&three).as_deref(), Some(words));
+        assert_eq!(wording(&[(1, None)]), None);
     }
 
     #[test]

@@ -179,14 +179,17 @@ fn legend(trials: &[TrialTrace]) -> Vec<(Key, String)> {
 }
 
 fn panel(trial: &TrialTrace, x: Axis, y: Axis) -> Panel {
-    let whole = (f64::NEG_INFINITY, f64::INFINITY);
+    let full_range = (f64::NEG_INFINITY, f64::INFINITY);
     let mut shaded: Vec<(At, At)> = Vec::new();
     if let Some((from, to)) = trial.measure {
-        shaded.extend([((whole.0, from), whole), ((to, whole.1), whole)]);
+        shaded.extend([
+            ((full_range.0, from), full_range),
+            ((to, full_range.1), full_range),
+        ]);
     }
     if let Some(wall) = trial.wall {
         let front = if wall.stops_flexion { -1.0 } else { 1.0 } * wall.pre_wall_deg;
-        shaded.push((whole, (wall.at_deg + front, wall.at_deg)));
+        shaded.push((full_range, (wall.at_deg + front, wall.at_deg)));
     }
     let area = |(across, up)| Mark::Area(across, up, Paint::Full(SHADE));
     Panel {

@@ -49,17 +49,17 @@ pub enum Stopped {
 /// Describes in words which signal arrived and what it caused. `t_s` is the time since the start of
 /// the trains, s; `None` if they had not started.
 pub(super) fn describe_signal(signal: Signal, t_s: Option<f64>, stopped: &Stopped) -> String {
-    let what = match t_s {
+    let cause = match t_s {
         Some(t_s) => format!("{signal} came at {t_s:.2} s"),
         None => format!("{signal} came before stimulation began"),
     };
     match stopped {
         Stopped::NotOpen => {
-            format!("{what}: no session was open on the device, so no Stop was sent")
+            format!("{cause}: no session was open on the device, so no Stop was sent")
         }
-        Stopped::Acknowledged => format!("{what}: the device was stopped"),
+        Stopped::Acknowledged => format!("{cause}: the device was stopped"),
         Stopped::Unanswered(error) => format!(
-            "{what}: the device did not acknowledge Stop ({error}); it stops by itself after \
+            "{cause}: the device did not acknowledge Stop ({error}); it stops by itself after \
              wearer.host_timeout_ms; check that it does"
         ),
     }

@@ -7,27 +7,27 @@ use firmware::link::message::OptionBytes;
 #[must_use]
 pub fn describe_option_bytes(found: &OptionBytes) -> Vec<String> {
     let wanted = OptionBytes::WANTED;
-    let mut told = Vec::new();
+    let mut deviations = Vec::new();
     if found.brown_out_level != wanted.brown_out_level {
         let level = match found.brown_out_level {
             0 => "off".to_owned(),
             level => format!("at level {level}"),
         };
-        told.push(format!(
+        deviations.push(format!(
             "brown-out reset is {level}, not at level 3: the supply voltage is monitored only \
              while the program runs"
         ));
     }
     if found.hardware_watchdog != wanted.hardware_watchdog {
-        told.push("the hardware starts the watchdog; the program should start it".to_owned());
+        deviations.push("the hardware starts the watchdog; the program should start it".to_owned());
     }
     if found.read_protection != wanted.read_protection {
-        told.push(format!(
+        deviations.push(format!(
             "read protection is at level {}; it should be at level 0",
             found.read_protection
         ));
     }
-    told
+    deviations
 }
 
 #[cfg(test)]

@@ -179,10 +179,13 @@ mod tests {
         assert!(check_supply(&session, Some(StageSupply::Separate)).is_ok());
         assert!(check_opposition(&session, &Stages::AsConfigured).is_ok());
         for (supply, why) in [(None, "no stored supply"), (common, "share one supply")] {
-            let told = check_supply(&session, supply).unwrap_err().to_string();
+            let message = check_supply(&session, supply).unwrap_err().to_string();
             let pairs = "channels 1 and 2, channels 3 and 4 can drive";
-            assert!(told.starts_with("E507") && told.contains(pairs), "{told}");
-            assert!(told.contains(why), "{told}");
+            assert!(
+                message.starts_with("E507") && message.contains(pairs),
+                "{message}"
+            );
+            assert!(message.contains(why), "{message}");
         }
     }
 
@@ -202,22 +205,25 @@ mod tests {
         };
         assert!(check_stages(&session, &Stages::AsConfigured).is_ok());
         assert!(check_stages(&session, &stored([Some(declared); 10])).is_ok());
-        let told = check_stages(&session, &stored([Some(volts); 10])).unwrap_err();
-        let told = told.to_string();
+        let refusal = check_stages(&session, &stored([Some(volts); 10])).unwrap_err();
+        let message = refusal.to_string();
         let first = "channel 1: the session has current";
-        assert!(told.starts_with("E505") && told.contains(first), "{told}");
-        let count = told.matches("voltage, 60 V full scale").count();
-        assert_eq!(count, session.channels.len(), "{told}");
+        assert!(
+            message.starts_with("E505") && message.contains(first),
+            "{message}"
+        );
+        let count = message.matches("voltage, 60 V full scale").count();
+        assert_eq!(count, session.channels.len(), "{message}");
         let none = check_stages(&session, &stored([None; 10])).unwrap_err();
         assert!(
             none.to_string().contains("the board has no stage"),
             "{none}"
         );
         let erased = Stages::Unknown(StagesFault::Erased);
-        let told = check_stages(&session, &erased).unwrap_err().to_string();
+        let erased_message = check_stages(&session, &erased).unwrap_err().to_string();
         assert!(
-            told.starts_with("E506") && told.contains("no table"),
-            "{told}"
+            erased_message.starts_with("E506") && erased_message.contains("no table"),
+            "{erased_message}"
         );
     }
 }

@@ -235,8 +235,8 @@ pub fn advice(event: &Event) -> &'static str {
 /// device counts from its boot.
 pub fn counter_differences(begin: &Counters, end: &Counters) -> Vec<(String, u64)> {
     let (begin, end) = (named_counters(begin), named_counters(end));
-    let both = begin.into_iter().zip(end);
-    let counted = both.map(|((name, begin), (_, end))| (name.to_owned(), end.wrapping_sub(begin)));
+    let pairs = begin.into_iter().zip(end);
+    let counted = pairs.map(|((name, begin), (_, end))| (name.to_owned(), end.wrapping_sub(begin)));
     counted.map(|(name, n)| (name, u64::from(n))).collect()
 }
 

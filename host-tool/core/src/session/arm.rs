@@ -20,7 +20,7 @@ pub(super) fn arm_fields() -> [Field; 6] {
     let turn = |name, least, most, default: f64, meaning| {
         field(name, Kind::Real(Number::within("°", 0, least, most)), OrTold(default.to_string()), meaning)
     };
-    let all = [
+    let fields = [
         field("drawn", Kind::Whole(Number::within("", 0, 0, 1_000_000_000)), OrTold("none: the nominal arm".into()), "index of the random draw of the arm, as described in [endpoint.md](endpoint.md)"),
         field("held", one_of(&HELD), OrWord("cuff"), "support of the forearm: it lies in the cuff of a force sensor, or the wearer alone holds it"),
         turn("plane_deg", -180, 180, d.plane_deg, "vertical plane of the upper arm, 0 forward, 90 to the side"),
@@ -28,7 +28,7 @@ pub(super) fn arm_fields() -> [Field; 6] {
         turn("rotation_deg", -180, 180, d.rotation_deg, "rotation of the forearm about the upper arm, inward positive; 0 where its flexion points most forward"),
         turn("elbow_deg", 0, 100, d.elbow_deg, "elbow flexion"),
     ];
-    all.map(|field| field.when("kind", &["arm"]))
+    fields.map(|field| field.when("kind", &["arm"]))
 }
 
 /// Reads the arm with its posture, and the support of its forearm. Angles that the file leaves out

@@ -45,37 +45,37 @@ impl Channels {
         duration_us: u64,
         notes: &mut Vec<String>,
     ) -> Self {
-        let mut all = Self::default();
+        let mut channels = Self::default();
         let tables = root.tables("channel");
-        all.unknown = tables.is_empty();
+        channels.unknown = tables.is_empty();
         for t in tables {
             let number = t.integer::<u8>("number");
             let Some(index) = number.checked_sub(1).filter(|i| usize::from(*i) < CHANNELS) else {
-                all.unknown = true;
+                channels.unknown = true;
                 continue;
             };
-            let is_second = all.named & 1 << index != 0;
+            let is_second = channels.named & 1 << index != 0;
             if is_second {
                 t.report("number", Problem::ChannelTwice { channel: number });
-                all.unknown = true;
+                channels.unknown = true;
             }
-            all.named |= 1 << index;
+            channels.named |= 1 << index;
             let mut aside = Draft::default();
             let draft = if is_second { &mut aside } else { &mut *draft };
             match read_channel(t, person, draft, duration_us, notes) {
                 Ok((channel, fitted)) if !is_second => {
-                    all.list.push(channel);
-                    all.fitted.extend(fitted);
+                    channels.list.push(channel);
+                    channels.fitted.extend(fitted);
                 }
                 found => {
                     let beyond = found.err().flatten().filter(|_| !is_second);
-                    all.beyond.extend(beyond.map(|channel| *channel));
-                    all.wrong = true;
+                    channels.beyond.extend(beyond.map(|channel| *channel));
+                    channels.wrong = true;
                 }
             }
         }
-        all.list.sort_unstable_by_key(|c| c.number);
-        all
+        channels.list.sort_unstable_by_key(|c| c.number);
+        channels
     }
 
     /// Returns whether every channel of the file could be read without an error.
@@ -175,16 +175,16 @@ fn read_channel(
         force: None,
     };
     let (index, plain) = (channel.index(), channel.clone());
-    let told = |mistake| report_channel_mistake(t, &plain, mistake);
+    let channel_report = |mistake| report_channel_mistake(t, &plain, mistake);
     if let Err(mistake) = draft.set_channel(index, spec) {
-        told(mistake);
+        channel_report(mistake);
         return Err(Some(Box::new(channel)));
     }
     let muscle = t.optional_table("muscle", |m| {
         let muscle = read_muscle(m, fitted, spec.limit, duration_us)?;
         for (place, spec) in muscle.specs_by_level(m) {
-            let told = |mistake| report_muscle_mistake(place, t, mistake);
-            draft.set_muscle(index, spec).map_err(told).ok()?;
+            let muscle_report = |mistake| report_muscle_mistake(place, t, mistake);
+            draft.set_muscle(index, spec).map_err(muscle_report).ok()?;
         }
         Some(muscle)
     });
@@ -194,7 +194,7 @@ fn read_channel(
         if let Some(electrode) = fitted {
             check_force_rate(f, electrode, &force);
         }
-        draft.set_force(index, force).map_err(told).ok()?;
+        draft.set_force(index, force).map_err(channel_report).ok()?;
         Some(force)
     });
     channel.force = force.ok_or(None)?;

@@ -80,18 +80,18 @@ fn point() -> Section {
 
 #[rustfmt::skip]
 pub(super) fn joint() -> Section {
-    let by_law = |of: fn(LawSpec) -> i64, places| {
-        let told = LAWS.map(|(name, law)| {
-            let [alone, known] = [false, true].map(|wearer| of(law.spec(wearer)));
+    let by_law = |quantity: fn(LawSpec) -> i64, places| {
+        let defaults = LAWS.map(|(name, law)| {
+            let [alone, known] = [false, true].map(|wearer| quantity(law.spec(wearer)));
             let [alone, known] = [alone, known].map(|value| format_scaled(value, places));
             match alone == known {
                 true => format!("{name} {alone}"),
                 false => format!("{name} {alone}, with a `wearer` {known}"),
             }
         });
-        OrTold(told.join("; "))
+        OrTold(defaults.join("; "))
     };
-    let mut all = vec![
+    let mut fields = vec![
         field("law", one_of(&LAWS), OrWord("recommended"), "controller: `\"recommended\"` is the default controller, `\"paper\"` the paper's, `\"pid\"` a PID controller"),
         field("gains", Kind::Table(recommended_gains()), Optional, "gains that differ from the defaults").when("law", &["recommended"]),
         field("gains", Kind::Table(paper_gains()), Optional, "gains that differ from the defaults").when("law", &["paper"]),
@@ -103,10 +103,10 @@ pub(super) fn joint() -> Section {
         field("wearer", Kind::Table(wearer_model()), Optional, "model of the wearer for the feed-forward"),
         field("response", Kind::Table(response()), Optional, "response of this wearer over time"),
     ];
-    all.extend(hold("what to do between and after setpoints: extrapolate the reference or hold it"));
-    all.extend(angles(100_000));
-    all.extend(sensor(FINGER_CODES));
-    all
+    fields.extend(hold("what to do between and after setpoints: extrapolate the reference or hold it"));
+    fields.extend(angles(100_000));
+    fields.extend(sensor(FINGER_CODES));
+    fields
 }
 
 /// Returns the default of a gain, as text for the manual: the value `alone`, which applies to a
@@ -204,7 +204,7 @@ pub(super) fn wall() -> Section {
         field("channel", channel_number(), Required, "a channel of the file"),
         field("amplitude", bounded_number(UNIT, 3, CoContraction::AMPLITUDE, "at most the channel's `limit`"), OrFile, "amplitude of the antagonist inside the wall"),
     ];
-    let mut all = vec![
+    let mut fields = vec![
         field("at_deg", bounded_number("°", 3, W::AT_MDEG, "within the angles"), Required, "angle of the wall"),
         field("stops", one_of(&SIDES), OrWord("flexion"), "direction that the wall stops: flexion (larger angles) or extension (smaller angles)"),
         field("channel", channel_number(), Required, "channel of the muscle that pulls the limb out of the wall"),
@@ -215,7 +215,7 @@ pub(super) fn wall() -> Section {
         field("pre_wall", Kind::Table(pre_wall), Optional, "ramp from `begin` to `end` over `depth_deg` in front of the wall; the paper's is 9° to `max`"),
         field("co_contraction", Kind::Table(antagonist), Optional, "antagonist that is also stimulated inside the wall, and its amplitude"),
     ];
-    all.extend(angles(150_000));
-    all.extend(sensor(ELBOW_CODES));
-    all
+    fields.extend(angles(150_000));
+    fields.extend(sensor(ELBOW_CODES));
+    fields
 }

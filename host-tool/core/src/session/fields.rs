@@ -127,13 +127,13 @@ fn study() -> Section {
 
 #[rustfmt::skip]
 fn wearer() -> Section {
-    let mut all = vec![
+    let mut fields = vec![
         field("file", Kind::Text(Some(LONGEST)), Optional, "path of the [wearer file](wearers.md), relative to this file; the limits here may then only be stricter"),
         field("name", Kind::Text(Some(64)), Optional, "pseudonym of the wearer; a wearer file with another name is refused (E660)"),
         field("haptic_range", Kind::Flag, OrWord("false"), "whether every amplitude must be 0 or between I_MT and 1.5 I_MT of the wearer file (E662)"),
     ];
-    all.extend(limits());
-    all
+    fields.extend(limits());
+    fields
 }
 
 #[rustfmt::skip]
@@ -210,12 +210,12 @@ fn muscle() -> Section {
 #[rustfmt::skip]
 fn force() -> Section {
     let rate = |period_us, bound| Kind::Real(Number::rate_from_period(period_us, TrainSpec::PERIOD_US).bound(bound));
-    let mut all = vec![
+    let mut fields = vec![
         field("max_frequency_hz", rate("min_period_us", "at least the train's"), OrTold("the train's".into()), "highest pulse rate, used at `limit`"),
         field("min_frequency_hz", rate("max_period_us", "at most the train's"), OrTold("the train's".into()), "lowest pulse rate, at `motor_threshold`, for forces below the force of the threshold at the train's rate; below 10 Hz the force has [ripple](muscle.md#forces-that-can-be-had); without this field the device reports *limiting* for such a force and gives the threshold's force or none, whichever is nearer"),
     ];
-    all.extend(hold("what to do between and after setpoints: extrapolate the force or hold it; if it is held, the muscle's lag is not compensated"));
-    all
+    fields.extend(hold("what to do between and after setpoints: extrapolate the force or hold it; if it is held, the muscle's lag is not compensated"));
+    fields
 }
 
 #[rustfmt::skip]
@@ -381,7 +381,7 @@ fn body() -> Section {
     let real = |unit, most| Kind::Real(Number::within(unit, 0, 0, most));
     let or = |value: f64| OrTold(value.to_string());
     let finger = FingerSpec::participant(Participant::P);
-    let both = |finger: f64, elbow: f64| OrTold(format!("{finger} of a finger, {elbow} of an elbow"));
+    let joint_defaults = |finger: f64, elbow: f64| OrTold(format!("{finger} of a finger, {elbow} of an elbow"));
     let sight = vec![
         field("delay_s", real("s", 2), Required, "reaction time of the wearer to what they see"),
         field("every_s", real("s", 10), Required, "time from one correction to the next; not 0"),
@@ -392,13 +392,13 @@ fn body() -> Section {
         field("to", real("", 1), Required, "share of `push_nm` that remains"),
         field("at_ma", real("mA", 200), Required, "smallest current that is felt"),
     ];
-    let mut all = vec![
+    let mut fields = vec![
         field("kind", Kind::Choice(vec!["finger", "elbow", "hand", "arm", "still"]), Required, "an index finger; an elbow whose wearer moves it; a multibody forearm model with hand (below); a right arm under nine electrodes (below); or dummy loads"),
         field("participant", one_of(&PARTICIPANTS), OrTold("the wearer of `[wearer] file`".into()), "participant of Hamana 2022, table 7; required unless the wearer file is that of P, Q or S").when("kind", &["finger"]),
     ];
-    all.extend(point_channels());
-    all.extend(["triceps", "biceps"].map(|muscle| field(muscle, channel_number(), Required, "channel of its electrodes; each must be different").when("kind", &["elbow"])));
-    all.extend([
+    fields.extend(point_channels());
+    fields.extend(["triceps", "biceps"].map(|muscle| field(muscle, channel_number(), Required, "channel of its electrodes; each must be different").when("kind", &["elbow"])));
+    fields.extend([
         field("flexor_nm", real("N·m", 10), or(finger.flexor_torque_nm), "torque of one flexor point at full recruitment and 50 Hz").when("kind", &["finger"]),
         field("extensor_nm", real("N·m", 10), or(finger.extensor_torque_nm), "torque of the extensor at full recruitment and 50 Hz").when("kind", &["finger"]),
         field("second_point_nm", real("N·m", 10), or(0.0), "torque that the second of two conducted points adds, also at full recruitment and 50 Hz; an assumption of the file's author: both points then begin at the two-point thresholds of table 7; with 0, two points pull like the stronger one").when("kind", &["finger"]),
@@ -412,10 +412,10 @@ fn body() -> Section {
         field("biceps_threshold_ma", real("mA", 100), or(d.biceps.threshold_ma), "current at which it begins to pull, at 25 µs").when("kind", &["elbow"]),
         field("biceps_max_ma", real("mA", 200), or(d.biceps.max_ma), "current at which it is fully recruited, at 25 µs").when("kind", &["elbow"]),
         field("recruitment_curvature", real("", 50), or(d.recruitment_curvature), "curvature of recruitment over current; not 0").when("kind", &["elbow"]),
-        field("delay_ms", Kind::Whole(Number::within("ms", 3, 0, 1_000_000)), both(f64::from(finger.electromechanical_delay_us) * 1e-3, f64::from(d.electromechanical_delay_us) * 1e-3), "from a pulse to its effect on the muscle").when("kind", &["finger", "elbow"]),
-        field("inertia_kg_m2", real("kg·m²", 10), both(finger.inertia_kg_m2, d.inertia_kg_m2), "moment of inertia about the joint").when("kind", &["finger", "elbow"]),
-        field("stiffness_nm_per_rad", real("N·m/rad", 100), both(finger.stiffness_nm_per_rad, d.stiffness_nm_per_rad), "passive stiffness towards the rest angle").when("kind", &["finger", "elbow"]),
-        field("damping_nm_s_per_rad", real("N·m·s/rad", 100), both(finger.damping_nm_s_per_rad, d.damping_nm_s_per_rad), "passive viscous friction").when("kind", &["finger", "elbow"]),
+        field("delay_ms", Kind::Whole(Number::within("ms", 3, 0, 1_000_000)), joint_defaults(f64::from(finger.electromechanical_delay_us) * 1e-3, f64::from(d.electromechanical_delay_us) * 1e-3), "from a pulse to its effect on the muscle").when("kind", &["finger", "elbow"]),
+        field("inertia_kg_m2", real("kg·m²", 10), joint_defaults(finger.inertia_kg_m2, d.inertia_kg_m2), "moment of inertia about the joint").when("kind", &["finger", "elbow"]),
+        field("stiffness_nm_per_rad", real("N·m/rad", 100), joint_defaults(finger.stiffness_nm_per_rad, d.stiffness_nm_per_rad), "passive stiffness towards the rest angle").when("kind", &["finger", "elbow"]),
+        field("damping_nm_s_per_rad", real("N·m·s/rad", 100), joint_defaults(finger.damping_nm_s_per_rad, d.damping_nm_s_per_rad), "passive viscous friction").when("kind", &["finger", "elbow"]),
         field("active_damping_s_per_rad", real("s/rad", 10), or(d.active_damping_s_per_rad), "friction per torque of each active muscle").when("kind", &["elbow"]),
         field("start_deg", real("°", 145), or(d.person.start_deg), "angle at which the arm waits and to which it returns").when("kind", &["elbow"]),
         field("push_nm", real("N·m", 100), or(d.person.push_nm), "largest voluntary torque of the wearer").when("kind", &["elbow"]),
@@ -424,9 +424,9 @@ fn body() -> Section {
         field("yields", Kind::Table(yields), Optional, "`{ delay_s, to, at_ma }`: the wearer pushes less while stimulation is felt; without it, always with the same effort").when("kind", &["elbow"]),
         field("load_ohm", Kind::Whole(Number::within("Ω", 0, 1, 1_000_000)), Or(2_000), "resistance of the dummy load on every channel").when("kind", &["still"]),
     ]);
-    all.extend(hand_fields());
-    all.extend(arm_fields());
-    all
+    fields.extend(hand_fields());
+    fields.extend(arm_fields());
+    fields
 }
 
 #[rustfmt::skip]

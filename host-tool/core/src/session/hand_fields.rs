@@ -94,7 +94,7 @@ const fn quantity(
     places: i32,
     range: (i64, i64),
     power: i32,
-    of: fn(&mut FittedHand) -> &mut f64,
+    selector: fn(&mut FittedHand) -> &mut f64,
     meaning: &'static str,
 ) -> Quantity {
     Quantity {
@@ -103,7 +103,7 @@ const fn quantity(
         range,
         places,
         power,
-        of,
+        of: selector,
         meaning,
     }
 }
@@ -145,7 +145,7 @@ pub(super) fn hand_fields() -> Vec<Field> {
     let millimetres = Number::within("mm", 0, -300, 600);
     let (least, most) = UNITS;
     let units = Number::within("", 0, least, most);
-    let mut all = vec![
+    let mut fields = vec![
         hand_field(
             "pads_mm",
             Kind::Pairs(millimetres, RETURN, "3 pairs of numbers"),
@@ -183,8 +183,8 @@ pub(super) fn hand_fields() -> Vec<Field> {
             "seed of the random positions, thresholds and directions of the nerves",
         ),
     ];
-    all.extend(QUANTITIES.iter().map(|quantity| quantity.field(&nominal)));
-    all
+    fields.extend(QUANTITIES.iter().map(|quantity| quantity.field(&nominal)));
+    fields
 }
 
 /// Returns the fields that give the channels of the three electrodes of a finger or a hand.

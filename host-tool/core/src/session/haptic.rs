@@ -105,11 +105,11 @@ fn check_program(program: &Table<'_>, person: &WearerContext, channels: &Channel
             person.check_haptic_range(t, field, electrode, value);
         }
     };
-    let of = |t: &Table<'_>| Amplitude::new(t.integer("value"));
+    let amplitude = |t: &Table<'_>| Amplitude::new(t.integer("value"));
     for electrode in &listed {
-        tell(program, "value", electrode, of(program));
+        tell(program, "value", electrode, amplitude(program));
         for point in program.tables("points") {
-            tell(point, "value", electrode, of(point));
+            tell(point, "value", electrode, amplitude(point));
         }
         if program.word("kind") == "ramp" {
             // The smallest amplitude above 0 stands for the values between 0 and the range.
@@ -121,7 +121,7 @@ fn check_program(program: &Table<'_>, person: &WearerContext, channels: &Channel
         phases.filter_map(|table| Some((table, channels.electrode(table.integer("channel"))?)));
     let of_phases: Vec<_> = of_phases.collect();
     for (phase, electrode) in &of_phases {
-        tell(phase, "value", electrode, of(phase));
+        tell(phase, "value", electrode, amplitude(phase));
     }
     let any = listed
         .first()

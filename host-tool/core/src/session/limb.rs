@@ -107,8 +107,8 @@ fn read_posture(p: &Table<'_>, ranges: &[(i32, i32); AXES]) -> Option<[i16; AXES
         return None;
     }
     let mut is_within = true;
-    let mut all = [0; AXES];
-    for ((to, name), &(low, high)) in all.iter_mut().zip(AXIS_NAMES).zip(ranges) {
+    let mut angles = [0; AXES];
+    for ((to, name), &(low, high)) in angles.iter_mut().zip(AXIS_NAMES).zip(ranges) {
         let centideg: i16 = p.integer(name);
         if !(low..=high).contains(&(i32::from(centideg) * 10)) {
             let range = format_range(low.into(), high.into(), 3);
@@ -117,5 +117,5 @@ fn read_posture(p: &Table<'_>, ranges: &[(i32, i32); AXES]) -> Option<[i16; AXES
         }
         *to = centideg;
     }
-    is_within.then_some(all)
+    is_within.then_some(angles)
 }

@@ -63,9 +63,9 @@ pub(super) fn check_current_sum(
     channels: &[Channel],
     beyond: &[Channel],
 ) {
-    let both = || channels.iter().chain(beyond);
+    let all_channels = || channels.iter().chain(beyond);
     let mut summed = [None; CHANNELS];
-    for (slot, channel) in summed.iter_mut().zip(both()) {
+    for (slot, channel) in summed.iter_mut().zip(all_channels()) {
         *slot = loosest_channel(channel, wearer);
     }
     let Ok(wearer) = wearer.validate() else {
@@ -74,11 +74,11 @@ pub(super) fn check_current_sum(
     let Err(e) = Sums::of(&summed).check(&wearer) else {
         return;
     };
-    let mut numbers: Vec<u8> = both()
+    let mut numbers: Vec<u8> = all_channels()
         .zip(&summed)
         .filter_map(|(channel, slot)| slot.map(|_| channel.number))
         .collect();
-    let who = match numbers.len() == root.tables("channel").len() {
+    let subject = match numbers.len() == root.tables("channel").len() {
         true => "all channels".into(),
         false => {
             numbers.sort_unstable();
@@ -88,12 +88,12 @@ pub(super) fn check_current_sum(
     let milli = |ua: u32| format_scaled(ua.into(), 3);
     let problem = match e {
         SumError::Peak { sum, max } => Problem::SumLimit {
-            who,
+            who: subject,
             sum_ma: milli(sum.get()),
             max_ma: milli(max.get()),
         },
         SumError::Rms { sum, max } => Problem::SumRmsLimit {
-            who,
+            who: subject,
             sum_ma: milli(sum.get()),
             max_ma: milli(max.get()),
             by: match max.get() == wearer.spec().max_sum_rms_ua {

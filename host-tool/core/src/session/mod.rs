@@ -285,36 +285,36 @@ impl Session {
     /// request on arrival.
     #[must_use]
     pub fn setup_requests(&self) -> Vec<Request> {
-        let mut all = vec![Request::Clear, Request::Wearer(self.wearer)];
-        all.extend(self.channels.iter().map(|c| Request::Channel {
+        let mut requests = vec![Request::Clear, Request::Wearer(self.wearer)];
+        requests.extend(self.channels.iter().map(|c| Request::Channel {
             channel: c.index(),
             spec: c.spec,
         }));
         if !self.groups.is_empty() {
             // The checks allow no more groups than the link holds.
-            all.push(Request::Groups(self.groups.iter().copied().collect()));
+            requests.push(Request::Groups(self.groups.iter().copied().collect()));
         }
         if let Some(channel) = self.sync {
             let channel = Some(channel);
-            all.push(Request::Sync { channel });
+            requests.push(Request::Sync { channel });
         }
-        all.extend(self.channels.iter().filter_map(|c| {
+        requests.extend(self.channels.iter().filter_map(|c| {
             let (channel, spec) = (c.index(), c.muscle.as_ref()?.spec());
             Some(Request::Muscle { channel, spec })
         }));
-        all.extend(self.channels.iter().filter_map(|c| {
+        requests.extend(self.channels.iter().filter_map(|c| {
             let channel = c.index();
             c.force.map(|spec| Request::ForceControl { channel, spec })
         }));
-        all.extend(self.joint.clone().map(Request::Joint));
-        all.extend(self.wall.map(Request::Wall));
+        requests.extend(self.joint.clone().map(Request::Joint));
+        requests.extend(self.wall.map(Request::Wall));
         if let Some(limb) = &self.limb {
-            all.push(Request::Limb(limb.spec));
-            all.extend(limb.lines.iter().cloned().map(Request::Line));
+            requests.push(Request::Limb(limb.spec));
+            requests.extend(limb.lines.iter().cloned().map(Request::Line));
         }
         let joints = self.modulations.iter();
-        all.extend(joints.map(|joint| Request::Modulation(joint.spec)));
-        all
+        requests.extend(joints.map(|joint| Request::Modulation(joint.spec)));
+        requests
     }
 
     /// Returns the source of the measured angle of the joint or of the wall; `None` if the session

@@ -62,23 +62,23 @@ pub fn quartic_through(values: [i64; 5]) -> QuarticSpec {
 /// Reads every `[[modulation]]`. Their muscles must name channels of the file.
 pub(super) fn read_modulations(root: &Table<'_>, channels: &Channels) -> Vec<SessionJoint> {
     let tables = root.tables("modulation");
-    let mut all: Vec<SessionJoint> = Vec::new();
+    let mut joints: Vec<SessionJoint> = Vec::new();
     for t in tables.iter().take(MOST) {
         let Some(joint) = read_joint(t, channels) else {
             continue;
         };
-        match all
+        match joints
             .iter()
             .any(|session_joint| session_joint.spec.joint == joint.spec.joint)
         {
             true => t.report("joint", Problem::JointTwice {}),
-            false => all.push(joint),
+            false => joints.push(joint),
         }
     }
     if let Some(first) = tables.first() {
         check_combination(root, first);
     }
-    all
+    joints
 }
 
 /// Reports tables that cannot be used together with modulated joints, and setpoints that never let
@@ -219,17 +219,17 @@ fn read_share(t: &Table<'_>, name: &str) -> Option<Option<QuarticSpec>> {
 }
 
 fn read_angles(t: &Table<'_>) -> Option<Vec<(u64, i16)>> {
-    let mut all: Vec<(u64, i16)> = Vec::new();
+    let mut angles: Vec<(u64, i16)> = Vec::new();
     // The angles after one with an error cannot be judged.
     for item in t
         .tables("angles")
         .iter()
         .take_while(|table| table.is_valid())
     {
-        let at_us = read_time(item, all.last().map(|&(at_us, _)| at_us), "angle")?;
-        all.push((at_us, item.integer("deg")));
+        let at_us = read_time(item, angles.last().map(|&(at_us, _)| at_us), "angle")?;
+        angles.push((at_us, item.integer("deg")));
     }
-    Some(all)
+    Some(angles)
 }
 
 /// Reports angles outside the range of the joint.
@@ -249,11 +249,11 @@ fn check_angles(t: &Table<'_>, spec: &ModulationSpec) {
 }
 
 /// Reports a mistake that the device finds in the modulated joint numbered `joint`. `root` is the
-/// file, and `all` are the joints of the file that could be read.
+/// file, and `joints` are the joints of the file that could be read.
 pub(super) fn report_modulation_mistake(
     root: &Table<'_>,
     channels: &Channels,
-    all: &[SessionJoint],
+    joints: &[SessionJoint],
     joint: u8,
     mistake: Mistake,
 ) {
@@ -261,15 +261,15 @@ pub(super) fn report_modulation_mistake(
     let Some(t) = root.tables("modulation").iter().find(is_it) else {
         return;
     };
-    let spec = all
+    let spec = joints
         .iter()
         .map(|session_joint| &session_joint.spec)
         .find(|modulation_spec| modulation_spec.joint == joint);
     let muscle = |index: u8| {
-        let both = ["flexor", "extensor"]
+        let muscles = ["flexor", "extensor"]
             .into_iter()
             .filter_map(|text| t.table(text));
-        both.filter(move |m| m.integer::<u8>("channel") == index + 1) // at most 10
+        muscles.filter(move |m| m.integer::<u8>("channel") == index + 1) // at most 10
     };
     match mistake.rule {
         // An elbow that is in the file but has errors was already reported.
@@ -318,12 +318,16 @@ pub(super) fn report_modulation_mistake(
         }
         // A range of amplitudes belongs to a muscle's table, and both muscles may have the field.
         Rule::Modulation(ModulationError::Range(e)) if matches!(e.field, "base" | "threshold") => {
-            let of =
+            let has_value =
                 |m: &&Table<'_>| m.has(e.field) && i64::from(m.integer::<u32>(e.field)) == e.value;
-            let both = ["flexor", "extensor"]
+            let muscles = ["flexor", "extensor"]
                 .into_iter()
                 .filter_map(|text| t.table(text));
-            both.into_iter().find(of).unwrap_or(t).report_refusal(e);
+            muscles
+                .into_iter()
+                .find(has_value)
+                .unwrap_or(t)
+                .report_refusal(e);
         }
         // The coefficients exceed those of any share between 0 and 1.
         Rule::Modulation(ModulationError::Range(e)) if matches!(e.field, "lift" | "drop") => {
@@ -402,7 +406,7 @@ mod tests {
     #[test]
     fn angles_go_straight_from_one_to_the_next() {
         let angles = vec![(0, 2_000), (1_000_000, 12_000), (3_000_000, -1_000)];
-        let all = [0, 1, 500_000, 1_000_000, 2_000_000, 9_000_000];
+        let times_us = [0, 1, 500_000, 1_000_000, 2_000_000, 9_000_000];
         let joint = |spec| SessionJoint {
             spec,
             angles: angles.clone(),
@@ -426,7 +430,7 @@ mod tests {
             flexor: muscle,
             extensor: muscle,
         });
-        let found = all.map(|t_us| joint.angle_at(t_us));
+        let found = times_us.map(|t_us| joint.angle_at(t_us));
         assert_eq!(found, [2_000, 2_000, 7_000, 12_000, 5_500, -1_000]);
     }
 }

@@ -88,8 +88,8 @@ impl Muscle {
         let spec = self.spec();
         let changes = self.changes.iter().map(|&(_, level)| level);
         let changes = t.tables("changes").iter().zip(changes);
-        let all = std::iter::once((t, spec.level)).chain(changes);
-        all.map(move |(t, level)| (t, MuscleSpec { level, ..spec }))
+        let levels = std::iter::once((t, spec.level)).chain(changes);
+        levels.map(move |(t, level)| (t, MuscleSpec { level, ..spec }))
     }
 }
 

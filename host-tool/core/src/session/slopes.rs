@@ -74,8 +74,13 @@ impl Rise<'_> {
 
     /// Returns a note on the step of an amplitude course that takes longest; `None` for a ramp, and
     /// if no step takes longer than one period of the train. The times in `points` count from the
-    /// start of the session, or from the start of a pass; `of` is then added to the text to say so.
-    fn course_note(&self, points: &[(u64, Stimulus)], is_held: bool, of: &str) -> Option<String> {
+    /// start of the session, or from the start of a pass; `suffix` is then added to the text to say so.
+    fn course_note(
+        &self,
+        points: &[(u64, Stimulus)],
+        is_held: bool,
+        suffix: &str,
+    ) -> Option<String> {
         let first = points.first().map(|&(at_us, to)| (0, at_us, to));
         let pairs = points.windows(2).filter_map(|pair| match pair {
             [(_, from), (at_us, to)] => Some((from.amplitude.get(), *at_us, *to)),
@@ -87,7 +92,7 @@ impl Rise<'_> {
         let (takes_us, at_us, to) = taken.max_by_key(|(takes_us, ..)| *takes_us)?;
         (takes_us > self.period_us()).then(|| {
             format!(
-                "channel {}: the step to {} at {} s{of} takes {} s (`rise_ms`, `rise_bursts`)",
+                "channel {}: the step to {} at {} s{suffix} takes {} s (`rise_ms`, `rise_bursts`)",
                 self.channel.number,
                 self.channel.format_amplitude(to.amplitude),
                 self.seconds(at_us),

@@ -74,8 +74,8 @@ pub(super) fn report_mistake(root: &Table<'_>, channels: &[Channel], mistake: Mi
 
 /// Returns the tables of the joint and of the wall that have a `channel` field.
 fn point_tables<'r>(root: &'r Table<'r>) -> impl Iterator<Item = &'r Table<'r>> {
-    let both = root.table("joint").into_iter().chain(root.table("wall"));
-    both.flat_map(tables_with_channels)
+    let tables = root.table("joint").into_iter().chain(root.table("wall"));
+    tables.flat_map(tables_with_channels)
 }
 
 /// Returns the tables within a joint or a wall that have a `channel` field, and the joint or wall

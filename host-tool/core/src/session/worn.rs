@@ -119,8 +119,8 @@ impl WearerContext {
         };
         if let Some(worn) = &worn {
             let study = root.table("study").filter(|study| study.has("pseudonym"));
-            let said = [Some((t, "name")), study.map(|study| (study, "pseudonym"))];
-            for (t, field) in said.into_iter().flatten() {
+            let name_fields = [Some((t, "name")), study.map(|study| (study, "pseudonym"))];
+            for (t, field) in name_fields.into_iter().flatten() {
                 if t.text(field).is_some_and(|name| name != worn.wearer.name) {
                     let name = worn.wearer.name.clone();
                     t.report(field, Problem::AnotherPerson { name });
@@ -220,19 +220,19 @@ impl WearerContext {
         t: &Table<'_>,
         fitted: Option<&Electrode>,
     ) -> Option<Amplitude> {
-        let said = t.has("limit").then(|| Amplitude::new(t.integer("limit")));
+        let own_limit = t.has("limit").then(|| Amplitude::new(t.integer("limit")));
         let Some(electrode) = fitted else {
-            if said.is_none() {
+            if own_limit.is_none() {
                 t.report("limit", Problem::MissingField {});
             }
-            return said;
+            return own_limit;
         };
         let haptic = electrode.haptic_range()[1];
         let most = match self.is_haptic {
             true => electrode.limit.min(haptic),
             false => electrode.limit,
         };
-        match said {
+        match own_limit {
             Some(limit) if limit > electrode.limit => {
                 let allowed = format!("at most {}", format_amplitude(electrode, electrode.limit));
                 t.report("limit", Problem::Loosened { allowed });
@@ -255,8 +255,8 @@ impl WearerContext {
         fitted: Option<&Electrode>,
         limit: Amplitude,
     ) -> Option<Amplitude> {
-        let said = t.has("start").then(|| Amplitude::new(t.integer("start")));
-        match (said, fitted) {
+        let own_start = t.has("start").then(|| Amplitude::new(t.integer("start")));
+        match (own_start, fitted) {
             (Some(start), Some(electrode)) if start > electrode.start => {
                 let allowed = format!("at most {}", format_amplitude(electrode, electrode.start));
                 t.report("start", Problem::Loosened { allowed });
@@ -277,15 +277,15 @@ impl WearerContext {
     /// Returns the area of the electrode under a channel, mm²; reports an area larger than that in
     /// the wearer file.
     pub(super) fn area_mm2(&self, t: &Table<'_>, fitted: Option<&Electrode>) -> u32 {
-        let said: u32 = t.integer("area_mm2");
+        let own_area: u32 = t.integer("area_mm2");
         match fitted {
             Some(electrode) if !t.has("area_mm2") => electrode.area_mm2,
-            Some(electrode) if said > electrode.area_mm2 => {
+            Some(electrode) if own_area > electrode.area_mm2 => {
                 let allowed = format!("at most {} mm²", electrode.area_mm2);
                 t.report("area_mm2", Problem::Loosened { allowed });
                 electrode.area_mm2
             }
-            _ => said,
+            _ => own_area,
         }
     }
 

@@ -135,7 +135,7 @@ mod tests {
     #[test]
     fn a_run_fails_as_often_as_drawn_ones_do() {
         for (k, c) in [(1.0, 2), (1.5, 2), (1.0, 3), (2.0, 3)] {
-            let one = Detector {
+            let variant = Detector {
                 windows: c,
                 ..detector(k, c)
             };
@@ -145,13 +145,16 @@ mod tests {
                 let noise = |i: u64| standard_normal(77, draw * 16 + i);
                 let baseline: Vec<f64> = (0..10).map(noise).collect();
                 let windows: Vec<f64> = (10..10 + u64::from(c)).map(noise).collect();
-                alarms += u64::from(one.judge(&baseline, &windows).is_movement());
+                alarms += u64::from(variant.judge(&baseline, &windows).is_movement());
             }
-            let (drawn, said) = (alarms as f64 / draws as f64, one.false_alarm_probability());
-            let error = (said / draws as f64).sqrt();
+            let (drawn, expected) = (
+                alarms as f64 / draws as f64,
+                variant.false_alarm_probability(),
+            );
+            let error = (expected / draws as f64).sqrt();
             assert!(
-                (drawn - said).abs() < 4.0 * error,
-                "{k} {c}: {drawn} {said}"
+                (drawn - expected).abs() < 4.0 * error,
+                "{k} {c}: {drawn} {expected}"
             );
         }
     }
@@ -159,12 +162,12 @@ mod tests {
     #[test]
     fn a_movement_lasts_and_has_one_side() {
         let baseline = [0.0, 0.2, -0.2, 0.1, -0.1, 0.0, 0.2, -0.2, 0.1, -0.1];
-        let of = |windows: &[f64]| detector(4.0, 3).judge(&baseline, windows);
-        assert!(of(&[0.0, 2.0, 2.1, 2.2, 0.0]).is_movement());
-        assert!(of(&[-3.0, -2.0, -2.1, 0.0, 0.0]).is_movement());
-        assert!(!of(&[2.0, 2.0, 0.0, 2.0, 2.0]).is_movement());
-        assert!(!of(&[2.0, -2.0, 2.0, -2.0, 2.0]).is_movement());
-        assert!(!of(&[5.0, 5.0]).is_movement());
+        let verdict = |windows: &[f64]| detector(4.0, 3).judge(&baseline, windows);
+        assert!(verdict(&[0.0, 2.0, 2.1, 2.2, 0.0]).is_movement());
+        assert!(verdict(&[-3.0, -2.0, -2.1, 0.0, 0.0]).is_movement());
+        assert!(!verdict(&[2.0, 2.0, 0.0, 2.0, 2.0]).is_movement());
+        assert!(!verdict(&[2.0, -2.0, 2.0, -2.0, 2.0]).is_movement());
+        assert!(!verdict(&[5.0, 5.0]).is_movement());
         let visible = Detector {
             visible: 3.0,
             ..detector(4.0, 3)

@@ -60,14 +60,17 @@ fn weights(n: usize) -> Vec<f64> {
     let scores: Vec<f64> = (0..n / 2).map(score).collect();
     let squares = 2.0 * scores.iter().map(|score| score * score).sum::<f64>();
     let least = 1.0 / (n as f64).sqrt();
-    let own = |of: &[f64; 6], score: f64| polynomial(of, least) + score / squares.sqrt();
+    let own = |coefficients: &[f64; 6], score: f64| {
+        polynomial(coefficients, least) + score / squares.sqrt()
+    };
     let mut weights = vec![own(&LARGEST, scores[0])];
     if n > 5 {
         weights.push(own(&SECOND, scores[1]));
     }
     let apart = weights.len();
-    let of = |all: &[f64]| 2.0 * all.iter().map(|value| value * value).sum::<f64>();
-    let scale = (squares - of(&scores[..apart])) / (1.0 - of(&weights));
+    let doubled_squares =
+        |values: &[f64]| 2.0 * values.iter().map(|value| value * value).sum::<f64>();
+    let scale = (squares - doubled_squares(&scores[..apart])) / (1.0 - doubled_squares(&weights));
     weights.extend(scores.iter().skip(apart).map(|score| score / scale.sqrt()));
     weights
 }

@@ -101,13 +101,13 @@ pub fn wilcoxon(first: &[f64], second: &[f64]) -> Result<Wilcoxon, StatisticsErr
     let ranks = Ranks::of(&magnitudes);
     let signed = ranks.twice.iter().zip(&differences);
     let above: usize = signed.filter(|(_, d)| **d > 0.0).map(|(r, _)| r).sum();
-    let all = n * (n + 1);
-    let smaller = above.min(all - above);
+    let total = n * (n + 1);
+    let smaller = above.min(total - above);
     let (p, method) = if n <= EXACT_TO {
-        let mut ways = vec![0.0; all + 1];
+        let mut ways = vec![0.0; total + 1];
         ways[0] = 1.0;
         for &rank in &ranks.twice {
-            for sum in (rank..=all).rev() {
+            for sum in (rank..=total).rev() {
                 ways[sum] += ways[sum - rank];
             }
         }
@@ -115,7 +115,7 @@ pub fn wilcoxon(first: &[f64], second: &[f64]) -> Result<Wilcoxon, StatisticsErr
     } else {
         let n = n as f64;
         let variance = n * (n + 1.0) * (2.0 * n + 1.0) / 24.0 - ranks.ties / 48.0;
-        let distance = (all - 2 * smaller) as f64 / 4.0;
+        let distance = (total - 2 * smaller) as f64 / 4.0;
         (continuous_p(distance, variance), Method::Normal)
     };
     Ok(Wilcoxon {
@@ -190,10 +190,10 @@ pub fn mann_whitney(first: &[f64], second: &[f64]) -> Result<MannWhitney, Statis
 /// Returns the two-sided p-value of the outcome with index `at`: twice the smaller tail, at most
 /// one. `ways` is the distribution, as the number of ways in which each outcome arises.
 fn two_sided(ways: &[f64], at: usize) -> f64 {
-    let all: f64 = ways.iter().sum();
+    let total: f64 = ways.iter().sum();
     let below: f64 = ways[..=at].iter().sum();
     let above: f64 = ways[at..].iter().sum();
-    (2.0 * below.min(above) / all).min(1.0)
+    (2.0 * below.min(above) / total).min(1.0)
 }
 
 /// Returns the two-sided p-value of a statistic that has this distance from its mean, by the normal

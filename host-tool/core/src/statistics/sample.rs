@@ -53,28 +53,32 @@ pub enum StatisticsError {
 
 use StatisticsError::{NoVariance, NotFinite, TooFew, UnequalLengths};
 
-/// Checks that `given` is at least `least`. `what` names the elements for the error.
+/// Checks that `given` is at least `least`. `name` names the elements for the error.
 pub(super) fn check_count(
-    what: &'static str,
+    name: &'static str,
     given: usize,
     least: usize,
 ) -> Result<(), StatisticsError> {
     if given < least {
-        return Err(TooFew { what, given, least });
+        return Err(TooFew {
+            what: name,
+            given,
+            least,
+        });
     }
     Ok(())
 }
 
 /// Checks that the number of elements, `given`, equals that of the first argument, `expected`.
-/// `what` names the elements for the error.
+/// `name` names the elements for the error.
 pub(super) fn check_equal_length(
-    what: &'static str,
+    name: &'static str,
     given: usize,
     expected: usize,
 ) -> Result<(), StatisticsError> {
     if given != expected {
         return Err(UnequalLengths {
-            what,
+            what: name,
             given,
             expected,
         });
@@ -88,12 +92,12 @@ const MOST: f64 = 1e60;
 
 /// Checks that every value is finite and at most [`MOST`] in magnitude.
 pub(super) fn check_finite<'a>(
-    what: &'static str,
+    name: &'static str,
     values: impl IntoIterator<Item = &'a f64>,
 ) -> Result<(), StatisticsError> {
     let mut values = values.into_iter();
     match values.position(|value| value.is_nan() || value.abs() > MOST) {
-        Some(index) => Err(NotFinite { what, index }),
+        Some(index) => Err(NotFinite { what: name, index }),
         None => Ok(()),
     }
 }
@@ -117,14 +121,14 @@ pub(super) fn check_rows(
 /// of the largest magnitude for each of `count` values. The sum must also be large enough that
 /// powers of it do not underflow.
 pub(super) fn check_varies(
-    what: &'static str,
+    name: &'static str,
     sum_squares: f64,
     largest: f64,
     count: usize,
 ) -> Result<(), StatisticsError> {
     let rounding = 16.0 * f64::EPSILON * largest;
     if sum_squares <= (count as f64 * rounding * rounding).max(MOST.powi(-2)) {
-        return Err(NoVariance { what });
+        return Err(NoVariance { what: name });
     }
     Ok(())
 }

@@ -113,8 +113,8 @@ pub fn mauchly(subjects: &[Vec<f64>]) -> Result<Mauchly, StatisticsError> {
         (row[at] - before) * (at as f64 / (at as f64 + 1.0)).sqrt()
     };
     let scores = |at: usize| -> Vec<f64> {
-        let all: Vec<f64> = subjects.iter().map(|row| contrast(row, at)).collect();
-        centred(&all)
+        let contrasts: Vec<f64> = subjects.iter().map(|row| contrast(row, at)).collect();
+        centred(&contrasts)
     };
     let scores: Vec<Vec<f64>> = (1..=p).map(scores).collect();
     let spread = squares(scores.iter().flatten().copied());
@@ -125,8 +125,8 @@ pub fn mauchly(subjects: &[Vec<f64>]) -> Result<Mauchly, StatisticsError> {
         subjects.len(),
     )?;
     let product = |i: usize, j: usize| -> f64 {
-        let both = scores[i].iter().zip(&scores[j]);
-        both.map(|(a, b)| a * b).sum::<f64>() / (spread / p as f64)
+        let pairs = scores[i].iter().zip(&scores[j]);
+        pairs.map(|(a, b)| a * b).sum::<f64>() / (spread / p as f64)
     };
     let w = nalgebra::DMatrix::from_fn(p, p, product)
         .determinant()
@@ -206,7 +206,7 @@ pub fn two_way(cells: &[Vec<Vec<f64>>]) -> Result<TwoWay, StatisticsError> {
     let means: Vec<Vec<f64>> = cells.iter().map(row).collect();
     let (first, second, interaction) = split(&means);
     let effect =
-        |scores: Vec<f64>, each: usize, df| f_test((each as f64 * squares(scores), df), error);
+        |scores: Vec<f64>, count: usize, df| f_test((count as f64 * squares(scores), df), error);
     Ok(TwoWay {
         first: effect(first, b * n, a - 1)?,
         second: effect(second, a * n, b - 1)?,
@@ -235,11 +235,11 @@ fn split(table: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
 }
 
 /// Tests the effect that `scores` have in common against the differences between subjects. There is
-/// one row per subject, and the sum of each row is zero. Each score is the mean of `each` values.
+/// one row per subject, and the sum of each row is zero. Each score is the mean of `count` values.
 fn within_subjects_effect(
     scores: &[Vec<f64>],
     df: usize,
-    each: usize,
+    count: usize,
     magnitude: f64,
 ) -> Result<RepeatedMeasures, StatisticsError> {
     let (n, k) = (scores.len(), scores[0].len());
@@ -250,10 +250,10 @@ fn within_subjects_effect(
     let left: Vec<Vec<f64>> = scores.iter().map(less).collect();
     let error = squares(left.iter().flatten().copied());
     check_varies("differences between subjects", error, magnitude, n * k)?;
-    let each = each as f64;
-    let between = each * n as f64 * squares(means);
+    let weight = count as f64;
+    let between = weight * n as f64 * squares(means);
     let error_df = df * (n - 1);
-    let effect = f_test((between, df), (each * error, error_df))?;
+    let effect = f_test((between, df), (weight * error, error_df))?;
     let corrected = |epsilon: f64| -> Result<CorrectedP, StatisticsError> {
         let p = fisher_f_p(effect.f, epsilon * df as f64, epsilon * error_df as f64)?;
         Ok(CorrectedP { epsilon, p })

@@ -17,30 +17,30 @@ use crate::fields::table::Table;
 pub(super) fn check_order(t: &Table<'_>, electrode: &Electrode) {
     let disordered =
         |name: &str, why: String| t.report(name, Problem::ThresholdsDisordered { why });
-    let told = |name: &str| format!("but `{name}` is {}", t.field_place(name).given);
+    let reason = |name: &str| format!("but `{name}` is {}", t.field_place(name).given);
     if electrode.motor_threshold >= electrode.limit {
-        disordered("motor_threshold", told("limit"));
+        disordered("motor_threshold", reason("limit"));
     }
     if electrode.start > electrode.limit {
-        disordered("start", told("limit"));
+        disordered("start", reason("limit"));
     }
     let most = electrode.maximum.unwrap_or(electrode.limit);
     if electrode
         .maximum
         .is_some_and(|maximum| maximum > electrode.limit)
     {
-        disordered("maximum", told("limit"));
+        disordered("maximum", reason("limit"));
     }
     if electrode.minimum.is_some_and(|minimum| minimum > most) {
         let than = ["maximum", "limit"][usize::from(electrode.maximum.is_none())];
-        disordered("minimum", told(than));
+        disordered("minimum", reason(than));
     }
     let [from, to] = electrode.holds_hz;
     if from > electrode.frequency_hz {
-        disordered("from_hz", told("frequency_hz"));
+        disordered("from_hz", reason("frequency_hz"));
     }
     if to < electrode.frequency_hz {
-        disordered("to_hz", told("frequency_hz"));
+        disordered("to_hz", reason("frequency_hz"));
     }
     let Some((s, curve)) = t
         .table("strength_duration")

@@ -105,13 +105,13 @@ pub(super) fn fields() -> Section {
     let ways = ["from the origin of the thorax to the sternoclavicular joint", "from there to the glenohumeral joint", "from there to the elbow", "from there to the hand"];
     let axes = ["protraction", "elevation", "roll", "flexion", "abduction", "internal rotation", "flexion", "sideways bend", "pronation"];
     let ways = WAYS.into_iter().zip(ways);
-    let mut all: Section = ways.map(|(name, meaning)| field(name, place(LimbSpec::OFFSET_UM), Required, meaning)).collect();
-    all.extend(RANGES.into_iter().zip(axes).enumerate().map(|(axis, (name, meaning))| {
+    let mut section: Section = ways.map(|(name, meaning)| field(name, place(LimbSpec::OFFSET_UM), Required, meaning)).collect();
+    section.extend(RANGES.into_iter().zip(axes).enumerate().map(|(axis, (name, meaning))| {
         let range = [LimbSpec::RANGE_MDEG, LimbSpec::MIDDLE_MDEG][usize::from(axis % 3 == 1)];
         field(name, turns(range), Required, meaning)
     }));
-    all.push(field("line", list(lines, 1, Some(CHANNELS), "lines"), Required, "line of action, one for each muscle"));
-    all
+    section.push(field("line", list(lines, 1, Some(CHANNELS), "lines"), Required, "line of action, one for each muscle"));
+    section
 }
 
 /// Reads `[limb]`, and reports everything in it that the device would refuse. `are_whole` is
@@ -195,8 +195,8 @@ fn read_line(t: &Table<'_>) -> Option<Line> {
 /// Returns the three numbers in the field `name`, in the device's steps (µm or mN). Reports a list
 /// of another length.
 pub(crate) fn read_triple(t: &Table<'_>, name: &str) -> Option<[i32; 3]> {
-    let all = wholes(t, name);
-    let found = <[i32; 3]>::try_from(all).ok();
+    let values = wholes(t, name);
+    let found = <[i32; 3]>::try_from(values).ok();
     if found.is_none() && t.has(name) && has_no_reported_error(t, name) {
         t.report_out_of_range(name, "three numbers: backward, to the right, upward".into());
     }
@@ -204,8 +204,8 @@ pub(crate) fn read_triple(t: &Table<'_>, name: &str) -> Option<[i32; 3]> {
 }
 
 fn read_pair(t: &Table<'_>, name: &str) -> Option<(i32, i32)> {
-    let all = wholes(t, name);
-    let found = <[i32; 2]>::try_from(all).ok();
+    let values = wholes(t, name);
+    let found = <[i32; 2]>::try_from(values).ok();
     if found.is_none() && t.has(name) && has_no_reported_error(t, name) {
         t.report_out_of_range(name, "two numbers: lowest and highest".into());
     }
@@ -219,7 +219,8 @@ fn has_no_reported_error(t: &Table<'_>, name: &str) -> bool {
 }
 
 fn wholes(t: &Table<'_>, name: &str) -> Vec<i32> {
-    let all = t.integers(name).iter();
-    all.map(|(value, _)| i32::try_from(*value).unwrap_or(i32::MAX)) // within its range
+    let values = t.integers(name).iter();
+    values
+        .map(|(value, _)| i32::try_from(*value).unwrap_or(i32::MAX)) // within its range
         .collect()
 }

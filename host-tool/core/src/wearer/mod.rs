@@ -233,7 +233,7 @@ impl Wearer {
                 .filter(|electrode| electrode.unit == Unit::Volt);
             electrode.map(|electrode| f64::from(electrode.motor_threshold.get()) / 1e3)
         };
-        let said = self.forearm.and_then(|forearm| forearm.thresholds_v);
-        said.or_else(|| Some([volts(1)?, volts(2)?, volts(3)?]))
+        let thresholds = self.forearm.and_then(|forearm| forearm.thresholds_v);
+        thresholds.or_else(|| Some([volts(1)?, volts(2)?, volts(3)?]))
     }
 }

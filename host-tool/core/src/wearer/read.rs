@@ -296,11 +296,11 @@ fn read_elbow(t: &Table<'_>, find: impl Fn(&Table<'_>, &str) -> u8) -> Elbow {
 
 fn read_history(t: &Table<'_>) -> History {
     let text = |name| t.text(name).map(str::to_owned);
-    let said = |name| text(name).unwrap_or_default(); // told if it is not there
+    let required_text = |name| text(name).unwrap_or_default(); // told if it is not there
     History {
-        at: said("at"),
-        by: said("by"),
-        what: said("what"),
+        at: required_text("at"),
+        by: required_text("by"),
+        what: required_text("what"),
         device: text("device"),
         firmware: text("firmware"),
         seed: t.has("seed").then(|| t.integer("seed")),

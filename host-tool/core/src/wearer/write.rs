@@ -271,9 +271,9 @@ fn write_electrode(out: &mut Lines, electrode: &Electrode) {
                 format_toml_number(interval.low, 0),
                 format_toml_number(interval.high, 0),
             );
-            let of = interval.of;
+            let quantity = interval.of;
             out.line(&format!(
-                "    {{ of = \"{of}\", low = {low}, high = {high} }},"
+                "    {{ of = \"{quantity}\", low = {low}, high = {high} }},"
             ));
         }
         out.line("]");
@@ -328,13 +328,13 @@ fn fatigue(fatigue_spec: FatigueSpec) -> String {
 fn write_forearm(out: &mut Lines, forearm: &Forearm) {
     out.field("reach_m", format_toml_number(forearm.reach_m, 0));
     out.field("around_m", format_toml_number(forearm.around_m, 0));
-    let volts = |all: [f64; 3]| {
-        let mv = all.map(|v| format_scaled((v * 1e3).round() as i64, 3)); // 2–40 V
+    let volts = |thresholds: [f64; 3]| {
+        let mv = thresholds.map(|v| format_scaled((v * 1e3).round() as i64, 3)); // 2–40 V
         format!("[{}]", mv.join(", "))
     };
     out.optional_field("thresholds_v", forearm.thresholds_v.map(volts));
-    let pairs = |all: [[f64; 2]; 3]| {
-        let pairs = all.map(|[along, around]| {
+    let pairs = |pads: [[f64; 2]; 3]| {
+        let pairs = pads.map(|[along, around]| {
             format!(
                 "[{}, {}]",
                 format_toml_number(along, 0),
@@ -386,11 +386,11 @@ fn write_limb(out: &mut Lines, limb: &Limb) {
 
 /// Formats numbers in thousandths as a TOML array of whole units.
 fn numbers(milli: &[i32]) -> String {
-    let each: Vec<String> = milli
+    let texts: Vec<String> = milli
         .iter()
         .map(|milli| format_scaled((*milli).into(), 3))
         .collect();
-    format!("[{}]", each.join(", "))
+    format!("[{}]", texts.join(", "))
 }
 
 fn word<T: Copy + PartialEq>(words: &[(&'static str, T)], value: T) -> &'static str {

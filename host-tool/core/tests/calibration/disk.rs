@@ -67,9 +67,12 @@ fn a_full_disk_ends_stimulation_first_and_leaves_everything_whole() {
         let Err(error) = result else {
             break;
         };
-        let told = error.to_string();
-        assert!(told.starts_with("E675 cannot write"), "{room}: {told}");
-        assert!(told.contains("--resume"), "{told}");
+        let message = error.to_string();
+        assert!(
+            message.starts_with("E675 cannot write"),
+            "{room}: {message}"
+        );
+        assert!(message.contains("--resume"), "{message}");
         let mut port = port.unwrap();
         let end_us = port.world.now_us();
         silent_after(&mut port.world, end_us);

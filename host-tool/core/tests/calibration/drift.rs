@@ -57,10 +57,10 @@ fn thresholds_that_hold_are_told_in_a_minute_and_others_refused() {
     assert!(kept.starts_with(&text), "every byte is kept");
     // The arm of another person.
     let (result, _) = run_check(&out, SEED + 1);
-    let told = result.unwrap_err().to_string();
+    let message = result.unwrap_err().to_string();
     assert!(
-        told.starts_with("E682 the thresholds have drifted: channel"),
-        "{told}"
+        message.starts_with("E682 the thresholds have drifted: channel"),
+        "{message}"
     );
     let wearer = Wearer::read(&out).unwrap();
     assert_eq!(wearer.checks.len(), 20);
@@ -117,8 +117,8 @@ fn an_electrode_that_falls_off_while_a_30_hz_file_is_checked_is_silent_in_time()
         };
         let mut nowhere = Journal::discarding();
         let (result, _, _) = check(&mut port, &wearer, &checked, &mut nowhere, &mut desk);
-        let told = result.unwrap_err().to_string();
-        assert!(told.starts_with("E677 "), "{moment:?}: {told}");
+        let message = result.unwrap_err().to_string();
+        assert!(message.starts_with("E677 "), "{moment:?}: {message}");
         let at_us = come.lock().unwrap().at_us.unwrap();
         let world = &mut port.port.world;
         // Without a pulse, nothing can detect the loss.
@@ -141,11 +141,11 @@ fn thresholds_of_other_rates_are_not_checked() {
         ("faster", [60.0, 50.1, 100.0]),
     ] {
         let wearer = Wearer::read(calibrated_at(name, rates)).unwrap();
-        let told = Plan::from_wearer(&wearer).unwrap_err().to_string();
-        assert!(told.starts_with("E670 "), "{told}");
+        let message = Plan::from_wearer(&wearer).unwrap_err().to_string();
+        assert!(message.starts_with("E670 "), "{message}");
         let [_, from_hz, to_hz] = rates;
         let holds = format!("channel 1: its threshold is valid from {from_hz} to {to_hz} Hz");
-        assert!(told.contains(&holds), "{told}");
+        assert!(message.contains(&holds), "{message}");
     }
     let wearer = Wearer::read(calibrated_at("fast", [60.0, 40.0, 100.0])).unwrap();
     assert_eq!(

@@ -16,11 +16,11 @@ const UNHEARD_US: u64 = 150_500;
 
 /// Returns every step of two electrodes in every phase.
 fn moments() -> Vec<Moment> {
-    let mut all = Vec::new();
+    let mut sequence = Vec::new();
     for electrode in 1..=2 {
         for step in Step::ALL {
             for phase in [Phase::Ready, Phase::On, Phase::Rest] {
-                all.push(Moment {
+                sequence.push(Moment {
                     electrode,
                     step,
                     phase,
@@ -29,7 +29,7 @@ fn moments() -> Vec<Moment> {
             }
         }
     }
-    all
+    sequence
 }
 
 /// Ends a calibration in this way; returns the time until the outputs were silent.
@@ -47,14 +47,17 @@ fn end_at_moment(way: Disturbance, moment: Moment, out: &Path) -> u64 {
         come: Arc::clone(&come),
     };
     let (result, _, port) = run_calibration(port, &order, out, &OnDisk, &mut operator);
-    let told = result.unwrap_err().to_string();
+    let message = result.unwrap_err().to_string();
     let expected = match way {
         Disturbance::Abort => "E683 ",
         Disturbance::Cut => "E502 ",
         Disturbance::Freeze => "E501 ",
         Disturbance::Off => "E677 ",
     };
-    assert!(told.starts_with(expected), "{way:?} {moment:?}: {told}");
+    assert!(
+        message.starts_with(expected),
+        "{way:?} {moment:?}: {message}"
+    );
     let mut port = port.unwrap();
     let at_us = come.lock().unwrap().at_us.unwrap();
     let world = &mut port.port.world;
@@ -135,11 +138,11 @@ fn an_electrode_that_falls_off_at_any_moment_of_a_second_is_silent_in_time() {
     let folder = folder("any_moment");
     let mut longest = 0;
     // Covers more than one period at every step, and five periods at one of them.
-    let all = Step::ALL.into_iter().flat_map(|step| {
+    let cases = Step::ALL.into_iter().flat_map(|step| {
         let count = if step == Step::Comfort { 32 } else { 7 };
         (0..count).map(move |place| (step, place))
     });
-    for (nth, (step, place)) in all.enumerate() {
+    for (nth, (step, place)) in cases.enumerate() {
         let moment = Moment {
             electrode: 1,
             step,

@@ -116,19 +116,19 @@ fn at(step: Step) -> (Machine, u64) {
 #[test]
 fn every_refusal_says_what_to_do() {
     let (mut machine, t_us) = at(Step::Threshold);
-    let told = |machine: &mut Machine, t_us, order: Order| {
+    let refusal = |machine: &mut Machine, t_us, order: Order| {
         machine.execute_order(t_us, &order).unwrap_err().to_string()
     };
     assert_eq!(
-        told(&mut machine, t_us, Order::Yes),
+        refusal(&mut machine, t_us, Order::Yes),
         "E671 not now: no question is open"
     );
     machine.execute_order(t_us, &Order::Raise).unwrap();
-    assert!(told(&mut machine, t_us, Order::Raise).contains("being given"));
+    assert!(refusal(&mut machine, t_us, Order::Raise).contains("being given"));
     machine.advance_to(t_us + 1_000_000);
-    assert!(told(&mut machine, t_us + 1_000_000, Order::Raise).contains("answer"));
+    assert!(refusal(&mut machine, t_us + 1_000_000, Order::Raise).contains("answer"));
     machine.execute_order(t_us + 1_000_000, &Order::No).unwrap();
-    let soon = told(&mut machine, t_us + 1_300_000, Order::Raise);
+    let soon = refusal(&mut machine, t_us + 1_300_000, Order::Raise);
     assert!(soon.contains("rests for 0.7 s more"), "{soon}");
 }
 
@@ -138,15 +138,15 @@ fn levels_out_of_order_are_refused_by_name() {
     machine.execute_order(t_us, &Order::Lower).unwrap();
     machine.execute_order(t_us, &Order::Again).unwrap();
     machine.advance_to(t_us + 1_000_000);
-    let told = machine
+    let refusal = machine
         .execute_order(t_us + 1_000_000, &Order::Yes)
         .unwrap_err();
-    let told = told.to_string();
+    let message = refusal.to_string();
     assert!(
-        told.starts_with("E676 the result of step `minimum`"),
-        "{told}"
+        message.starts_with("E676 the result of step `minimum`"),
+        "{message}"
     );
-    assert!(told.contains("below the motor threshold"), "{told}");
+    assert!(message.contains("below the motor threshold"), "{message}");
 }
 
 /// If a level is too much at the maximum, the limit becomes lower and the maximum must be chosen

@@ -60,7 +60,7 @@ fn ten_electrodes_are_found_in_a_quarter_of_an_hour() {
 /// 200 searches on 20 arms; a threshold below that of the first fibre is false.
 #[test]
 fn thresholds_are_seldom_false_and_mostly_within_a_step() {
-    let (mut all, mut is_false, mut is_near) = (0, 0, 0);
+    let (mut searches, mut is_false, mut is_near) = (0, 0, 0);
     for seed in 1..=20 {
         let order = plan_with_electrodes(10);
         let out = folder(&format!("seed{seed}")).join("w.toml");
@@ -70,14 +70,14 @@ fn thresholds_are_seldom_false_and_mostly_within_a_step() {
         for (index, found) in found.unwrap().iter().enumerate() {
             let threshold = found.threshold.unwrap().units();
             let truth = true_threshold_ma(&body, index);
-            all += 1;
+            searches += 1;
             is_false += usize::from(threshold < body.points()[index].reaches[0].pool.lowest());
             is_near += usize::from((threshold - truth).abs() <= 0.5);
         }
     }
-    println!("{all} searches: {is_false} false, {is_near} within a step");
-    assert!(is_false * 100 < all, "{is_false}");
-    assert!(is_near * 100 >= 95 * all, "{is_near}");
+    println!("{searches} searches: {is_false} false, {is_near} within a step");
+    assert!(is_false * 100 < searches, "{is_false}");
+    assert!(is_near * 100 >= 95 * searches, "{is_near}");
 }
 
 /// Orders one raise and nothing after that.
@@ -99,8 +99,11 @@ fn silence_raises_nothing() {
     let out = folder("silence").join("w.toml");
     let port = array_port(&order.0, SEED, SensorSpec::default());
     let (result, spent, port) = run_calibration(port, &order, &out, &OnDisk, &mut Once(false));
-    let told = result.unwrap_err().to_string();
-    assert!(told.starts_with("E684 the calibration ended"), "{told}");
+    let message = result.unwrap_err().to_string();
+    assert!(
+        message.starts_with("E684 the calibration ended"),
+        "{message}"
+    );
     assert_eq!(spent.given, 1);
     let mut port = port.unwrap();
     // The level rises, lasts a second and falls; in the following half minute there is no pulse of

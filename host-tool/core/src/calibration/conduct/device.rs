@@ -111,11 +111,11 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
                 happened @ (Event::Stopping(_) | Event::Stopped(_) | Event::Faulted(_)),
             ) => {
                 self.note_end(&happened);
-                let (view, what) = (self.view(), advice(&happened));
+                let (view, hint) = (self.view(), advice(&happened));
                 Err(CalibrationError::Ended(
                     describe_event(&happened),
                     describe_position(&view),
-                    what,
+                    hint,
                 ))
             }
             Incoming::Refused(_, refused) => Err(Error::Refused(refused).into()),

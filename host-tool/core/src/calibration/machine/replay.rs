@@ -7,7 +7,7 @@ impl Machine {
     /// Restores the effect of a journal entry on the results and on the highest levels, without
     /// actions for the device.
     pub(super) fn replay(&mut self, entry: &Entry) {
-        let of = |channel: u8| {
+        let electrode_index = |channel: u8| {
             let mut electrodes = self.plan.electrodes.iter();
             electrodes.position(|plan| plan.channel == channel)
         };
@@ -17,18 +17,18 @@ impl Machine {
                 step,
                 value,
             } => {
-                if let Some(at) = of(*channel) {
+                if let Some(at) = electrode_index(*channel) {
                     // The journal holds only results that were accepted before, in this order.
                     let _ = self.found[at].store(*step, value);
                 }
             }
             Entry::TooMuch { channel, level } => {
-                if let Some(at) = of(*channel) {
+                if let Some(at) = electrode_index(*channel) {
                     self.cap(at, *level);
                 }
             }
             Entry::Skipped { channel } => {
-                if let Some(at) = of(*channel) {
+                if let Some(at) = electrode_index(*channel) {
                     self.found[at].is_skipped = true;
                 }
             }

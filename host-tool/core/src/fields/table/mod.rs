@@ -131,8 +131,11 @@ impl<'a> Table<'a> {
         let Some(Value::Pairs(pairs)) = self.get(name) else {
             return Vec::new();
         };
-        let read = |[one, two]: &[Range<usize>; 2]| {
-            Some([self.number_at(one, power)?, self.number_at(two, power)?])
+        let read = |[first, second]: &[Range<usize>; 2]| {
+            Some([
+                self.number_at(first, power)?,
+                self.number_at(second, power)?,
+            ])
         };
         pairs.iter().filter_map(read).collect()
     }
@@ -351,8 +354,8 @@ impl Table<'_> {
     fn find_quantity(&self, device: &str) -> Option<(&Self, &'static Field)> {
         let is = |field: &&Field| field.number().is_some_and(|number| number.device == device);
         let mut own = self.section.iter().filter(is);
-        let told = own.clone().find(|field| self.has(field.name));
-        let found = told.or_else(|| own.find(|field| self.applies(field)));
+        let given = own.clone().find(|field| self.has(field.name));
+        let found = given.or_else(|| own.find(|field| self.applies(field)));
         found.map(|field| (self, field)).or_else(|| {
             let mut entries = self.entries.values();
             entries.find_map(|entry| match &entry.value {

@@ -215,7 +215,7 @@ impl<'a> Table<'a> {
                 .read_real(number, file, place.clone())
                 .map(|real_value| real_value.map(Value::Real)),
             Kind::Wholes(number, _) => file.as_array().map(|list| {
-                let each = list.iter().map(|item| {
+                let numbers = list.iter().map(|item| {
                     let place = self.place(field.name, item.span());
                     let (value, expected) = (item.get_ref(), "a number in each place");
                     let read = self.read_integer(number, value, place.clone());
@@ -227,8 +227,8 @@ impl<'a> Table<'a> {
                     });
                     read.map(|value| (value, item.span()))
                 });
-                let each: Vec<Option<_>> = each.collect(); // reports all mistakes
-                each.into_iter().collect::<Option<_>>().map(Value::Wholes)
+                let values: Vec<Option<_>> = numbers.collect(); // reports all mistakes
+                values.into_iter().collect::<Option<_>>().map(Value::Wholes)
             }),
             Kind::Pairs(number, count, what) => file.as_array().and_then(|list| {
                 let pairs = list.iter().map(|pair| self.read_pair(field, number, pair));
@@ -243,8 +243,8 @@ impl<'a> Table<'a> {
                 .inner(field, found, section)
                 .map(|t| Some(Value::Table(t))),
             Kind::Tables(section, count) => file.as_array().and_then(|list| {
-                let each = list.iter().map(|item| self.inner(field, item, section));
-                let tables: Vec<_> = each.collect::<Option<_>>()?;
+                let entries = list.iter().map(|item| self.inner(field, item, section));
+                let tables: Vec<_> = entries.collect::<Option<_>>()?;
                 let most = count.most.unwrap_or(usize::MAX);
                 if !(count.least..=most).contains(&tables.len()) {
                     let allowed = count.format_count();
@@ -275,8 +275,12 @@ impl<'a> Table<'a> {
             let read = self.read_real(number, item.get_ref(), place)?;
             Some(read.map(|_| item.span()))
         };
-        let (one, two) = (read(one)?, read(two)?);
-        Some(one.zip(two).map(|(one, two)| [one, two]))
+        let (first_span, second_span) = (read(one)?, read(two)?);
+        Some(
+            first_span
+                .zip(second_span)
+                .map(|(first, second)| [first, second]),
+        )
     }
 
     fn inner(

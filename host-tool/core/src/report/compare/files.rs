@@ -69,8 +69,8 @@ impl FileDifference {
     /// Returns a heading that names the file and the records whose files differ.
     fn heading(&self) -> String {
         let to: Vec<String> = self.to.iter().map(usize::to_string).collect();
-        let (file, from, to, of) = (&self.file, self.from, to.join(", "), &self.of);
-        format!("{file} of record {from} -> {to}: {of}")
+        let (file, from, to, trial_name) = (&self.file, self.from, to.join(", "), &self.of);
+        format!("{file} of record {from} -> {to}: {trial_name}")
     }
 
     /// Returns the differing keys for a terminal of 80 columns, one line for each key.
@@ -147,14 +147,14 @@ fn unified_diff((from, one): (usize, &str), (to, another): (usize, &str)) -> Str
 }
 
 /// Returns the keys whose values differ between two TOML texts.
-fn changed_keys(one: &str, another: &str) -> Vec<KeyChange> {
-    let (Some(one), Some(another)) = (values(one), values(another)) else {
+fn changed_keys(first_text: &str, another: &str) -> Vec<KeyChange> {
+    let (Some(first_values), Some(another)) = (values(first_text), values(another)) else {
         return Vec::new();
     };
-    let keys: BTreeSet<&String> = one.keys().chain(another.keys()).collect();
+    let keys: BTreeSet<&String> = first_values.keys().chain(another.keys()).collect();
     let changes = keys.into_iter().map(|key| KeyChange {
         key: key.clone(),
-        from: one.get(key).cloned(),
+        from: first_values.get(key).cloned(),
         to: another.get(key).cloned(),
     });
     changes.filter(|change| change.from != change.to).collect()

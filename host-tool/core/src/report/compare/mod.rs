@@ -175,8 +175,8 @@ impl ComparedRecord {
 
 /// Returns a row for each trial of each record; records and trials keep their order.
 #[must_use]
-pub fn compare_rows(all: &[ComparedRecord]) -> Vec<CompareRow> {
-    let numbered = all.iter().enumerate();
+pub fn compare_rows(records: &[ComparedRecord]) -> Vec<CompareRow> {
+    let numbered = records.iter().enumerate();
     let rows = numbered.flat_map(|(position, compared)| {
         let row = move |kept: &ComparedTrial| CompareRow {
             number: position + 1,

@@ -81,8 +81,8 @@ pub(super) fn figure(group: &Group<'_>) -> Svg {
         }
     }
     channels.sort_unstable();
-    let all = || drawn().flat_map(|(_, (_, kept))| &kept.courses);
-    let end_s = all()
+    let courses = || drawn().flat_map(|(_, (_, kept))| &kept.courses);
+    let end_s = courses()
         .map(|course| course.end_s)
         .filter(|end| end.is_finite());
     let end_s = end_s.fold(0.01, f64::max);
@@ -92,7 +92,7 @@ pub(super) fn figure(group: &Group<'_>) -> Svg {
     let columns = if channels.len() > ONE_COLUMN { 2 } else { 1 };
     let panel = |(number, unit, name): &(u8, &str, &str), is_last: bool| {
         let is_own = |course: &&Course| (course.number, &*course.unit) == (*number, *unit);
-        let peaks = all().filter(is_own).map(|course| course.peak);
+        let peaks = courses().filter(is_own).map(|course| course.peak);
         let top = peaks.filter(|peak| peak.is_finite()).fold(0.001, f64::max);
         let lines = drawn().flat_map(|(place, (_, kept))| {
             let own = kept.courses.iter().filter(is_own);

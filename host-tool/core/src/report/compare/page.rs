@@ -31,12 +31,15 @@ const HEADS: [&str; 10] = [
 /// Returns the body of the page: a table of the trials, the doses of the channels, the angles, and
 /// the differences between session files.
 #[must_use]
-pub fn compare_body(all: &[ComparedRecord]) -> Html {
+pub fn compare_body(compared_records: &[ComparedRecord]) -> Html {
     let mut out = Html::default();
-    if all.iter().any(|compared| compared.is_simulated) {
+    if compared_records
+        .iter()
+        .any(|compared| compared.is_simulated)
+    {
         out += html!("<p class=\"facts\"><b>Simulated wearer: no evidence about people.</b></p>\n");
     }
-    let records = all.iter().map(|compared| {
+    let records = compared_records.iter().map(|compared| {
         let caveat = compared
             .caveat
             .as_ref()
@@ -50,7 +53,7 @@ pub fn compare_body(all: &[ComparedRecord]) -> Html {
         )
     });
     out += html!("<ol>\n{}</ol>\n", records.collect::<Html>());
-    let rows = compare_rows(all).into_iter().map(|row| {
+    let rows = compare_rows(compared_records).into_iter().map(|row| {
         let cells = cells(&row).map(|cell| html!("<td>{}</td>", cell));
         html!(
             "<tr><td>{}</td><th scope=\"row\">{}</th>{}</tr>\n",
@@ -60,10 +63,10 @@ pub fn compare_body(all: &[ComparedRecord]) -> Html {
         )
     });
     out += headed(HEADS.into_iter(), &rows.collect());
-    let groups = groups(all);
+    let groups = groups(compared_records);
     for (title, body) in [
         ("Output of the channels", stimulation(&groups)),
-        ("Angle over time", angles(all)),
+        ("Angle over time", angles(compared_records)),
         ("Session files", sessions(&groups)),
     ] {
         if !body.is_empty() {
@@ -139,14 +142,14 @@ fn stimulation(groups: &[Group<'_>]) -> Html {
 }
 
 fn dose_table(group: &Group<'_>) -> Html {
-    let all = group.trials.iter().flat_map(|(record, kept)| {
+    let doses = group.trials.iter().flat_map(|(record, kept)| {
         let channels = kept.row.channels.iter();
         channels.map(move |dose| (dose.channel, *record, dose))
     });
-    let mut all: Vec<_> = all.collect();
-    all.sort_by_key(|(channel, record, _)| (*channel, *record));
+    let mut sorted_doses: Vec<_> = doses.collect();
+    sorted_doses.sort_by_key(|(channel, record, _)| (*channel, *record));
     let mut rows = Html::default();
-    for own in all.chunk_by(|a, b| a.0 == b.0) {
+    for own in sorted_doses.chunk_by(|a, b| a.0 == b.0) {
         let first = own.first().map(|(.., dose)| dose_cells(dose));
         for (_, record, dose) in own {
             let cells = dose_cells(dose);
@@ -169,8 +172,8 @@ fn dose_table(group: &Group<'_>) -> Html {
 }
 
 /// Returns a figure of references and measured angles; an empty text if no trial has any.
-fn angles(all: &[ComparedRecord]) -> Html {
-    let numbered = all.iter().enumerate();
+fn angles(records: &[ComparedRecord]) -> Html {
+    let numbered = records.iter().enumerate();
     let traced = numbered.flat_map(|(position, compared)| {
         let own = compared.trials.iter().map(|kept| &kept.traced);
         let own = own.filter(|traced| traced.has_angle());
@@ -193,10 +196,10 @@ fn angles(all: &[ComparedRecord]) -> Html {
 /// Returns, for each session or wearer file that differs, a table of the differing keys and a
 /// line-by-line comparison.
 fn sessions(groups: &[Group<'_>]) -> Html {
-    let all: Vec<FileDifference> = groups.iter().flat_map(group_differences).collect();
+    let differences: Vec<FileDifference> = groups.iter().flat_map(group_differences).collect();
     let are_held = groups.iter().any(|group| group.trials.len() > 1);
-    match all.is_empty() && are_held {
+    match differences.is_empty() && are_held {
         true => html!("<p>The session files are the same.</p>\n"),
-        false => all.iter().map(FileDifference::html).collect(),
+        false => differences.iter().map(FileDifference::html).collect(),
     }
 }

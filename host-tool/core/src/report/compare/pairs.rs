@@ -23,15 +23,15 @@ impl Group<'_> {
 /// several trials of one name, its n-th of them belongs to the n-th of the other records. Trials at
 /// the same position belong together instead if each record has one trial, or if no name occurs in
 /// two records.
-pub(super) fn groups(all: &[ComparedRecord]) -> Vec<Group<'_>> {
-    let are_single = all.iter().all(|compared| compared.trials.len() == 1);
+pub(super) fn groups(records: &[ComparedRecord]) -> Vec<Group<'_>> {
+    let are_single = records.iter().all(|compared| compared.trials.len() == 1);
     let by_name = match are_single {
         true => Vec::new(),
-        false => group_by_key(all, name_key),
+        false => group_by_key(records, name_key),
     };
     match by_name.iter().any(|group| group.trials.len() > 1) {
         true => by_name,
-        false => group_by_key(all, |_, place| ("", place)),
+        false => group_by_key(records, |_, place| ("", place)),
     }
 }
 
@@ -45,12 +45,12 @@ fn name_key(compared: &ComparedRecord, place: usize) -> (&str, usize) {
 
 /// Groups the trials whose `key` is equal. A key must occur at most once in each record.
 fn group_by_key<'a>(
-    all: &'a [ComparedRecord],
+    records: &'a [ComparedRecord],
     key: fn(&'a ComparedRecord, usize) -> (&'a str, usize),
 ) -> Vec<Group<'a>> {
     let mut groups: Vec<Group<'a>> = Vec::new();
     let mut places: HashMap<(&str, usize), usize> = HashMap::new();
-    for (position, compared) in all.iter().enumerate() {
+    for (position, compared) in records.iter().enumerate() {
         for (place, kept) in compared.trials.iter().enumerate() {
             let own = *places.entry(key(compared, place)).or_insert_with(|| {
                 groups.push(Group {

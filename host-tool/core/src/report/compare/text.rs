@@ -15,28 +15,28 @@ const MOST_TRIALS: usize = 8;
 /// Returns the comparison for a terminal of 80 columns: a table of the trials, then the doses that
 /// differ, then the keys of session files that differ.
 #[must_use]
-pub fn compare_text(all: &[ComparedRecord]) -> String {
+pub fn compare_text(records: &[ComparedRecord]) -> String {
     let mut text = String::new();
-    for (position, compared) in all.iter().enumerate() {
+    for (position, compared) in records.iter().enumerate() {
         text += &format!("{:>2}  {}\n", position + 1, compared.name);
         if let Some(damaged) = &compared.damaged {
             text += &format!("    {damaged}\n");
         }
     }
-    text += &rows(all);
-    let groups = groups(all);
+    text += &rows(records);
+    let groups = groups(records);
     text += &stimulation(&groups);
     text += &sessions(&groups);
     text.trim_end().to_owned()
 }
 
 /// Returns a table with a row for each trial of each record.
-fn rows(all: &[ComparedRecord]) -> String {
+fn rows(records: &[ComparedRecord]) -> String {
     let mut text = format!(
         "\n    {:<17}{:>9}{:>8}{:>9}{:>8}{:>8}\n",
         "trial", "length", "RMSE", "force", "deepest", "pulses"
     );
-    for row in compare_rows(all) {
+    for row in compare_rows(records) {
         let name: String = row.of.trial.chars().take(16).collect();
         // There are 63 columns before the mark.
         let mark = match &row {

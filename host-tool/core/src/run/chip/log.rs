@@ -43,8 +43,8 @@ fn open(path: &std::path::Path, image: &Image) -> Result<Log, ChipError> {
         Box::new(io::stderr())
     } else {
         let file = File::create(path).map_err(|why| {
-            let told = format!("cannot write {}: {why}", path.display());
-            ChipError::Outside(io::Error::new(why.kind(), told))
+            let message = format!("cannot write {}: {why}", path.display());
+            ChipError::Outside(io::Error::new(why.kind(), message))
         })?;
         Box::new(io::BufWriter::new(file))
     };

@@ -75,18 +75,18 @@ impl<P: Port> Stepper<'_, P> {
         }
         let now_us = self.time_us();
         let first = self.session.setpoints.at(now_us);
-        let all = iter::once(first).chain(self.session.amplitudes_before_start());
-        let all = all.map(|setpoint| self.scale_setpoint(setpoint).to_request(None));
-        let mut all: Vec<Request> = all.collect();
+        let setpoints = iter::once(first).chain(self.session.amplitudes_before_start());
+        let messages = setpoints.map(|setpoint| self.scale_setpoint(setpoint).to_request(None));
+        let mut requests: Vec<Request> = messages.collect();
         if let Some(tick_us) = self.session.setpoints.programs.tick_us() {
             let orders = self.programmed_amplitudes(now_us / tick_us * tick_us);
-            all.push(Setpoint::Amplitudes(orders.clone()).to_request(None));
+            requests.push(Setpoint::Amplitudes(orders.clone()).to_request(None));
             self.programmed = Programmed {
                 next_us: (now_us / tick_us + 1) * tick_us,
                 latest: orders,
             };
         }
-        all
+        requests
     }
 
     /// Sends what is due at `due`, µs after the start of the trains: the setpoint, measurements,

@@ -79,14 +79,14 @@ impl<P: Port> Stepper<'_, P> {
             found.map(|&(_, count)| count)
         };
         let idle = counted("triggers without a train").unwrap_or(0);
-        let told = counted("pulses started").map(|n| (n as u32).wrapping_sub(self.checked));
+        let device_count = counted("pulses started").map(|n| (n as u32).wrapping_sub(self.checked));
         let played = match self.connection.port().world() {
             Some(world) => {
                 let trace = &world.recorder.trace;
                 let left = pulses::count_pulses(&self.session, trace, self.started_us.unwrap_or(0));
                 Some(self.taken.0 + left)
             }
-            None => told.map(u64::from),
+            None => device_count.map(u64::from),
         };
         self.trial.pulses = played;
         if played == Some(0) {

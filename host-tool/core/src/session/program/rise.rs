@@ -73,20 +73,20 @@ impl Rise {
         if amplitude <= 0.0 {
             return 0;
         }
-        let whole = match self.reached_share(since_us) {
+        let order = match self.reached_share(since_us) {
             part if part < 1.0 && amplitude > self.immediate_amplitude(width_us) => {
                 (amplitude / part - EXACT).ceil()
             }
             _ => (amplitude + EXACT).floor(),
         };
         // An order of less than a step of the DAC would end the rise.
-        (whole as u32).max(self.least)
+        (order as u32).max(self.least)
     }
 
     /// Returns the share of the setpoint that the device outputs `since_us` after the first burst
     /// of a rise; 1 when the rise is complete.
     fn reached_share(&self, since_us: u64) -> f64 {
-        let part = |part: u64, whole: u64| (part + 1) as f64 / (whole + 1) as f64;
+        let part = |part: u64, total: u64| (part + 1) as f64 / (total + 1) as f64;
         let period = self.period_us as f64;
         let played = (since_us / self.period_us).min(self.rise_bursts);
         let elapsed_us = since_us.min(self.rise_us) as f64;
@@ -157,7 +157,7 @@ const EXACT: f64 = 1e-6;
 /// Returns the smallest amplitude of this output stage whose DAC code is not 0, in thousandths.
 fn smallest_amplitude(stage: Stage) -> u32 {
     let near = stage.amplitude(DacCode::new(1)).get();
-    let all = near..=near + 2;
+    let amplitudes = near..=near + 2;
     let has_code = |value: &u32| stage.code(Amplitude::new(*value)) > DacCode::new(0);
-    all.into_iter().find(has_code).unwrap_or(near).max(1)
+    amplitudes.into_iter().find(has_code).unwrap_or(near).max(1)
 }

@@ -42,10 +42,10 @@ impl Steps {
             return None;
         }
         let stage = found.spec.stage.validate().ok()?;
-        let of = |ua: u32| f64::from(stage.amplitude_for_current(MicroAmps::new(ua)).get());
+        let amplitude = |ua: u32| f64::from(stage.amplitude_for_current(MicroAmps::new(ua)).get());
         let mut steps = Self {
-            burst: of(wearer.max_step_ua),
-            second: of(wearer.max_step_ua_per_s),
+            burst: amplitude(wearer.max_step_ua),
+            second: amplitude(wearer.max_step_ua_per_s),
             peak: 0.0,
             period_us: found.spec.train.period_us.into(),
             own_us: found.spec.train.width_us.into(),

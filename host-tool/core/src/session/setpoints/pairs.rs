@@ -174,10 +174,10 @@ pub(super) fn read_lists(
     setup: &SetupSpec,
     duration_us: u64,
 ) -> Option<Vec<(u64, PulseList)>> {
-    let mut all: Vec<(u64, PulseList)> = Vec::new();
+    let mut lists: Vec<(u64, PulseList)> = Vec::new();
     for item in t.tables("list").iter().filter(|item| item.is_valid()) {
         let at_us = item.time("at_s", 1, duration_us)?;
-        if let Some(&(before, _)) = all.last().filter(|(before, _)| at_us <= *before) {
+        if let Some(&(before, _)) = lists.last().filter(|(before, _)| at_us <= *before) {
             let after = format!("the {} s of the list before it", before as f64 / 1e6);
             item.report_not_after("at_s", after);
             return None;
@@ -214,7 +214,7 @@ pub(super) fn read_lists(
                 width_us: stimulus.width_us,
             });
         }
-        all.push((at_us, list));
+        lists.push((at_us, list));
     }
-    Some(all)
+    Some(lists)
 }

@@ -237,7 +237,7 @@ fn read_force_sine(t: &Table<'_>, channel: &Channel) -> Option<ForceCourse> {
 /// Reads `bounds`, for channels that the host may drive. Reports bounds that contradict each other,
 /// the channel's limits or the duration of the session.
 fn read_bounds(t: &Table<'_>, setup: &SetupSpec, duration_us: u64) -> Option<Vec<Bounds>> {
-    let mut all: Vec<Bounds> = Vec::new();
+    let mut channel_bounds: Vec<Bounds> = Vec::new();
     for item in t.tables("bounds").iter().filter(|item| item.is_valid()) {
         let Some(found) = setup.channels.find(item, "channel") else {
             continue;
@@ -254,7 +254,10 @@ fn read_bounds(t: &Table<'_>, setup: &SetupSpec, duration_us: u64) -> Option<Vec
         let limit = found.spec.limit;
         if setup.controlled & 1 << bounds.channel != 0 && !is_force {
             item.report("channel", Problem::Controlled { channel });
-        } else if all.iter().any(|item| item.channel == bounds.channel) {
+        } else if channel_bounds
+            .iter()
+            .any(|item| item.channel == bounds.channel)
+        {
             item.report("channel", Problem::ChannelTwice { channel });
         } else if bounds.most <= bounds.least {
             item.report_not_after("most", "`least`".into());
@@ -267,10 +270,10 @@ fn read_bounds(t: &Table<'_>, setup: &SetupSpec, duration_us: u64) -> Option<Vec
         } else if !is_force
             || check_force(item, "most", found, f64::from(bounds.most) / 1e3).is_some()
         {
-            all.push(bounds);
+            channel_bounds.push(bounds);
         }
     }
-    Some(all)
+    Some(channel_bounds)
 }
 
 impl Bounds {

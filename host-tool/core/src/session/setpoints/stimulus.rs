@@ -55,7 +55,7 @@ impl StimulusCourse {
     /// of the point at or before it.
     pub(in crate::session) fn peaks(&self) -> Vec<(usize, Stimulus)> {
         let points = self.points.iter().enumerate();
-        let mut all: Vec<_> = points
+        let mut peaks: Vec<_> = points
             .map(|(n, (_, stimulus))| (n, self.playable(*stimulus)))
             .collect();
         for (n, pair) in self.points.windows(2).enumerate() {
@@ -71,10 +71,10 @@ impl StimulusCourse {
             // changes.
             let part = -((b - a) * w + (v - w) * a) / (2.0 * (b - a) * (v - w));
             if !self.is_held && (0.0..1.0).contains(&part) {
-                all.push((n, self.playable(interpolate(*from, *to, part))));
+                peaks.push((n, self.playable(interpolate(*from, *to, part))));
             }
         }
-        all
+        peaks
     }
 
     /// Returns `stimulus` in a form that the device accepts: without a width if widths are not
