@@ -19,11 +19,14 @@ fn powered(image: Image) -> Board<()> {
 /// Checks that the fault is reported by its number, and that neither acknowledging nor arming
 /// works.
 fn assert_refused(bench: &mut Bench, hello: &HelloInfo, fault: Fault) {
-    let told = FaultRecord {
+    let fault_record = FaultRecord {
         found_at_boot: true,
         ..FaultRecord::new(fault, hello.last_fault.unwrap().at)
     };
-    assert_eq!((hello.state, hello.last_fault), (State::Fault, Some(told)));
+    assert_eq!(
+        (hello.state, hello.last_fault),
+        (State::Fault, Some(fault_record))
+    );
     let number = i32::from(fault.number());
     let latched = Some((Code::FaultLatched as u16, "fault".to_owned(), number));
     for request in [Request::Acknowledge, Request::Start] {
@@ -49,15 +52,15 @@ fn a_turned_bit_in_flash_is_told_and_nothing_is_armed() {
     for (at, bit) in [(0x184, 0), (0x184, 31), (variables, 3), (length - 4, 7)] {
         let (mut board, address) = (powered(image.clone()), FLASH.start + at);
         let flash = &mut board.around.soc.flash;
-        let whole = flash.peek(address, Size::Word);
-        let turned = whole ^ 1 << bit;
+        let word = flash.peek(address, Size::Word);
+        let turned = word ^ 1 << bit;
         flash.load(address, &turned.to_le_bytes()).unwrap();
         let (mut bench, hello) = Bench::boot_and_greet(board);
         println!("{address:#x} bit {bit}: {:?}", hello.last_fault);
         assert_refused(&mut bench, &hello, Fault::Flash);
         // After the flash is rewritten, the device still remembers the fault, as any other.
         let flash = &mut bench.board.around.soc.flash;
-        flash.load(address, &whole.to_le_bytes()).unwrap();
+        flash.load(address, &word.to_le_bytes()).unwrap();
         resets(&mut bench);
         bench.recovers_after(ResetCause::Software, Fault::Flash);
     }

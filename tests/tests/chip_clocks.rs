@@ -50,7 +50,7 @@ const UPSETS: [(&str, u32, u32); 29] = [
 fn a_register_that_changes_isolates_within_two_windows() {
     let (bench, _) = Bench::stimulating_in_pulse();
     let mut missed = Vec::new();
-    for (what, address, bits) in UPSETS {
+    for (register, address, bits) in UPSETS {
         let mut bench = bench.clone();
         let (cycle, at) = (bench.board.cpu.cycle, bench.board.now_us());
         let soc = &mut bench.board.around.soc;
@@ -62,9 +62,9 @@ fn a_register_that_changes_isolates_within_two_windows() {
         let fault = bench
             .fault()
             .or_else(|| bench.after_reset().last_fault.map(|f| f.fault));
-        println!("{what:<36} isolated after {late:>4} us, {fault:?}");
+        println!("{register:<36} isolated after {late:>4} us, {fault:?}");
         if last != Levels::ISOLATED || late > TWO_WINDOWS_US || fault.is_none() {
-            missed.push(what);
+            missed.push(register);
         }
     }
     assert!(missed.is_empty(), "{missed:?}");

@@ -16,7 +16,7 @@ fn setpoints_over_usb_are_in_time_if_prefetched_lines_are_not_cached() {
 }
 
 fn report(name: &str, found: &Latency) {
-    let (device, whole) = (&found.device, &found.whole);
+    let (device, total) = (&found.device, &found.whole);
     println!(
         "{name}, {} arrivals: at the device {} to {} us ({} at any phase, blur {}), \
          whole {} to {} us\n  device by 100 us {:?}\n  whole by 100 us {:?}",
@@ -25,10 +25,10 @@ fn report(name: &str, found: &Latency) {
         device.worst_us,
         found.worst_phase_us,
         found.blur_us,
-        whole.best_us,
-        whole.worst_us,
+        total.best_us,
+        total.worst_us,
         device.counts,
-        whole.counts,
+        total.counts,
     );
 }
 

@@ -147,8 +147,9 @@ fn assert_within_budgets(found: &Profiled, budget: &Chip) {
     let summary = &found.summary;
     let margin = summary.margins.worst.unwrap();
     println!("{:<28} {:>10} {:>10}", "at full load", "found", "budget");
-    let row =
-        |what: &str, found: f64, budget: f64| println!("{what:<28} {found:>10.2} {budget:>10.2}");
+    let row = |quantity: &str, found: f64, budget: f64| {
+        println!("{quantity:<28} {found:>10.2} {budget:>10.2}")
+    };
     let load = summary.load_percent();
     row("load, %", load, budget.load_percent);
     let worst = margin as f64;
@@ -166,8 +167,8 @@ fn assert_within_budgets(found: &Profiled, budget: &Chip) {
         let name = exception::name(line.number);
         let allowed = budget.interrupt_latency_cycles.get(&name);
         let allowed = *allowed.unwrap_or_else(|| panic!("{name} has no budget"));
-        let (what, worst) = (format!("latency of {name}, cycles"), line.latency.worst);
-        row(&what, worst as f64, allowed as f64);
+        let (quantity, worst) = (format!("latency of {name}, cycles"), line.latency.worst);
+        row(&quantity, worst as f64, allowed as f64);
         if worst > allowed {
             late.push(line);
         }

@@ -126,18 +126,21 @@ fn every_edge_of_every_pattern_is_exact() {
     let mut files = session_paths("hamana_exp2");
     assert_eq!(files.len(), 29);
     files.push(session_path("ten_channels.toml"));
-    let (mut edges, mut all) = (0, Phases::default());
+    let (mut edges, mut total_phases) = (0, Phases::default());
     for path in files {
         let (count, phases) = exact(&path, &image, PATTERN_US);
         edges += count;
-        let both = [(&mut all.b, phases.b), (&mut all.c, phases.c)];
-        for (sum, more) in both {
+        let ports = [
+            (&mut total_phases.b, phases.b),
+            (&mut total_phases.c, phases.c),
+        ];
+        for (sum, more) in ports {
             for (sum, more) in sum.iter_mut().zip(more) {
                 *sum += more;
             }
         }
     }
-    let histogram = Phase::from_phases(&all);
+    let histogram = Phase::from_phases(&total_phases);
     let span = Phase::span(&histogram);
     println!("{edges} edges exact; all pin edges span {span} cycles:");
     println!("{:>8} {:>12} {:>12}", "late", "port B", "port C");
@@ -145,10 +148,13 @@ fn every_edge_of_every_pattern_is_exact() {
         println!("{late:>8} {b:>12} {c:>12}");
     }
     assert!(
-        all.b.iter().sum::<u64>() > 100_000,
+        total_phases.b.iter().sum::<u64>() > 100_000,
         "the pump, channels 6 to 10"
     );
-    assert!(all.c.iter().sum::<u64>() > 1_000, "channels 1 to 5");
+    assert!(
+        total_phases.c.iter().sum::<u64>() > 1_000,
+        "channels 1 to 5"
+    );
     assert!(span <= SPAN_CYCLES, "{span}");
 }
 

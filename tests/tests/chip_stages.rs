@@ -67,11 +67,11 @@ impl Bench {
     fn ask(&mut self, request: Request, us: u64) -> ResponseKind {
         let before = self.draft.clone();
         self.say(Some(request), us);
-        let said = self.said.pop().expect("an answer");
-        if let ResponseKind::Refused(..) = said {
+        let response = self.said.pop().expect("an answer");
+        if let ResponseKind::Refused(..) = response {
             self.draft = before; // a host's checksum covers accepted requests
         }
-        said
+        response
     }
 
     /// Sends `request`, if any, and collects the responses within `us`.
@@ -159,9 +159,9 @@ fn store(stages: [Option<StageKind>; CHANNELS]) -> Request {
     Request::StoreStages { stages, supply }
 }
 
-fn is_refused(said: &ResponseKind, code: Code, named: &str, max: i32) {
-    let ResponseKind::Refused(number, field, has) = said else {
-        panic!("{said:?}");
+fn is_refused(response: &ResponseKind, code: Code, named: &str, max: i32) {
+    let ResponseKind::Refused(number, field, has) = response else {
+        panic!("{response:?}");
     };
     assert_eq!((*number, &**field, *has), (code as u16, named, max));
 }
@@ -170,21 +170,21 @@ fn is_refused(said: &ResponseKind, code: Code, named: &str, max: i32) {
 fn a_false_declaration_is_refused_by_name() {
     let mut bench = Bench::booted(|_| ());
     let hello = bench.greet();
-    let Stages::Stored(told) = hello.stages else {
+    let Stages::Stored(stored_table) = hello.stages else {
         panic!("{:?}", hello.stages);
     };
     let of_session = (Origin::Session, [Some(AMPS); CHANNELS]);
-    assert_eq!((told.origin, told.stages), of_session);
+    assert_eq!((stored_table.origin, stored_table.stages), of_session);
     // 60 V on a stage of 100 mA: three times the requested current.
-    let said = bench.declare(StageSpec::Voltage {
+    let response = bench.declare(StageSpec::Voltage {
         full_scale_mv: 60_000,
         load_ohm: 2_000,
     });
-    is_refused(&said, Code::OtherStage, "stage", 0);
-    let said = bench.declare(StageSpec::Current {
+    is_refused(&response, Code::OtherStage, "stage", 0);
+    let response = bench.declare(StageSpec::Current {
         full_scale_ua: 50_000,
     });
-    is_refused(&said, Code::OtherStage, "full_scale_ua", 100_000);
+    is_refused(&response, Code::OtherStage, "full_scale_ua", 100_000);
     // Nothing was kept, so there is nothing to arm.
     is_refused(
         &bench.ask(desk::ARM, 30_000),
@@ -192,10 +192,10 @@ fn a_false_declaration_is_refused_by_name() {
         "channels",
         0,
     );
-    let said = bench.declare(StageSpec::Current {
+    let response = bench.declare(StageSpec::Current {
         full_scale_ua: 100_000,
     });
-    assert!(matches!(said, ResponseKind::Ack), "{said:?}");
+    assert!(matches!(response, ResponseKind::Ack), "{response:?}");
     bench.expect_never_driven();
     assert!(matches!(bench.ask(desk::ARM, 30_000), ResponseKind::Ack));
 }
@@ -219,10 +219,10 @@ fn opposite_directions_at_once_are_refused_unless_supplies_are_separate() {
             let words = declared.to_words(board.around.soc.signature.uid);
             write(board, [&words; 2]);
         });
-        let Stages::Stored(told) = bench.greet().stages else {
+        let Stages::Stored(stored_table) = bench.greet().stages else {
             panic!("a table was stored");
         };
-        assert_eq!(told.supply, supply);
+        assert_eq!(stored_table.supply, supply);
         let stage = StageSpec::Current {
             full_scale_ua: 100_000,
         };
@@ -237,14 +237,14 @@ fn opposite_directions_at_once_are_refused_unless_supplies_are_separate() {
                 start: Amplitude::new(0),
                 area_mm2: ChannelSpec::ASSUMED_AREA_MM2,
             };
-            let said = bench.ask(Request::Channel { channel, spec }, 5_000);
-            assert!(matches!(said, ResponseKind::Ack), "{said:?}");
+            let response = bench.ask(Request::Channel { channel, spec }, 5_000);
+            assert!(matches!(response, ResponseKind::Ack), "{response:?}");
         }
-        let said = bench.ask(desk::ARM, 60_000);
+        let response = bench.ask(desk::ARM, 60_000);
         if is_armed {
-            assert!(matches!(said, ResponseKind::Ack), "{said:?}");
+            assert!(matches!(response, ResponseKind::Ack), "{response:?}");
         } else {
-            is_refused(&said, Code::OppositePhases, "supply", 1);
+            is_refused(&response, Code::OppositePhases, "supply", 1);
             bench.expect_never_driven();
         }
     }
@@ -282,10 +282,14 @@ fn an_unreliable_table_arms_nothing() {
     type Copies = fn(&StageWords, &StageWords) -> [StageWords; 2];
     let cases: [(StagesFault, Copies); 5] = [
         (StagesFault::Erased, |_, erased| [*erased; 2]),
-        (StagesFault::Incomplete, |whole, erased| [*whole, *erased]),
-        (StagesFault::Incomplete, |whole, erased| [*erased, *whole]),
-        (StagesFault::Damaged, |whole, _| {
-            let mut cut = *whole;
+        (StagesFault::Incomplete, |complete_words, erased| {
+            [*complete_words, *erased]
+        }),
+        (StagesFault::Incomplete, |complete_words, erased| {
+            [*erased, *complete_words]
+        }),
+        (StagesFault::Damaged, |complete_words, _| {
+            let mut cut = *complete_words;
             cut[7..].fill(u32::MAX); // power failed during programming
             [cut; 2]
         }),
@@ -295,15 +299,15 @@ fn an_unreliable_table_arms_nothing() {
     ];
     for (fault, copies) in cases {
         let mut bench = Bench::booted(|board| {
-            let whole = table([Some(AMPS); CHANNELS]).to_words(uid(board));
-            let [first, second] = copies(&whole, &erased);
+            let complete_words = table([Some(AMPS); CHANNELS]).to_words(uid(board));
+            let [first, second] = copies(&complete_words, &erased);
             write(board, [&first, &second]);
         });
         assert_eq!(bench.greet().stages, Stages::Unknown(fault));
-        let said = bench.declare(StageSpec::Current {
+        let response = bench.declare(StageSpec::Current {
             full_scale_ua: 100_000,
         });
-        is_refused(&said, Code::StagesUnknown, "stages", 0);
+        is_refused(&response, Code::StagesUnknown, "stages", 0);
         is_refused(
             &bench.ask(desk::ARM, 30_000),
             Code::NothingToArm,
@@ -325,22 +329,22 @@ fn a_table_is_stored_and_found_after_the_restart() {
     // A value out of its range is named, and nothing is stored.
     let mut wild = ten;
     wild[1] = Some(StageKind::Current { full_scale_ua: 999 });
-    let said = bench.ask(store(wild), 5_000);
-    is_refused(&said, Code::OutOfRange, "full_scale_ua", 100_000);
+    let response = bench.ask(store(wild), 5_000);
+    is_refused(&response, Code::OutOfRange, "full_scale_ua", 100_000);
     // After accepting, the board restarts by itself; erasing two sectors takes 2 s each.
-    let said = bench.ask(store(ten), 5_000_000);
-    assert!(matches!(said, ResponseKind::Ack), "{said:?}");
+    let response = bench.ask(store(ten), 5_000_000);
+    assert!(matches!(response, ResponseKind::Ack), "{response:?}");
     let hello = bench.greet();
     assert_eq!(hello.stages, Stages::Stored(table(ten)));
     assert_eq!(hello.state, State::Idle, "{:?}", hello.last_fault);
-    let said = bench.declare(StageSpec::Current {
+    let response = bench.declare(StageSpec::Current {
         full_scale_ua: 100_000,
     });
-    assert!(matches!(said, ResponseKind::Ack), "{said:?}");
+    assert!(matches!(response, ResponseKind::Ack), "{response:?}");
     // Refused while armed.
     assert!(matches!(bench.ask(desk::ARM, 30_000), ResponseKind::Ack));
-    let said = bench.ask(store(ten), 5_000);
-    is_refused(&said, Code::WrongState, "state", 0);
+    let response = bench.ask(store(ten), 5_000);
+    is_refused(&response, Code::WrongState, "state", 0);
 }
 
 /// Sends the largest possible setup with a wrong checksum, and measures the session's time from the
@@ -358,8 +362,8 @@ fn the_sum_of_a_full_setup_takes_less_than_a_millisecond() {
             let full_scale_ua = 100_000; // full scale of the board's stages
             spec.stage = StageSpec::Current { full_scale_ua };
         }
-        let said = bench.ask(request, 5_000);
-        assert!(matches!(said, ResponseKind::Ack), "{said:?}");
+        let response = bench.ask(request, 5_000);
+        assert!(matches!(response, ResponseKind::Ack), "{response:?}");
         sent += 1;
     }
     assert!(sent >= 30, "ten trains, muscles and force controls");
@@ -377,9 +381,9 @@ fn the_sum_of_a_full_setup_takes_less_than_a_millisecond() {
             }
             (bench.said.remove(0), bench.board.now_us() - begin)
         });
-        let (said, waits): (Vec<_>, Vec<_>) = waits.unzip();
-        let all: u64 = waits.iter().sum();
-        (said, all / 50)
+        let (responses, waits): (Vec<_>, Vec<_>) = waits.unzip();
+        let total_us: u64 = waits.iter().sum();
+        (responses, total_us / 50)
     };
     // Refused as well, but for another reason.
     let (shape, plain_us) = took_us(&Request::Subscribe { period_ms: 1_001 });

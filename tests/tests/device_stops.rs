@@ -118,12 +118,12 @@ fn train() -> impl Strategy<Value = TrainSpec> {
                 // Every other biphasic train is grounded too.
                 let is_grounded = !biphasic || width_us % 2 == 1;
                 let ground_us = if is_grounded { ground } else { 0 };
-                let one = if biphasic {
+                let pulse_us = if biphasic {
                     2 * width_us + gap.max(5) + ground_us
                 } else {
                     width_us + ground_us
                 };
-                let interval = (one + 5).max(200) + slack;
+                let interval = (pulse_us + 5).max(200) + slack;
                 let fits = u32::from(count) * u32::from(interval) + 500 <= period_us;
                 let burst_count = if fits { count } else { 1 };
                 TrainSpec {

@@ -17,9 +17,9 @@ fn session(name: &str, tolerance: Option<f64>) -> SessionFile {
     file
 }
 
-/// Plays a session. Returns the telemetry period, ms, and the root mean square of `of` over the
+/// Plays a session. Returns the telemetry period, ms, and the root mean square of `quantity` over the
 /// samples from 10 s on.
-fn played(file: &SessionFile, of: impl Fn(&host_core::record::Sample) -> f64) -> (f64, f64) {
+fn played(file: &SessionFile, quantity: impl Fn(&host_core::record::Sample) -> f64) -> (f64, f64) {
     let samples = play(file, &DeviceName::Native)
         .outcome
         .trial
@@ -27,7 +27,11 @@ fn played(file: &SessionFile, of: impl Fn(&host_core::record::Sample) -> f64) ->
         .to_vec();
     let (first, last) = (samples[1].t_s, samples[samples.len() - 1].t_s);
     let period_ms = (last - first) / (samples.len() - 2) as f64 * 1e3;
-    let scored: Vec<f64> = samples.iter().filter(|s| s.t_s >= 10.0).map(of).collect();
+    let scored: Vec<f64> = samples
+        .iter()
+        .filter(|s| s.t_s >= 10.0)
+        .map(quantity)
+        .collect();
     let square: f64 = scored.iter().map(|e| e * e).sum();
     (period_ms, (square / scored.len() as f64).sqrt())
 }

@@ -21,7 +21,7 @@ fn force(p: &Parameters, trace: &Trace, epoch_us: u64) -> Vec<f64> {
     let pulses = &trace.pulses(epoch_us + END_US)[0];
     let mut pulses = pulses.iter().filter(|p| p.start_us >= epoch_us).peekable();
     let mut muscle = Muscle::new(*p);
-    let (whole, mut now) = (Step::new(p, 1e-3), epoch_us);
+    let (full_step, mut now) = (Step::new(p, 1e-3), epoch_us);
     (0..END_US / 1000)
         .map(|ms| {
             let end = epoch_us + (ms + 1) * 1000;
@@ -37,7 +37,7 @@ fn force(p: &Parameters, trace: &Trace, epoch_us: u64) -> Vec<f64> {
                 (now, is_whole) = (pulse.start_us, false);
             }
             if is_whole {
-                muscle.step(&whole);
+                muscle.step(&full_step);
             } else {
                 muscle.step(&Step::new(p, (end - now) as f64 * 1e-6));
             }
@@ -159,10 +159,10 @@ fn forces_follow_what_is_wanted() {
         let names = courses(1.0).map(|(name, _)| name);
         for ((name, (smooth, raw)), bound) in names.into_iter().zip(mean_errors(hold)).zip(bounds) {
             let (smooth_pct, raw_pct) = (1e2 * smooth, 1e2 * raw);
-            let told = format!("{hold:11} {name:11} {smooth_pct:5.2} % of the most");
-            println!("{told}, {raw_pct:5.2} % with ripple");
+            let line = format!("{hold:11} {name:11} {smooth_pct:5.2} % of the most");
+            println!("{line}, {raw_pct:5.2} % with ripple");
             // Bounded from both sides: half the error would mean that something changed.
-            assert!((bound / 2.0..bound).contains(&smooth), "{told}");
+            assert!((bound / 2.0..bound).contains(&smooth), "{line}");
         }
     }
 }

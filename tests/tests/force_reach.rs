@@ -63,13 +63,13 @@ fn without_a_slowest_rate_nothing_changes() {
 
 /// Returns force control of a subject's muscle from 20 Hz to 60 Hz, with 10 to 20 mA.
 pub fn control(p: &Parameters, max_period_us: Option<u32>) -> ForceControl {
-    let whole = |value: f64| value.round() as u32;
+    let integer = |value: f64| value.round() as u32;
     let muscle = CalciumForceSpec {
-        a_mn_per_s: whole(p.a_n_per_s * 1e3),
-        k_micro: whole(p.k * 1e6),
-        tau_c_us: whole(p.tau_c_s * 1e6),
-        tau1_us: whole(p.tau1_s * 1e6),
-        tau2_us: whole(p.tau2_s * 1e6),
+        a_mn_per_s: integer(p.a_n_per_s * 1e3),
+        k_micro: integer(p.k * 1e6),
+        tau_c_us: integer(p.tau_c_s * 1e6),
+        tau1_us: integer(p.tau1_s * 1e6),
+        tau2_us: integer(p.tau2_s * 1e6),
     };
     let recruitment = Recruitment::new(RecruitmentSpec {
         motor_threshold: Amplitude::new(10_000),
@@ -130,13 +130,13 @@ pub type Pulse = (u64, f64);
 /// Returns a channel's pulses from time 0 on that reach its muscle.
 pub fn pulses(trace: &Trace, end_us: u64, channel: usize, recruits: (f64, f64)) -> Vec<Pulse> {
     let (threshold, slope) = recruits;
-    let all = trace.pulses(end_us);
-    let all = all[channel].iter().map(|pulse| {
+    let channels = trace.pulses(end_us);
+    let amplitudes = channels[channel].iter().map(|pulse| {
         let amplitude_ma = f64::from(pulse.code) * 50.0 / 65_535.0;
         (pulse.start_us, amplitude_ma)
     });
     // A code is rounded down, so that of the threshold lies just below it.
-    let felt = all.filter(|&(_, amplitude_ma)| amplitude_ma > threshold - 1e-3);
+    let felt = amplitudes.filter(|&(_, amplitude_ma)| amplitude_ma > threshold - 1e-3);
     felt.map(|(at, amplitude_ma)| (at, (slope * (amplitude_ma - 20.0)).exp()))
         .collect()
 }

@@ -79,15 +79,20 @@ impl SessionForces {
         let played = play(&file, &DeviceName::Native);
         assert_eq!(played.outcome.refused, 0);
         let epoch = played.epoch_us;
-        let mut all = pulses(&played.trace, epoch + s * 1_000_000, 0, RECRUITS);
-        all.retain(|pulse| pulse.0 >= epoch);
-        let (forces, tired) = true_forces(FatiguingMuscle::new(*p, how), &all, epoch, s * 1000);
+        let mut played_pulses = pulses(&played.trace, epoch + s * 1_000_000, 0, RECRUITS);
+        played_pulses.retain(|pulse| pulse.0 >= epoch);
+        let (forces, tired) = true_forces(
+            FatiguingMuscle::new(*p, how),
+            &played_pulses,
+            epoch,
+            s * 1000,
+        );
         let samples = played.outcome.trial.samples.iter();
         Self {
             forces,
             tired,
             wanted,
-            pulses: all
+            pulses: played_pulses
                 .iter()
                 .map(|p| ((p.0 - epoch) / 1000) as usize)
                 .collect(),
@@ -171,7 +176,7 @@ const RATES: [(&str, &str, u32, u32); 3] = [
 /// Hz.
 fn holds() -> Vec<(usize, usize, f64)> {
     let mut random = Random::new(13);
-    let mut all = Vec::new();
+    let mut forces = Vec::new();
     for (subject, p) in SUBJECTS.iter().enumerate() {
         for (rate, &(_, _, fastest_us, slowest_us)) in RATES.iter().enumerate() {
             let least = (RECRUITS.1 * (RECRUITS.0 - 20.0)).exp();
@@ -181,11 +186,11 @@ fn holds() -> Vec<(usize, usize, f64)> {
                 _ => steady(*p, least, 50_000),
             };
             for _ in 0..4 {
-                all.push((subject, rate, from + (to - from) * random.unit()));
+                forces.push((subject, rate, from + (to - from) * random.unit()));
             }
         }
     }
-    all
+    forces
 }
 
 /// A fatigued muscle's force is held within 5 % while the muscle can still produce it, from the
@@ -218,11 +223,11 @@ fn a_tired_muscle_holds_what_it_can() {
                 to_s = 2 * i + 2;
             }
             let (throughout, ever) = steered.limiting(s, s + 2.0);
-            let who = format!("K{:02} {name} {n:.2} N at {s} s", subject + 1);
+            let label = format!("K{:02} {name} {n:.2} N at {s} s", subject + 1);
             // A second's fatigue is applied at once, so near the limit it may come early.
-            assert!(can(i) < 1.06 || !throughout, "{who}: {}", can(i));
-            assert!(can(i) < 1.2 || !ever, "{who}: {}", can(i));
-            assert!(can(i - 1) > 0.94 || throughout, "{who}: {}", can(i - 1));
+            assert!(can(i) < 1.06 || !throughout, "{label}: {}", can(i));
+            assert!(can(i) < 1.2 || !ever, "{label}: {}", can(i));
+            assert!(can(i - 1) > 0.94 || throughout, "{label}: {}", can(i - 1));
         }
         let begin = steered.mean(1_000, 2_000) / n - 1.0;
         println!(
@@ -342,9 +347,9 @@ fn ripple_does_not_upset_what_is_held() {
                 let given = SessionForces::play(p, false, model, fields, &points(&[(0.0, n)]), 40);
                 let pairs = given.pulses.windows(2).filter(|pair| pair[0] > 1_000);
                 let off = |pair: &[usize]| given.mean(pair[0], pair[1]) / n - 1.0;
-                let all: Vec<f64> = pairs.map(off).collect();
-                let mean = all.iter().sum::<f64>() / all.len() as f64;
-                let worst = all.iter().fold(0f64, |worst, off| worst.max(off.abs()));
+                let errors: Vec<f64> = pairs.map(off).collect();
+                let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+                let worst = errors.iter().fold(0f64, |worst, off| worst.max(off.abs()));
                 let [.., before, last] = given.pulses[..] else {
                     panic!("pulses");
                 };

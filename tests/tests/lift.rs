@@ -131,11 +131,11 @@ fn sweep(way_s: u32) -> SessionFile {
         let begin = from + begin;
         let end = begin + text[begin..].find("\n]").unwrap();
         // The joint's own range precedes its angles.
-        let said = |name: &str| {
+        let setting = |name: &str| {
             let at = text[..begin].rfind(name).unwrap() + name.len();
             text[at..].lines().next().unwrap().trim().to_owned()
         };
-        let (low, high) = (said("angle_min_deg ="), said("angle_max_deg ="));
+        let (low, high) = (setting("angle_min_deg ="), setting("angle_max_deg ="));
         let angles = format!(
             "angles = [{{ at_s = 0, deg = {low} }}, {{ at_s = 0.5, deg = {low} }}, \
              {{ at_s = {up}, deg = {high} }}, {{ at_s = {down}, deg = {low} }}\n]"

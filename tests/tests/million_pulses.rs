@@ -78,8 +78,8 @@ fn valid() -> impl Strategy<Value = TrainSpec> {
 fn groups() -> impl Strategy<Value = Vec<GroupSpec>> {
     let partner = prop_oneof![3 => Just(Partner::Conducted), 1 => Just(Partner::Isolated)];
     (partner.clone(), partner, 0..4u8).prop_map(|(first, second, which)| {
-        let all = [(1, 0b11, first), (2, 0b111 << 4, second)];
-        let chosen = all.into_iter().filter(|(bit, ..)| which & bit != 0);
+        let candidates = [(1, 0b11, first), (2, 0b111 << 4, second)];
+        let chosen = candidates.into_iter().filter(|(bit, ..)| which & bit != 0);
         let spec = |(_, members, partner)| GroupSpec { members, partner };
         chosen.map(spec).collect()
     })
@@ -115,8 +115,8 @@ fn play(trains: &[TrainSpec], mut groups: Vec<GroupSpec>, boot: Micros) -> Playe
         }
     }
     let amplitude = |c: u8| (c, Amplitude::new(1_000 + 900 * u32::from(c)));
-    let all: Vec<_> = (0..10).map(amplitude).collect();
-    client.set_amplitudes(&all).unwrap();
+    let amplitudes: Vec<_> = (0..10).map(amplitude).collect();
+    client.set_amplitudes(&amplitudes).unwrap();
     let epoch = client.start().unwrap();
     let end = epoch + SECONDS * 1_000_000;
     while client.port().world.now_us() < end {

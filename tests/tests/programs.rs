@@ -87,8 +87,8 @@ fn judge(played: &PlayedSession, number: u64, end_us: u64) -> (usize, f64) {
             (on_us..on_us + PERIOD_US).contains(&first_us),
             "{number}: on {first_us}"
         );
-        let whole = off_us.min(end_us);
-        assert!(last_us + PERIOD_US >= whole, "{number}: off {last_us}");
+        let stop_us = off_us.min(end_us);
+        assert!(last_us + PERIOD_US >= stop_us, "{number}: off {last_us}");
         for (place, (t_us, code)) in (0..).zip(&within) {
             assert_eq!(*t_us, first_us + place * PERIOD_US, "channel {number}");
             let since_us = (t_us - first_us) as f64;
@@ -143,8 +143,8 @@ fn edges(seconds: u64, device: &DeviceName) -> Vec<(u64, u8, State, u16)> {
     let within = played
         .edges()
         .filter(|edge| edge.t_us < seconds * 1_000_000);
-    let all = within.map(|edge| (edge.t_us, edge.channel, edge.state, edge.dac_code));
-    all.collect()
+    let changes = within.map(|edge| (edge.t_us, edge.channel, edge.state, edge.dac_code));
+    changes.collect()
 }
 
 fn same_edges(seconds: u64) {

@@ -46,13 +46,13 @@ fn differences(program: &Program, ours: &[u8], theirs: &[u8]) -> Vec<String> {
         .filter(|(_, (ours, theirs))| ours != theirs)
         .map(|(index, (ours, theirs))| explain(program, index, ours, theirs))
         .collect();
-    for (who, records) in [("here", ours), ("QEMU", theirs)] {
+    for (machine, records) in [("here", ours), ("QEMU", theirs)] {
         let count = records.len() / size;
         if count != program.cases.len() {
             let (_, case) = &program.cases[count];
             let seed = program.seed;
             found.push(format!(
-                "{who}, seed {seed}: case {count} ended the program: {case:#x?}"
+                "{machine}, seed {seed}: case {count} ended the program: {case:#x?}"
             ));
         }
     }
@@ -89,8 +89,8 @@ fn the_core_computes_what_qemu_computes() {
 
 /// Returns the encodings that were executed too rarely.
 fn rare(encodings: &Encodings, executed: &[u32]) -> Vec<String> {
-    let all = encodings.0.iter().map(|p| p.encoding).zip(executed);
-    let counted = all.filter(|(encoding, _)| !matches!(encoding.kind, Kind::Left(_)));
+    let executions = encodings.0.iter().map(|p| p.encoding).zip(executed);
+    let counted = executions.filter(|(encoding, _)| !matches!(encoding.kind, Kind::Left(_)));
     let (count, least) = counted
         .clone()
         .fold((0, u32::MAX), |(count, least), (_, times)| {

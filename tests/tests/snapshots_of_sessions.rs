@@ -29,12 +29,12 @@ fn a_copy_of_a_session_on_the_chip_goes_on_as_the_session_does() {
         stepper.step(StepLimit::Time(u64::MAX)).unwrap(),
         StepEnd::Over
     );
-    let (whole, _) = stepper.close(Ok(()));
-    assert!(whole.error.is_none() && copied.error.is_none());
-    assert!(whole.trial.samples.len() > 40 && whole.trial.pulses > Some(100));
-    assert_eq!(copied.trial.samples, whole.trial.samples);
-    assert_eq!(copied.trial.counters, whole.trial.counters);
-    assert_eq!(copied.trial.pulses, whole.trial.pulses);
+    let (original, _) = stepper.close(Ok(()));
+    assert!(original.error.is_none() && copied.error.is_none());
+    assert!(original.trial.samples.len() > 40 && original.trial.pulses > Some(100));
+    assert_eq!(copied.trial.samples, original.trial.samples);
+    assert_eq!(copied.trial.counters, original.trial.counters);
+    assert_eq!(copied.trial.pulses, original.trial.pulses);
 }
 
 #[test]

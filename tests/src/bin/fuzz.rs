@@ -41,15 +41,15 @@ struct Arguments {
 }
 
 fn targets() -> clap::builder::PossibleValuesParser {
-    let all = TARGETS.iter();
+    let known_targets = TARGETS.iter();
     let value = |target: &Target| clap::builder::PossibleValue::new(target.name).help(target.about);
-    all.map(value).collect::<Vec<_>>().into()
+    known_targets.map(value).collect::<Vec<_>>().into()
 }
 
 fn main() -> anyhow::Result<ExitCode> {
     let arguments = Arguments::parse();
-    let mut all = TARGETS.iter();
-    let target = all.find(|target| target.name == arguments.target);
+    let mut known_targets = TARGETS.iter();
+    let target = known_targets.find(|target| target.name == arguments.target);
     let target = target.context("a target")?; // clap has checked this
     if !arguments.input.is_empty() {
         return run_files(target, &arguments.input);

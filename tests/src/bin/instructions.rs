@@ -50,10 +50,10 @@ fn main() -> anyhow::Result<ExitCode> {
             &files.join(format!("{name}.callgrind")),
             &scratch.join(name),
         )?;
-        let each = count as f64 / seconds * 1e-6;
-        let mark = if each > budget { "  above budget" } else { "" };
-        println!("{name:<26} {seconds:>4} {count:>14} {each:>10.2} {budget:>7}{mark}");
-        is_within &= each <= budget;
+        let rate = count as f64 / seconds * 1e-6;
+        let mark = if rate > budget { "  above budget" } else { "" };
+        println!("{name:<26} {seconds:>4} {count:>14} {rate:>10.2} {budget:>7}{mark}");
+        is_within &= rate <= budget;
     }
     measure_model_choice(root, &flexor, files, &scratch)?;
     let _ = std::fs::remove_dir_all(&scratch); // a leftover folder does no harm
@@ -77,9 +77,9 @@ fn measure_model_choice(
     let seconds = duration_s(&session)?;
     let mut command = callgrind(flexor, &files.join("choosing.callgrind"));
     let count = count_instructions(command.arg("explain-model").arg(&session))?;
-    let each = count as f64 / seconds * 1e-6;
+    let rate = count as f64 / seconds * 1e-6;
     let name = "model choice, ten forces";
-    println!("{name:<26} {seconds:>4} {count:>14} {each:>10.2}");
+    println!("{name:<26} {seconds:>4} {count:>14} {rate:>10.2}");
     Ok(())
 }
 
@@ -134,14 +134,14 @@ fn count_instructions(command: &mut Command) -> anyhow::Result<u64> {
     let ran = command
         .output()
         .context("valgrind cannot be started: install the package valgrind")?;
-    let said = String::from_utf8_lossy(&ran.stderr);
+    let report = String::from_utf8_lossy(&ran.stderr);
     if !ran.status.success() {
-        bail!("flexor failed under valgrind:\n{said}");
+        bail!("flexor failed under valgrind:\n{report}");
     }
-    let count = said
+    let count = report
         .lines()
         .find_map(|line| line.split_once("Collected : "));
     let (_, count) =
-        count.with_context(|| format!("callgrind reported no instruction count:\n{said}"))?;
+        count.with_context(|| format!("callgrind reported no instruction count:\n{report}"))?;
     Ok(count.trim().parse()?)
 }

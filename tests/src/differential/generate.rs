@@ -263,9 +263,9 @@ impl Builder<'_> {
         if !name.starts_with("ST") && !name.starts_with("PUSH") {
             kept |= 1 << self.index;
         }
-        let all = if bits == 8 { 0xFF } else { (1 << bits) - 1 };
+        let mask = if bits == 8 { 0xFF } else { (1 << bits) - 1 };
         loop {
-            let list = self.random.word() & self.random.word() & all & !kept;
+            let list = self.random.word() & self.random.word() & mask & !kept;
             if list.count_ones() >= 2 {
                 return list;
             }

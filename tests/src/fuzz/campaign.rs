@@ -77,8 +77,12 @@ impl Campaign<'_> {
 
     fn run_input(&self, index: u64) -> Option<Find> {
         let input = mutation(&self.corpus, self.seed, index);
-        let told = broken_promise(self.target.function, &input)?;
-        Some(Find { index, input, told })
+        let promise = broken_promise(self.target.function, &input)?;
+        Some(Find {
+            index,
+            input,
+            told: promise,
+        })
     }
 }
 
@@ -91,10 +95,10 @@ pub fn broken_promise(function: fn(&[u8]), input: &[u8]) -> Option<String> {
         // Tried twice, because a program stopped by Ctrl-Z also takes long.
         is_long(function, input) && is_long(function, input)
     }));
-    let said = SAID.take();
+    let message = SAID.take();
     match done {
         Ok(is_long) => is_long.then(|| format!("the input takes more than {LONGEST:?}")),
-        Err(_) => said,
+        Err(_) => message,
     }
 }
 
@@ -128,8 +132,8 @@ fn install_panic_hook() {
 /// digits, which vary from input to input, are left out.
 fn panic_text(info: &PanicHookInfo<'_>) -> String {
     let place = info.location().map(ToString::to_string);
-    let said = info.payload_as_str().unwrap_or("a panic without a message");
-    let line = said.lines().next().unwrap_or_default().chars();
+    let message = info.payload_as_str().unwrap_or("a panic without a message");
+    let line = message.lines().next().unwrap_or_default().chars();
     let words: String = line.filter(|c| !c.is_ascii_digit()).take(160).collect();
     format!("{}: {words}", place.unwrap_or_default())
 }

@@ -16,10 +16,10 @@ pub fn elf(data: &[u8]) {
     let image = match Image::parse(Path::new("image.elf"), data) {
         Ok(image) => image,
         Err(error) => {
-            let told = error.to_string();
-            assert!(told.starts_with("E53"), "{told}");
+            let message = error.to_string();
+            assert!(message.starts_with("E53"), "{message}");
             let is_told = !matches!(error, ImageError::Unreadable(..));
-            return assert!(is_told, "{told}");
+            return assert!(is_told, "{message}");
         }
     };
     let end = FLASH.start + image.flash.len() as u32;
@@ -92,8 +92,8 @@ impl Script {
             bytes.extend(line);
             bytes.extend(format!("#{sum:02x}+").bytes());
         }
-        let said = PacketPosition::Between;
-        Self { bytes, said }
+        let start = PacketPosition::Between;
+        Self { bytes, said: start }
     }
 }
 

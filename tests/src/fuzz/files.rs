@@ -71,13 +71,13 @@ fn with_checksums(data: &[u8]) -> Vec<u8> {
     for line in data.split_inclusive(|byte| *byte == b'\n') {
         let text = String::from_utf8_lossy(line);
         let told = text.rsplit_once(",\"sum\":\"").map(|(told, _)| told);
-        let Some(told) = told.filter(|_| line.ends_with(b"\n")) else {
+        let Some(body) = told.filter(|_| line.ends_with(b"\n")) else {
             out.extend_from_slice(line);
             continue;
         };
-        sum = record::sha256(format!("{sum}{told}").as_bytes());
+        sum = record::sha256(format!("{sum}{body}").as_bytes());
         sum.truncate(16);
-        out.extend_from_slice(format!("{told},\"sum\":\"{sum}\"}}\n").as_bytes());
+        out.extend_from_slice(format!("{body},\"sum\":\"{sum}\"}}\n").as_bytes());
     }
     out
 }
@@ -85,8 +85,8 @@ fn with_checksums(data: &[u8]) -> Vec<u8> {
 /// Fuzzes the lines that a program or person enters at a calibration, in pieces: each line is a
 /// command, or is refused with an error number. A command can be parsed from its own output.
 pub fn lines(data: &[u8]) {
-    let (mut whole, mut pieces) = (PartialLine::default(), PartialLine::default());
-    let lines = whole.take_lines(data, true);
+    let (mut line_buffer, mut pieces) = (PartialLine::default(), PartialLine::default());
+    let lines = line_buffer.take_lines(data, true);
     let mut again = Vec::new();
     for piece in data.chunks(7) {
         again.extend(pieces.take_lines(piece, false));
@@ -214,9 +214,9 @@ fn load(dir: &Path) -> Option<Run> {
 fn check_pages(run: Run) {
     let page = host_core::report::page(&Report::from_run(&run));
     assert!(page.ends_with("</html>\n"), "a page without an end");
-    let both = ["one", "other"].map(|name| ComparedRecord::from_run(Path::new(name), &run));
-    assert!(!compare_text(&both).is_empty());
-    assert!(document("both", &compare_body(&both)).ends_with("</html>\n"));
+    let records = ["one", "other"].map(|name| ComparedRecord::from_run(Path::new(name), &run));
+    assert!(!compare_text(&records).is_empty());
+    assert!(document("both", &compare_body(&records)).ends_with("</html>\n"));
 }
 
 /// Files of the fuzzed record, with their contents.
@@ -257,10 +257,10 @@ impl Folder {
         let name = format!("flexor-fuzz-{}-{thread}", std::process::id());
         let folder = Self(std::env::temp_dir().join(name));
         std::fs::create_dir_all(folder.0.join(TRIAL)).expect("a folder for temporary files");
-        for (index, (_, told)) in RECORD.iter().enumerate() {
+        for (index, (_, text)) in RECORD.iter().enumerate() {
             folder.write(
                 index,
-                told.split_once('\n').map_or("", |pair| pair.1).as_bytes(),
+                text.split_once('\n').map_or("", |pair| pair.1).as_bytes(),
             );
         }
         folder
@@ -279,10 +279,10 @@ impl Folder {
     fn with_replaced_file(&self, index: usize, contents: &[u8], call: fn(&Path)) {
         self.write(index, contents);
         let done = std::panic::catch_unwind(|| call(&self.0));
-        let (_, told) = RECORD[index];
+        let (_, text) = RECORD[index];
         self.write(
             index,
-            told.split_once('\n').map_or("", |pair| pair.1).as_bytes(),
+            text.split_once('\n').map_or("", |pair| pair.1).as_bytes(),
         );
         if let Err(why) = done {
             std::panic::resume_unwind(why);

@@ -149,14 +149,14 @@ fn stimulating() -> Board<()> {
         let frame = desk::frame(session, seq, draft.prepare_request(request));
         exchange(&mut board, &frame, if is_arm { 40 } else { 5 });
     }
-    let told = answers(&mut board, &desk::frame(session, 7, Request::Status));
+    let messages = answers(&mut board, &desk::frame(session, 7, Request::Status));
     let is_on = |message: &Vec<u8>| {
         matches!(
             postcard::from_bytes(message),
             Ok(Response::Status { status, .. }) if status.state == State::Stimulating
         )
     };
-    assert!(told.iter().any(is_on), "nothing would be watched");
+    assert!(messages.iter().any(is_on), "nothing would be watched");
     board
 }
 
@@ -178,20 +178,19 @@ fn exchange(board: &mut Board<()>, bytes: &[u8], ms: u64) -> Record {
 
 /// Sends a frame, and returns the board's messages within 10 ms.
 fn answers(board: &mut Board<()>, frame: &[u8]) -> Vec<Vec<u8>> {
-    let said = exchange(board, frame, 10);
-    desk::messages(&said.bytes).collect()
+    let record = exchange(board, frame, 10);
+    desk::messages(&record.bytes).collect()
 }
 
 /// Opens a session, and returns its number.
 fn hello(board: &mut Board<()>) -> u16 {
-    let told = answers(board, &hello_frame());
-    let session =
-        told.iter().find_map(
-            |message| match postcard::from_bytes(message).expect("a response") {
-                Response::Hello(info) => Some(info.session),
-                _ => None,
-            },
-        );
+    let messages = answers(board, &hello_frame());
+    let session = messages.iter().find_map(|message| {
+        match postcard::from_bytes(message).expect("a response") {
+            Response::Hello(info) => Some(info.session),
+            _ => None,
+        }
+    });
     session.expect("an answer to Hello")
 }
 
@@ -235,7 +234,7 @@ fn replug(board: &mut Board<()>) {
     let open = board.boot(&Sensors::default());
     open.unwrap_or_else(|why| panic!("it does not enumerate again: {why}"));
     // A board that still stimulates refuses a new host.
-    let told = answers(board, &hello_frame());
+    let messages = answers(board, &hello_frame());
     let is_answer = |message: &Vec<u8>| {
         matches!(
             postcard::from_bytes(message).expect("a response"),
@@ -243,7 +242,7 @@ fn replug(board: &mut Board<()>) {
         )
     };
     assert!(
-        told.iter().any(is_answer),
-        "it does not answer: {told:02x?}"
+        messages.iter().any(is_answer),
+        "it does not answer: {messages:02x?}"
     );
 }

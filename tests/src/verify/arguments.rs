@@ -45,8 +45,8 @@ pub(super) fn parse(arguments: &[String], steps: &[&str]) -> Result<VerifyMode, 
 
 fn parse_soak(minutes: &str) -> Result<VerifyMode, String> {
     match minutes.parse::<u64>() {
-        Ok(whole) if (1..=LONGEST_MINUTES).contains(&whole) => {
-            Ok(VerifyMode::Soak(Duration::from_secs(60 * whole)))
+        Ok(count) if (1..=LONGEST_MINUTES).contains(&count) => {
+            Ok(VerifyMode::Soak(Duration::from_secs(60 * count)))
         }
         _ => Err(format!(
             "--soak `{minutes}`: not a whole number of minutes from 1 to {LONGEST_MINUTES}"

@@ -31,11 +31,11 @@ pub(super) struct Finished {
 
 impl Finished {
     /// Returns one check, passed if the program succeeded, with its output as the reason otherwise.
-    pub fn report(self, what: &str) -> Report {
+    pub fn report(self, action: &str) -> Report {
         if self.success {
             return Report::pass();
         }
-        let mut lines = vec![format!("`{what}` failed:")];
+        let mut lines = vec![format!("`{action}` failed:")];
         lines.extend(
             self.lines
                 .into_iter()
@@ -109,8 +109,8 @@ pub(super) fn cargo(
     console: &mut Console,
     arguments: &[&str],
 ) -> anyhow::Result<Report> {
-    let what = format!("cargo {}", arguments.join(" "));
-    Ok(execute(at, console, "cargo", arguments)?.report(&what))
+    let command_line = format!("cargo {}", arguments.join(" "));
+    Ok(execute(at, console, "cargo", arguments)?.report(&command_line))
 }
 
 fn is_progress_line(line: &str) -> bool {

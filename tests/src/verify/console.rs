@@ -79,11 +79,11 @@ fn clip(line: &str) -> String {
 
 /// Formats a duration for people, in seconds or in minutes and seconds.
 pub(super) fn seconds(time: Duration) -> String {
-    let whole = time.as_secs();
-    if whole < 60 {
+    let total_s = time.as_secs();
+    if total_s < 60 {
         format!("{:.1} s", time.as_secs_f64())
     } else {
-        format!("{} min {:02} s", whole / 60, whole % 60)
+        format!("{} min {:02} s", total_s / 60, total_s % 60)
     }
 }
 

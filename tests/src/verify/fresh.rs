@@ -64,17 +64,20 @@ fn judge(profile: &str, second: Finished) -> Report {
     if !second.success {
         return second.report(&format!("the second build of {profile}"));
     }
-    let said = |word: &'static str| {
-        let of = move |line: &&String| line.split_whitespace().next() == Some(word);
-        second.lines.iter().filter(of)
+    let reports = |word: &'static str| {
+        let has_word = move |line: &&String| line.split_whitespace().next() == Some(word);
+        second.lines.iter().filter(has_word)
     };
     // Cargo prints the reason before it compiles.
-    let stale: Vec<String> = said("Dirty").chain(said("Compiling")).cloned().collect();
+    let stale: Vec<String> = reports("Dirty")
+        .chain(reports("Compiling"))
+        .cloned()
+        .collect();
     if !stale.is_empty() {
         let heading = format!("a second build of {profile} compiles again:");
         return Report::fail([vec![heading], stale].concat());
     }
-    match said("Fresh").next() {
+    match reports("Fresh").next() {
         Some(_) => Report::pass(),
         None => Report::fail(vec![format!(
             "a second build of {profile} does not report that it is fresh"
@@ -116,9 +119,9 @@ mod tests {
         assert_eq!(fresh, Report::pass());
         let stale = built(&package("stale", "nowhere.rs"));
         assert_eq!((stale.passed, stale.failed), (0, 1));
-        let said = stale.lines.join("\n");
+        let output = stale.lines.join("\n");
         for part in ["Dirty stale", "nowhere.rs", "Compiling stale"] {
-            assert!(said.contains(part), "{part}: {said}");
+            assert!(output.contains(part), "{part}: {output}");
         }
     }
 }

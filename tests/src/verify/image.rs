@@ -37,15 +37,15 @@ struct Manifest {
 impl Image {
     /// Returns every image listed in the packages' manifests.
     pub fn all(at: &Workspace) -> anyhow::Result<Vec<Self>> {
-        let mut all = Vec::new();
+        let mut listed_images = Vec::new();
         for folder in PACKAGES {
             let path = at.root.join(folder).join("Cargo.toml");
             let text = std::fs::read_to_string(&path);
             let text = text.with_context(|| format!("{} cannot be read", path.display()))?;
             let images = parse(&text)?.into_iter();
-            all.extend(images.map(|image| Self { folder, ..image }));
+            listed_images.extend(images.map(|image| Self { folder, ..image }));
         }
-        Ok(all)
+        Ok(listed_images)
     }
 
     /// Returns the path of the linked image.

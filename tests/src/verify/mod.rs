@@ -128,12 +128,13 @@ fn verify(workspace: &Workspace, wanted: &[String]) -> ExitCode {
     let steps: Vec<_> = match wanted.is_empty() {
         true => STEPS.iter().collect(),
         false => {
-            let all = STEPS.iter().chain(BY_NAME);
+            let known_steps = STEPS.iter().chain(BY_NAME);
             let is_quick = wanted.iter().any(|word| word == QUICK.0);
-            all.filter(|(name, _)| {
-                is_quick && QUICK.1.contains(name) || wanted.iter().any(|word| word == name)
-            })
-            .collect()
+            known_steps
+                .filter(|(name, _)| {
+                    is_quick && QUICK.1.contains(name) || wanted.iter().any(|word| word == name)
+                })
+                .collect()
         }
     };
     for (index, (name, run)) in steps.iter().enumerate() {
@@ -169,12 +170,12 @@ fn print_summary(done: &mut [(&str, Duration, Report)], total: Duration) -> Exit
             seconds(WHOLE_RUN)
         );
     }
-    let mut whole = Report::default();
+    let mut summary = Report::default();
     for (_, _, report) in done.iter_mut() {
-        whole.add(std::mem::take(report));
+        summary.add(std::mem::take(report));
     }
-    println!("{}", whole.counts());
-    ExitCode::from(u8::from(whole.failed > 0))
+    println!("{}", summary.counts());
+    ExitCode::from(u8::from(summary.failed > 0))
 }
 
 /// Checks the format of the workspace and of the fuzz targets, which are a separate workspace.
@@ -189,9 +190,13 @@ fn format(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
 }
 
 fn lints(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
-    let what = ["--workspace", "--all-targets", "--keep-going"];
+    let selection = ["--workspace", "--all-targets", "--keep-going"];
     let denied = ["--", "-D", "warnings"];
-    cargo(at, console, &[&["clippy"][..], &what, &denied].concat())
+    cargo(
+        at,
+        console,
+        &[&["clippy"][..], &selection, &denied].concat(),
+    )
 }
 
 fn readme(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {

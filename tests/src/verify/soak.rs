@@ -198,9 +198,9 @@ mod tests {
         assert_eq!(found.packages, ["a", "d-e"].map(str::to_owned).into());
         let modules = ["b::c::", "f::", "g::"].map(str::to_owned);
         assert_eq!(found.modules, modules.into());
-        let said = found.arguments().join(" ");
+        let arguments = found.arguments().join(" ");
         let expected = "test --no-fail-fast --lib --test suite --package a --package d-e";
-        assert_eq!(said, expected);
+        assert_eq!(arguments, expected);
     }
 
     #[test]
@@ -227,13 +227,13 @@ mod tests {
         rounds.note(7, passed(9));
         rounds.note(10_u64.pow(19), bad);
         rounds.note(9, passed(9));
-        let (seed, all) = (
+        let (seed, closing_lines) = (
             "10000000000000000000",
             rounds.closing(Duration::from_secs(61)),
         );
         let again = format!("failed on seed {seed}; repeat it: cargo verify --soak-seed {seed}");
         assert_eq!(
-            all,
+            closing_lines,
             ["rounds: 3 in 1 min 01 s", &again, "26 passed, 1 failed"]
         );
     }

@@ -131,9 +131,9 @@ mod tests {
     #[test]
     fn tests_over_real_ports_are_found_by_what_they_use() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-        let of = |folder: &str| modules(&root.join(folder)).unwrap();
-        assert_eq!(of("hal-sim/tests"), ["wire_pty::", "wire_tcp::"]);
-        let host = of("host-tool/tests");
+        let port_modules = |folder: &str| modules(&root.join(folder)).unwrap();
+        assert_eq!(port_modules("hal-sim/tests"), ["wire_pty::", "wire_tcp::"]);
+        let host = port_modules("host-tool/tests");
         for module in [
             "calibrate_cli::",
             "interruptions::",

@@ -231,7 +231,7 @@ test result: ok. 1 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; fini
     fn a_crash_counts_as_a_failure_beside_failing_tests() {
         let report = sum_up(&parse(&lines(OUTPUT)));
         assert_eq!((report.passed, report.failed), (2, 2));
-        let said = report.lines.join("\n");
+        let text = report.lines.join("\n");
         for part in [
             "FAILED  hal_sim src/lib.rs a::bad",
             "ignored hal_sim src/lib.rs a::slow, needs a board",
@@ -240,7 +240,7 @@ test result: ok. 1 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; fini
             "hal_sim tests/crash.rs: ended without a result",
             "3 tests in 2 suites",
         ] {
-            assert!(said.contains(part), "{part} is not in\n{said}");
+            assert!(text.contains(part), "{part} is not in\n{text}");
         }
     }
 

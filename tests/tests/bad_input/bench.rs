@@ -154,8 +154,8 @@ impl Bench {
     /// Stimulates on three channels.
     pub fn stimulating() -> Self {
         let mut bench = Self::armed().after_requests([Request::Start]);
-        let all = [0, 1, 2].map(|channel| (channel, FLOWING));
-        bench.client.set_amplitudes(&all).unwrap();
+        let amplitudes = [0, 1, 2].map(|channel| (channel, FLOWING));
+        bench.client.set_amplitudes(&amplitudes).unwrap();
         bench.wait(50_000);
         bench
     }

@@ -36,9 +36,9 @@ fn alive(session: u16) -> Vec<u8> {
 }
 
 fn flipped(session: u16) -> Vec<u8> {
-    let whole = alive(session);
-    let flips = (0..8 * (whole.len() - 1)).map(|bit| {
-        let mut bad = whole.clone();
+    let frame = alive(session);
+    let flips = (0..8 * (frame.len() - 1)).map(|bit| {
+        let mut bad = frame.clone();
         bad[bit / 8] ^= 1 << (bit % 8);
         bad
     });

@@ -102,8 +102,8 @@ fn every_code_has_a_row() {
 #[test]
 fn every_refusal_reads_as_a_sentence() {
     for code in Code::ALL {
-        let what = host_core::link::meaning(code);
+        let meaning = host_core::link::meaning(code);
         let advice = host_core::link::advice(code);
-        assert!(what.len() > 10 && advice.len() > 8, "{code:?}");
+        assert!(meaning.len() > 10 && advice.len() > 8, "{code:?}");
     }
 }

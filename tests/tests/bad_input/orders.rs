@@ -355,25 +355,25 @@ fn unrisen() -> Bench {
 #[rustfmt::skip]
 fn list_rows() -> Vec<Row> {
     let out = |field| refused(Code::OutOfRange, field);
-    let one = |after_us, ua, width_us| list(0, &[(after_us, ua, width_us)]);
+    let single_pulse = |after_us, ua, width_us| list(0, &[(after_us, ua, width_us)]);
     vec![
         row("a list of nothing", widening, list(0, &[]), out("pulses").allowed(1, 16)),
         row("a list", widening, list(0, &[(0, 1_000, 400); 1]), Expect::Done),
         row("a list of sixteen", widening, list(0, &[(20_000, 1_000, 10); 16]), Expect::Done),
-        row("a list after a pause", widening, one(20_001, 1_000, 200), refused(Code::ListTooSteep, "amplitude").on(1).allowed(0, 500)),
-        row("a list that waits too long", widening, one(2_000_001, 1_000, 200), out("after_us").allowed(0, 2_000_000)),
+        row("a list after a pause", widening, single_pulse(20_001, 1_000, 200), refused(Code::ListTooSteep, "amplitude").on(1).allowed(0, 500)),
+        row("a list that waits too long", widening, single_pulse(2_000_001, 1_000, 200), out("after_us").allowed(0, 2_000_000)),
         row("a list too fast", widening, list(0, &[(0, 1_000, 200), (19_999, 1_000, 200)]), out("after_us").on(1).allowed(20_000, 2_000_000)),
-        row("a list of amplitude 0", widening, one(0, 0, 200), out("amplitude").allowed(1, i32::MAX)),
-        row("a list of width 9", widening, one(0, 1_000, 9), out("width_us").allowed(10, 500)),
-        row("a list above the largest width", widening, one(0, 1_000, 401), out("width_us").on(1).allowed(10, 400)),
-        row("a list above the charge limit", widening, one(0, 10_001, 400), refused(Code::ChargeAtWidth, "max_charge_nc").on(1).allowed(0, 10_000)),
-        row("a list above the limit", widening, one(0, 20_001, 10), refused(Code::AboveWearerLimit, "values").on(1).allowed(0, 20_000)),
+        row("a list of amplitude 0", widening, single_pulse(0, 0, 200), out("amplitude").allowed(1, i32::MAX)),
+        row("a list of width 9", widening, single_pulse(0, 1_000, 9), out("width_us").allowed(10, 500)),
+        row("a list above the largest width", widening, single_pulse(0, 1_000, 401), out("width_us").on(1).allowed(10, 400)),
+        row("a list above the charge limit", widening, single_pulse(0, 10_001, 400), refused(Code::ChargeAtWidth, "max_charge_nc").on(1).allowed(0, 10_000)),
+        row("a list above the limit", widening, single_pulse(0, 20_001, 10), refused(Code::AboveWearerLimit, "values").on(1).allowed(0, 20_000)),
         row("a list of channel 11", widening, list(10, &[(0, 1_000, 200)]), out("channel").allowed(0, 9)),
-        row("a list where none is taken", Bench::stimulating, one(0, 1_000, 200), refused(Code::NoLists, "lists").on(1)),
-        row("a list before arming", Bench::draft, one(0, 1_000, 200), refused(Code::NotArmed, "state")),
-        row("a list before the start", Bench::armed, one(0, 1_000, 200), refused(Code::WrongState, "state")),
-        row("a list while one plays", listing, one(0, 1_000, 200), refused(Code::ListPlays, "pulses")),
-        row("a list before the rise", unrisen, one(0, 1_000, 200), refused(Code::NotRisen, "pulses").on(1)),
+        row("a list where none is taken", Bench::stimulating, single_pulse(0, 1_000, 200), refused(Code::NoLists, "lists").on(1)),
+        row("a list before arming", Bench::draft, single_pulse(0, 1_000, 200), refused(Code::NotArmed, "state")),
+        row("a list before the start", Bench::armed, single_pulse(0, 1_000, 200), refused(Code::WrongState, "state")),
+        row("a list while one plays", listing, single_pulse(0, 1_000, 200), refused(Code::ListPlays, "pulses")),
+        row("a list before the rise", unrisen, single_pulse(0, 1_000, 200), refused(Code::NotRisen, "pulses").on(1)),
     ]
 }
 

@@ -193,7 +193,7 @@ fn check(row: &Row) -> Result<(), String> {
         return Ok(());
     }
     let after = bench.client.status().map_err(|e| e.to_string())?;
-    let wrong = |what: &str| Err(format!("{}: {what}", row.name));
+    let wrong = |reason: &str| Err(format!("{}: {reason}", row.name));
     if after.state != before.state || after.fault != before.fault {
         return wrong(&format!("{:?} became {:?}", before.state, after.state));
     }

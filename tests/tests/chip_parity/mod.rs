@@ -189,11 +189,12 @@ fn same_messages(chip: &[u8], native: &[u8]) {
                 _ => false,
             }
         };
-        let (all, refused): (Vec<_>, Vec<_>) = messages(bytes).partition(is_answer);
-        let (samples, mut all): (Vec<_>, Vec<_>) = all.into_iter().partition(is_sample);
-        all.extend(samples);
-        all.extend(refused);
-        all
+        let (answers, refused): (Vec<_>, Vec<_>) = messages(bytes).partition(is_answer);
+        let (samples, mut sorted_messages): (Vec<_>, Vec<_>) =
+            answers.into_iter().partition(is_sample);
+        sorted_messages.extend(samples);
+        sorted_messages.extend(refused);
+        sorted_messages
     };
     let (chip, native) = (apart(chip), apart(native));
     let (from_chip, here) = (chip.len(), native.len());

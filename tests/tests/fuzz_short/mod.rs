@@ -138,8 +138,8 @@ fn no_target_is_left_out() {
         "gdb",
         "usb",
     ];
-    let all: Vec<_> = TARGETS.iter().map(|target| target.name).collect();
-    assert_eq!(all, run);
+    let names: Vec<_> = TARGETS.iter().map(|target| target.name).collect();
+    assert_eq!(names, run);
 }
 
 /// A seed that the device refuses at once would not test the code behind.

@@ -35,8 +35,8 @@ fn both_judges_say_the_same_of_what_is_drawn() {
     for finding in accounts.clone().flat_map(|account| &account.findings) {
         *broken.entry(finding.rule).or_insert(0) += 1;
     }
-    let count = |of: fn(&hal_sim::trace::judge::OutputJudgement) -> usize| -> usize {
-        accounts.clone().map(of).sum()
+    let count = |length: fn(&hal_sim::trace::judge::OutputJudgement) -> usize| -> usize {
+        accounts.clone().map(length).sum()
     };
     let (latched, truncated) = (
         count(|account| account.latched.len()),
@@ -62,8 +62,8 @@ fn random(case: u64) -> Random {
 }
 
 /// Returns a random element.
-fn pick<T: Copy>(random: &mut Random, of: &[T]) -> T {
-    of[random.below(of.len() as u64) as usize]
+fn pick<T: Copy>(random: &mut Random, choices: &[T]) -> T {
+    choices[random.below(choices.len() as u64) as usize]
 }
 
 fn draw(random: &mut Random) -> (Trace, Pump, Truth) {
@@ -140,13 +140,13 @@ fn course(random: &mut Random) -> Vec<(u64, State)> {
     };
     while at < END_US {
         if is_wild {
-            let all = [
+            let states = [
                 State::Isolated,
                 State::Cathodic,
                 State::Anodic,
                 State::Grounded,
             ];
-            course.push((at, pick(random, &all)));
+            course.push((at, pick(random, &states)));
             at += 1 + random.log_between(1.0, 40_000.0) as u64;
             continue;
         }

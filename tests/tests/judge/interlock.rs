@@ -105,7 +105,7 @@ fn one_broken_line_is_severe_without_it() {
     // A line stuck low turns each grounding into a drive, whatever the train.
     for low in ["monophasic, Cathodic low", "bystander, Cathodic low"] {
         assert!(
-            severe.iter().any(|told| told.starts_with(low)),
+            severe.iter().any(|finding| finding.starts_with(low)),
             "{low}: {severe:?}"
         );
     }

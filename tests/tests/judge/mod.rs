@@ -35,13 +35,13 @@ fn shipped_sessions_are_not_severe() {
         let mut truth = declared_truth(&file.session, &played.loads);
         // The native simulator has no pump pin.
         let verdict = judge_both(&played.trace, &Pump::Throughout, &truth, played.end_us);
-        let told: Vec<_> = verdict
+        let findings: Vec<_> = verdict
             .as_built
             .findings
             .iter()
             .map(|f| f.to_string())
             .collect();
-        assert!(told.is_empty(), "{name}: {told:?}");
+        assert!(findings.is_empty(), "{name}: {findings:?}");
         assert_eq!(verdict.as_built.latched, [], "{name}");
         assert_eq!(verdict.as_built.truncated, [], "{name}");
         // Current through a bleed resistor of 2.4 MΩ, the earlier bound in hardware.md.
@@ -113,7 +113,7 @@ fn what_a_broken_chip_puts_out_is_judged_alike() {
             bench.board.around.broken = Levels(State::Anodic as u32);
         }),
     ];
-    for (what, break_it) in breaks {
+    for (defect, break_it) in breaks {
         let mut bench = bench.clone();
         break_it(&mut bench);
         bench.run_us(40_000);
@@ -125,14 +125,14 @@ fn what_a_broken_chip_puts_out_is_judged_alike() {
             let ohm = f64::from(Sensors::default().load_ohm[channel]);
             truth.channels[channel] = Channel::steady(stage, ohm, 18.0, 201);
         }
-        if what == LINE {
+        if defect == LINE {
             truth.stuck.push(StuckLine {
                 channel: 0,
                 line: Line::Anodic,
                 high: false,
                 from_us: at,
             });
-        } else if what != NOTHING {
+        } else if defect != NOTHING {
             truth.faults.push(Fault { t_us: at });
             let (from_us, until_us) = (at + TWO_WINDOWS_US, u64::MAX);
             truth.quiet.push(QuietInterval { from_us, until_us });
@@ -140,8 +140,12 @@ fn what_a_broken_chip_puts_out_is_judged_alike() {
         let pump = bench.board.around.pump().clone();
         let end_us = bench.board.now_us();
         let account = judge_both(&bench.record.trace, &pump, &truth, end_us).as_built;
-        println!("{what}: {:?}, {:?}", account.truncated, account.latched);
-        assert_eq!(account.findings, [], "{what}");
-        assert_eq!(account.latched.len(), usize::from(what == LINE), "{what}");
+        println!("{defect}: {:?}, {:?}", account.truncated, account.latched);
+        assert_eq!(account.findings, [], "{defect}");
+        assert_eq!(
+            account.latched.len(),
+            usize::from(defect == LINE),
+            "{defect}"
+        );
     }
 }

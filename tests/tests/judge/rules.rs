@@ -46,8 +46,8 @@ fn a_commanded_phase_over_500_us() {
     let first = verdict.as_built.findings[0];
     assert_eq!((first.t_us, first.channel, first.count), (10_000, 0, 200));
     assert_eq!((first.amount, first.limit), (501.0, 500.0));
-    let told = "10000 µs, channel 1: commanded phase 501.000 µs (limit 500.000), 200 times";
-    assert_eq!(first.to_string(), told);
+    let text = "10000 µs, channel 1: commanded phase 501.000 µs (limit 500.000), 200 times";
+    assert_eq!(first.to_string(), text);
 }
 
 #[test]
@@ -264,8 +264,8 @@ fn the_charge_of_a_truncated_pulse() {
     scene.truth.faults.push(Fault { t_us: 500_000 });
     scene.stretches.truncate(50);
     scene.stretches.push((510_000, 510_640, Cathodic));
-    let both = [vec![Rule::TruncatedCharge], vec![Rule::TruncatedCharge]];
-    assert_eq!(scene.rules(), both);
+    let expected_rules = [vec![Rule::TruncatedCharge], vec![Rule::TruncatedCharge]];
+    assert_eq!(scene.rules(), expected_rules);
     scene.stretches[50].1 = 510_590;
     assert_eq!(scene.rules(), NONE, "64.9 µC");
 }
@@ -375,14 +375,14 @@ fn what_a_capacitor_gives_back_cuts_no_pulse() {
 
 #[test]
 fn a_minute_of_ten_channels_is_judged_at_once() {
-    let one = Scene::biphasic(60 * 50, 200);
+    let scene = Scene::biphasic(60 * 50, 200);
     let mut trace = Trace::default();
-    let mut truth = one.truth.clone();
+    let mut truth = scene.truth.clone();
     for channel in 0..CHANNELS as u8 {
         trace.record_dac(0, channel, CODE);
-        truth.channels[usize::from(channel)] = one.truth.channels[0].clone();
+        truth.channels[usize::from(channel)] = scene.truth.channels[0].clone();
     }
-    for (t_us, levels) in &one.trace().levels {
+    for (t_us, levels) in &scene.trace().levels {
         for channel in 0..CHANNELS as u8 {
             let state = levels.state(0);
             let at = t_us + u64::from(channel) * 1_000;
@@ -393,7 +393,7 @@ fn a_minute_of_ten_channels_is_judged_at_once() {
     }
     trace.levels.sort_by_key(|entry| entry.0);
     let begin = std::time::Instant::now();
-    let verdict = judge(&trace, &one.pump, &truth, one.end_us);
+    let verdict = judge(&trace, &scene.pump, &truth, scene.end_us);
     let took = begin.elapsed();
     assert_eq!(
         (verdict.as_built.findings, verdict.bare.findings),

@@ -80,25 +80,25 @@ fn python_verdicts(cases: &[Value]) -> Vec<Value> {
     verdicts.map(Result::unwrap).collect()
 }
 
-/// Returns the differences between `said` and `account`, rule by rule.
-fn differences(account: &OutputJudgement, said: &Value) -> Vec<String> {
+/// Returns the differences between `verdict` and `account`, rule by rule.
+fn differences(account: &OutputJudgement, verdict: &Value) -> Vec<String> {
     let mut differs = Vec::new();
-    let mut hold = |what: &str, mine: Vec<Value>, key: &dyn Fn(&Value) -> Value, amount: &str| {
-        let mut others = said[what].as_array().unwrap().clone();
+    let mut hold = |field: &str, mine: Vec<Value>, key: &dyn Fn(&Value) -> Value, amount: &str| {
+        let mut others = verdict[field].as_array().unwrap().clone();
         for mine in mine {
             let place = others.iter().position(|value| key(value) == key(&mine));
             match place.map(|place| others.remove(place)) {
                 Some(value) if is_alike(&mine[amount], &value[amount]) => {}
-                other => differs.push(format!("{what}: {mine}, the other judge {other:?}")),
+                other => differs.push(format!("{field}: {mine}, the other judge {other:?}")),
             }
         }
         differs.extend(
             others
                 .iter()
-                .map(|value| format!("{what}: only the other judge: {value}")),
+                .map(|value| format!("{field}: only the other judge: {value}")),
         );
     };
-    let of =
+    let selection =
         |value: &Value, keys: &[&str]| json!(keys.iter().map(|k| &value[*k]).collect::<Vec<_>>());
     let findings = account
         .findings
@@ -108,7 +108,7 @@ fn differences(account: &OutputJudgement, said: &Value) -> Vec<String> {
     hold(
         "findings",
         findings,
-        &|value| of(value, &["rule", "channel", "t_us", "count"]),
+        &|value| selection(value, &["rule", "channel", "t_us", "count"]),
         "amount",
     );
     let truncated = account
@@ -119,7 +119,7 @@ fn differences(account: &OutputJudgement, said: &Value) -> Vec<String> {
     hold(
         "truncated",
         truncated,
-        &|value| of(value, &["channel", "t_us"]),
+        &|value| selection(value, &["channel", "t_us"]),
         "charge_uc",
     );
     let latched = account
@@ -128,7 +128,7 @@ fn differences(account: &OutputJudgement, said: &Value) -> Vec<String> {
         .map(|latched| json!(latched))
         .collect();
     hold("latched", latched, &|value| value.clone(), "");
-    let direct = said["direct_ua"].as_array().unwrap();
+    let direct = verdict["direct_ua"].as_array().unwrap();
     for (channel, (mine, other)) in account.direct_ua.iter().zip(direct).enumerate() {
         if !is_alike(&json!(mine), other) {
             differs.push(format!(
@@ -151,13 +151,13 @@ fn is_alike(a: &Value, b: &Value) -> bool {
 fn a_judge_that_errs_is_told() {
     let scene = Scene::biphasic(60, 501);
     let heard = case(&scene.trace(), &scene.pump, &scene.truth, scene.end_us);
-    let said = python_verdicts(&[heard]).remove(0);
+    let verdict = python_verdicts(&[heard]).remove(0);
     let account = scene.judged_once().as_built;
-    assert_eq!(differences(&account, &said["as_built"]), [""; 0]);
+    assert_eq!(differences(&account, &verdict["as_built"]), [""; 0]);
     let err = |account: &dyn Fn(&mut OutputJudgement)| {
         let mut wrong = scene.judged_once().as_built;
         account(&mut wrong);
-        differences(&wrong, &said["as_built"]).len()
+        differences(&wrong, &verdict["as_built"]).len()
     };
     assert_eq!(err(&|report| report.findings.clear()), 1);
     let first = |change: &dyn Fn(&mut Finding)| err(&|account| change(&mut account.findings[0]));

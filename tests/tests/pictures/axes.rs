@@ -46,22 +46,22 @@ fn axes(
         )
     };
     words.sort_by(|a, b| key(a).cmp(&key(b)).then(place(a).total_cmp(&place(b))));
-    let mut all = Vec::new();
+    let mut found_axes = Vec::new();
     for group in words.chunk_by(|a, b| key(a) == key(b)) {
         let mut axis: Vec<&Words> = Vec::new();
         for &next in group {
             if starts_new(&axis, next, &place) {
-                all.push(std::mem::take(&mut axis));
+                found_axes.push(std::mem::take(&mut axis));
             }
             axis.push(next);
         }
-        all.push(axis);
+        found_axes.push(axis);
     }
-    all.retain(|axis| {
+    found_axes.retain(|axis| {
         let numbers = axis.iter().filter(|w| value(&w.text).is_some()).count();
         axis.len() >= least && 2 * numbers > axis.len()
     });
-    all
+    found_axes
 }
 
 /// Returns whether a text begins a new axis: it is much further away, or its number reverses
@@ -128,10 +128,10 @@ fn span(axis: &[&Words]) -> Box2 {
 /// Returns whether the text names a quantity of this axis only.
 fn is_name(name: &Words) -> bool {
     let letters = name.text.chars().filter(|c| c.is_alphabetic()).count();
-    let both = ["; down:", "; up:"]
+    let has_other_axis = ["; down:", "; up:"]
         .iter()
         .any(|other| name.text.contains(other));
-    letters > 0 && value(&name.text).is_none() && !both
+    letters > 0 && value(&name.text).is_none() && !has_other_axis
 }
 
 fn names_row(name: &Words, row: &[&Words]) -> bool {

@@ -35,10 +35,12 @@ pub fn find(drawing: &Drawing, screen: [[f64; 3]; 2]) -> Vec<String> {
             }
         }
     }
-    let told = worst.into_iter().map(|((what, screen), (ratio, times))| {
-        format!("contrast {ratio:.1} of {what} in {screen}, {times} times")
-    });
-    told.collect()
+    let defects = worst
+        .into_iter()
+        .map(|((subject, screen), (ratio, times))| {
+            format!("contrast {ratio:.1} of {subject} in {screen}, {times} times")
+        });
+    defects.collect()
 }
 
 /// Returns the contrast of an item with what was painted before, and the required contrast; `None`

@@ -215,14 +215,14 @@ impl Reader<'_> {
     fn length(&self, node: Node, name: &str) -> Result<f64, String> {
         let text = node.attribute(name).unwrap_or("0");
         if let Some(part) = text.strip_suffix('%') {
-            let whole = if name.contains('x') || name == "width" {
+            let extent = if name.contains('x') || name == "width" {
                 self.canvas.0
             } else {
                 self.canvas.1
             };
             return part
                 .parse::<f64>()
-                .map(|part| part / 100.0 * whole)
+                .map(|part| part / 100.0 * extent)
                 .map_err(|e| e.to_string());
         }
         text.parse()
@@ -286,17 +286,17 @@ impl Reader<'_> {
 
     fn paints(&self, node: Node, name: &str, default: Option<&str>) -> Result<Paints, String> {
         let paint = |dark: bool| -> Result<Option<Paint>, String> {
-            let said = self.sheets.inherited(node, name, dark);
-            let Some(said) = said.as_deref().or(default) else {
+            let declaration = self.sheets.inherited(node, name, dark);
+            let Some(value) = declaration.as_deref().or(default) else {
                 return Ok(None);
             };
-            if said == "none" {
+            if value == "none" {
                 return Ok(None);
             }
-            let rgb = color(said).ok_or_else(|| format!("{name} {said:?}"))?;
+            let rgb = color(value).ok_or_else(|| format!("{name} {value:?}"))?;
             let cover = |name: &str| {
-                let said = self.sheets.inherited(node, name, dark);
-                said.map_or(Ok(1.0), |text| {
+                let declaration = self.sheets.inherited(node, name, dark);
+                declaration.map_or(Ok(1.0), |text| {
                     text.parse::<f64>().map_err(|e| format!("{name}: {e}"))
                 })
             };

@@ -7,8 +7,8 @@ use host_core::plot::words::advance;
 /// Returns the width of a text in ems; the error names a letter without an entry.
 pub fn width(text: &str, bold: bool) -> Result<f64, String> {
     let known = |letter: char| {
-        let told = advance(letter, bold);
-        told.ok_or_else(|| format!("no width for U+{:04X} {letter:?}", u32::from(letter)))
+        let letter_width = advance(letter, bold);
+        letter_width.ok_or_else(|| format!("no width for U+{:04X} {letter:?}", u32::from(letter)))
     };
     text.chars().map(known).sum()
 }

@@ -28,19 +28,19 @@ fn findings(svg: &str, screens: [[f64; 3]; 2]) -> Vec<String> {
         Err(error) => return vec![format!("cannot be read: {error}")],
     };
     let mut counted: BTreeMap<String, u32> = BTreeMap::new();
-    let all = [
+    let defects = [
         overlap::find(&drawing),
         axes::find(&drawing),
         contrast::find(&drawing, screens),
     ];
-    for what in all.into_iter().flatten() {
-        *counted.entry(what).or_default() += 1;
+    for defect in defects.into_iter().flatten() {
+        *counted.entry(defect).or_default() += 1;
     }
-    let told = counted.into_iter().map(|(what, times)| match times {
-        1 => what,
-        _ => format!("{what} ({times} times)"),
+    let texts = counted.into_iter().map(|(defect, times)| match times {
+        1 => defect,
+        _ => format!("{defect} ({times} times)"),
     });
-    told.collect()
+    texts.collect()
 }
 
 fn top() -> PathBuf {
@@ -48,13 +48,13 @@ fn top() -> PathBuf {
 }
 
 /// Collects every picture below a folder.
-fn pictures(folder: &Path, all: &mut Vec<PathBuf>) {
+fn pictures(folder: &Path, files: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();
         if path.is_dir() {
-            pictures(&path, all);
+            pictures(&path, files);
         } else if path.extension().is_some_and(|e| e == "svg") {
-            all.push(path);
+            files.push(path);
         }
     }
 }
@@ -80,7 +80,7 @@ fn every_committed_picture_can_be_read_but_for_what_is_listed() {
         found.extend(
             findings(&svg, SCREENS)
                 .into_iter()
-                .map(|what| format!("{name} | {what}")),
+                .map(|finding| format!("{name} | {finding}")),
         );
     }
     let list = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(KNOWN));
@@ -90,9 +90,9 @@ fn every_committed_picture_can_be_read_but_for_what_is_listed() {
         .filter(|line| !line.is_empty() && !line.starts_with('#'));
     let known: BTreeSet<String> = lines
         .map(|line| {
-            let (what, reason) = line.rsplit_once(" | ").expect("picture | finding | reason");
+            let (finding, reason) = line.rsplit_once(" | ").expect("picture | finding | reason");
             assert!(!reason.trim().is_empty(), "no reason: {line}");
-            what.to_owned()
+            finding.to_owned()
         })
         .collect();
     let only = |a: &BTreeSet<String>, b: &BTreeSet<String>| {
@@ -168,8 +168,8 @@ fn an_axis_needs_a_name_of_its_own() {
     assert_eq!(on_white(&ticks), [no_x, no_y]);
     let time = text((80, 85), "middle", "", "time (s)");
     assert_eq!(on_white(&(ticks.clone() + &time)), [no_y]);
-    let both = text((80, 85), "middle", "", "time (s); up: angle (°)");
-    assert_eq!(on_white(&(ticks.clone() + &both)), [no_x, no_y]);
+    let double_name = text((80, 85), "middle", "", "time (s); up: angle (°)");
+    assert_eq!(on_white(&(ticks.clone() + &double_name)), [no_x, no_y]);
     let angle = text(
         (10, 40),
         "middle",
@@ -183,13 +183,13 @@ fn an_axis_needs_a_name_of_its_own() {
 fn faint_text_and_faint_lines_are_found_on_light_and_on_dark() {
     // No grey contrasts enough with both white and GitHub's dark background.
     let grey = "<text x=\"50\" y=\"50\" font-size=\"10\" fill=\"#808080\">force</text>";
-    let told = ["contrast 3.9 of text \"force\" in light, 1 times"];
-    assert_eq!(small(grey), told);
+    let text_finding = ["contrast 3.9 of text \"force\" in light, 1 times"];
+    assert_eq!(small(grey), text_finding);
     assert_eq!(on_white(grey).len(), 2);
     let rules = "text{fill:#333333}@media (prefers-color-scheme:dark){text{fill:#DDDDDD}}";
     assert_eq!(small(&format!("<style>{rules}</style>{grey}")), [""; 0]);
     let line = "<line x1=\"10\" y1=\"10\" x2=\"90\" y2=\"10\" stroke=\"#E69F00\"/>";
-    let told = ["contrast 2.3 of lines #E69F00 in light, 1 times"];
-    assert_eq!(small(line), told);
+    let line_finding = ["contrast 2.3 of lines #E69F00 in light, 1 times"];
+    assert_eq!(small(line), line_finding);
     assert_eq!(on_white(line).len(), 2);
 }

@@ -43,13 +43,13 @@ fn figures(html: &str) -> Vec<String> {
         Some((text[from..to].to_owned(), to))
     };
     let (style, mut at) = between(html, "<style>", "</style>").expect("a style");
-    let mut all = Vec::new();
+    let mut drawings = Vec::new();
     while let Some((body, to)) = between(&html[at..], "<svg ", "</svg>") {
         let (head, rest) = body.split_once('>').expect("an open tag");
-        all.push(format!("<svg {head}><style>{style}</style>{rest}</svg>"));
+        drawings.push(format!("<svg {head}><style>{style}</style>{rest}</svg>"));
         at += to;
     }
-    all
+    drawings
 }
 
 fn smallest(svg: &str) -> (f64, f64) {
@@ -85,7 +85,7 @@ fn the_figures_of_every_page_can_be_read() {
         for (n, svg) in figures.iter().enumerate() {
             let name = format!("{file}, figure {}", n + 1);
             let found = findings(svg, PAPER).into_iter();
-            wrong.extend(found.map(|what| format!("{name}: {what}")));
+            wrong.extend(found.map(|finding| format!("{name}: {finding}")));
             // On a narrow screen a figure keeps 820 pixels and is scrolled sideways.
             let (size, width) = smallest(svg);
             let size = size * 820.0 / width;

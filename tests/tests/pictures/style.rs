@@ -70,8 +70,8 @@ impl<'a> Sheets<'a> {
             .filter(|d| d.name == name)
             .chain(inline)
             .last();
-        let said = last.map(|d| d.value.to_owned());
-        said.or_else(|| node.attribute(name).map(str::to_owned))
+        let value = last.map(|d| d.value.to_owned());
+        value.or_else(|| node.attribute(name).map(str::to_owned))
     }
 }
 

@@ -8,15 +8,15 @@ use std::path::Path;
 /// Texts that follow one of these, apart from white space, are fields of refusals.
 const BEFORE: [&str; 2] = ["Range::new(", "field:"];
 
-fn sources(folder: &Path, all: &mut Vec<String>) {
+fn sources(folder: &Path, texts: &mut Vec<String>) {
     for entry in std::fs::read_dir(folder).expect("the device code") {
         let path = entry.expect("an entry").path();
         if path.is_dir() {
-            sources(&path, all);
+            sources(&path, texts);
         } else if path.extension().is_some_and(|e| e == "rs") {
             let text = std::fs::read_to_string(&path).expect("text");
             // Refusals in test code are no answers.
-            all.push(text.split("#[cfg(test)]").next().unwrap_or("").to_owned());
+            texts.push(text.split("#[cfg(test)]").next().unwrap_or("").to_owned());
         }
     }
 }

@@ -267,7 +267,7 @@ fn forces() -> [(&'static str, Request); 4] {
 
 #[rustfmt::skip]
 pub fn requests() -> Vec<(&'static str, ToDevice)> {
-    let mut all = vec![
+    let mut vectors = vec![
         ("hello", Request::Hello { schema: SCHEMA }),
         ("keep-alive", Request::KeepAlive),
         ("status", Request::Status),
@@ -285,11 +285,11 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
         ("sync", Request::Sync { channel: Some(9) }),
         ("no sync", Request::Sync { channel: None }),
     ];
-    all.extend(muscles());
-    all.extend(joints());
-    all.extend(walls());
-    all.extend(forces());
-    all.extend([
+    vectors.extend(muscles());
+    vectors.extend(joints());
+    vectors.extend(walls());
+    vectors.extend(forces());
+    vectors.extend([
         ("arm", Request::Arm { setup: 0xDEAD_BEEF }),
         ("start", Request::Start),
         ("stop", Request::Stop),
@@ -348,7 +348,7 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
         let message = ToDevice { session, seq, request };
         (name, message)
     };
-    (0u16..).zip(all).map(number).collect()
+    (0u16..).zip(vectors).map(number).collect()
 }
 
 pub fn amplitudes(list: &[(u8, u32)]) -> Request {
@@ -381,8 +381,8 @@ fn fault(fault: Fault) -> FaultRecord {
 }
 
 pub fn responses() -> Vec<(String, Response<'static>)> {
-    let mut all = vec![];
-    let mut add = |name: String, response| all.push((name, response));
+    let mut vectors = vec![];
+    let mut add = |name: String, response| vectors.push((name, response));
     for hello in hellos() {
         add(format!("hello, {:?}", hello.state), Response::Hello(hello));
     }
@@ -423,7 +423,7 @@ pub fn responses() -> Vec<(String, Response<'static>)> {
         let name = format!("telemetry, {channels} channels");
         add(name, Response::Telemetry(telemetry(at, channels)));
     }
-    all
+    vectors
 }
 
 /// Returns telemetry of `channels` channels with all values, or without any for 0.
@@ -544,8 +544,8 @@ fn events() -> Vec<Event> {
     ];
     let faults = (1..=23).filter_map(Fault::from_number);
     let stops = causes.map(|c| [Event::Stopping(c), Event::Stopped(c)]);
-    let mut all = stops.concat();
-    all.extend(faults.map(|f| Event::Faulted(fault(f))));
+    let mut event_list = stops.concat();
+    event_list.extend(faults.map(|f| Event::Faulted(fault(f))));
     let electrode = Event::Electrode {
         channel: 9,
         applied: Amplitude::new(2_000),
@@ -556,7 +556,7 @@ fn events() -> Vec<Event> {
         period_ms: 310,
         gain_milli: 700,
     };
-    all.extend([
+    event_list.extend([
         Event::Recovered,
         electrode,
         limit_cycle,
@@ -564,5 +564,5 @@ fn events() -> Vec<Event> {
         Event::TriggerEdge,
         Event::SyncEdge,
     ]);
-    all
+    event_list
 }

@@ -27,8 +27,8 @@ const VECTORS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/protocol_vec
 const CLIENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/examples/client.py");
 
 fn hex(bytes: &[u8], between: &str) -> String {
-    let each: Vec<String> = bytes.iter().map(|b| format!("{b:02x}")).collect();
-    each.join(between)
+    let digits: Vec<String> = bytes.iter().map(|b| format!("{b:02x}")).collect();
+    digits.join(between)
 }
 
 fn read(path: &str) -> String {
@@ -52,11 +52,11 @@ fn directions() -> [&'static NamedType; 2] {
 }
 
 fn types() -> BTreeMap<String, schema::Rows> {
-    let mut all = BTreeMap::new();
+    let mut type_tables = BTreeMap::new();
     for t in directions() {
-        schema::tables(t, &mut all);
+        schema::tables(t, &mut type_tables);
     }
-    all
+    type_tables
 }
 
 fn vector<T: Serialize>(name: &str, direction: &str, message: &T) -> (String, Vec<u8>) {
@@ -139,7 +139,7 @@ fn the_largest_messages_fit() {
 
 /// Returns the first table below each heading of the form "### `Name`".
 fn tables_of(text: &str) -> BTreeMap<String, schema::Rows> {
-    let mut all: BTreeMap<String, schema::Rows> = BTreeMap::new();
+    let mut tables: BTreeMap<String, schema::Rows> = BTreeMap::new();
     let mut heading = None;
     for line in text.lines() {
         if line.starts_with('#') {
@@ -158,25 +158,25 @@ fn tables_of(text: &str) -> BTreeMap<String, schema::Rows> {
             } else {
                 (cells[0].clone(), cells[1].clone())
             };
-            all.entry(name.to_owned()).or_default().push(pair);
+            tables.entry(name.to_owned()).or_default().push(pair);
         }
     }
-    all
+    tables
 }
 
 #[test]
 fn protocol_md_tells_every_type() {
-    let told = tables_of(&read(PROTOCOL));
+    let tables = tables_of(&read(PROTOCOL));
     for (name, rows) in types() {
         assert_eq!(
-            told.get(&name),
+            tables.get(&name),
             Some(&rows),
             "table of `{name}` in protocol.md"
         );
     }
     let count = types().len();
     assert_eq!(
-        told.len(),
+        tables.len(),
         count,
         "protocol.md tells types that are not on the link"
     );
@@ -191,8 +191,8 @@ fn protocol_md_tells_every_type() {
 fn codes() -> String {
     let mut table = String::from("| No. | Name | Meaning | What to do |\n|---|---|---|---|\n");
     for code in Code::ALL {
-        let (number, what, advice) = (code as u16, meaning(code), advice(code));
-        table += &format!("| {number} | `{code:?}` | {what} | {advice} |\n");
+        let (number, explanation, advice) = (code as u16, meaning(code), advice(code));
+        table += &format!("| {number} | `{code:?}` | {explanation} | {advice} |\n");
     }
     table
 }

@@ -28,15 +28,15 @@ pub fn name(t: &NamedType) -> String {
 }
 
 /// Collects every struct and enum inside `t`, with its rows.
-pub fn tables(t: &NamedType, all: &mut BTreeMap<String, Rows>) {
+pub fn tables(t: &NamedType, types: &mut BTreeMap<String, Rows>) {
     let mut rows = vec![];
     match t.ty {
-        Ty::Option(inner) | Ty::Seq(inner) => return tables(inner, all),
-        Ty::Tuple(items) => return items.iter().for_each(|i| tables(i, all)),
+        Ty::Option(inner) | Ty::Seq(inner) => return tables(inner, types),
+        Ty::Tuple(items) => return items.iter().for_each(|i| tables(i, types)),
         Ty::NewtypeStruct(inner) => rows.push(("newtype".into(), name(inner))),
         Ty::Struct(fields) => {
             for field in *fields {
-                tables(field.ty, all);
+                tables(field.ty, types);
                 rows.push((field.name.into(), name(field.ty)));
             }
         }
@@ -45,13 +45,13 @@ pub fn tables(t: &NamedType, all: &mut BTreeMap<String, Rows>) {
                 let carries = match variant.ty {
                     Variant::UnitVariant => "–".into(),
                     Variant::NewtypeVariant(inner) => {
-                        tables(inner, all);
+                        tables(inner, types);
                         name(inner)
                     }
                     Variant::StructVariant(fields) => {
-                        fields.iter().for_each(|f| tables(f.ty, all));
-                        let each = fields.iter().map(|f| format!("{}: {}", f.name, name(f.ty)));
-                        each.collect::<Vec<_>>().join(", ")
+                        fields.iter().for_each(|f| tables(f.ty, types));
+                        let parts = fields.iter().map(|f| format!("{}: {}", f.name, name(f.ty)));
+                        parts.collect::<Vec<_>>().join(", ")
                     }
                     other => panic!("protocol.md has no words for {other:?}"),
                 };
@@ -60,7 +60,7 @@ pub fn tables(t: &NamedType, all: &mut BTreeMap<String, Rows>) {
         }
         _ => return,
     }
-    all.insert(t.name.into(), rows);
+    types.insert(t.name.into(), rows);
 }
 
 /// Removes every variant (type and name) that occurs in `json` from `left`.
@@ -117,12 +117,16 @@ pub fn longest(t: &NamedType, path: &str, bound: &dyn Fn(&str) -> usize) -> usiz
         Ty::Tuple(items) => items.iter().map(|i| longest(i, path, bound)).sum(),
         Ty::Struct(fields) => fields.iter().map(|f| inside(f.ty, f.name)).sum(),
         Ty::Enum(variants) => {
-            let of = |v: &Variant, name| match v {
+            let variant_length = |v: &Variant, name| match v {
                 Variant::NewtypeVariant(inner) => inside(inner, name),
                 Variant::StructVariant(fields) => fields.iter().map(|f| inside(f.ty, f.name)).sum(),
                 _ => 0,
             };
-            1 + variants.iter().map(|v| of(v.ty, v.name)).max().unwrap_or(0)
+            1 + variants
+                .iter()
+                .map(|v| variant_length(v.ty, v.name))
+                .max()
+                .unwrap_or(0)
         }
         other => panic!("no length for {other:?}"),
     }

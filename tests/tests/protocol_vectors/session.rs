@@ -56,9 +56,9 @@ pub fn decode(frame: &[u8]) -> Vec<u8> {
     message
 }
 
-fn write_frame(out: &mut String, who: &str, at_us: u64, json: &str, frame: &[u8]) {
+fn write_frame(out: &mut String, sender: &str, at_us: u64, json: &str, frame: &[u8]) {
     let ms = at_us as f64 / 1e3;
-    writeln!(out, "{who} at {ms} ms").expect("a string");
+    writeln!(out, "{sender} at {ms} ms").expect("a string");
     let mut rest = json;
     while !rest.is_empty() {
         // Breaks after the last comma that fits.

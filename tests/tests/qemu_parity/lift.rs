@@ -22,11 +22,11 @@ pub fn lift(number: u16, session: &Session) -> Vec<Step> {
     host.wait_ms(40);
     words(&mut host, session, 0);
     host.say(Request::Start);
-    let mut told = 0;
+    let mut sent_count = 0;
     for ms in 1..=(session.duration_us / 1000) as u32 {
         host.wait_ms(1);
-        if ms * RATE_HZ / 1000 > told {
-            told += 1;
+        if ms * RATE_HZ / 1000 > sent_count {
+            sent_count += 1;
             words(&mut host, session, u64::from(ms) * 1000);
         }
     }

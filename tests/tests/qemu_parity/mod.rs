@@ -115,18 +115,18 @@ fn a_lift_is_the_same_to_the_bit() {
     let file = desk::load_session("lift.toml");
     let record = same_to_the_bit(&lift::lift(1, &file.session));
     // Requires both lines of eight channels, and amplitudes of all of them.
-    let (mut driven, mut said, mut channels) = (0u32, Vec::new(), BTreeSet::new());
+    let (mut driven, mut output, mut channels) = (0u32, Vec::new(), BTreeSet::new());
     for put in &record.0 {
         match put {
             Put::Levels(_, bits) => driven |= bits,
             Put::Dac(_, channel, _) => drop(channels.insert(*channel)),
             Put::Trip(..) => {}
-            Put::Bytes(_, bytes) => said.extend_from_slice(bytes),
+            Put::Bytes(_, bytes) => output.extend_from_slice(bytes),
         }
     }
     assert!(driven.count_ones() >= 16, "{driven:b}");
     assert!(channels.len() >= 8, "{channels:?}");
-    for message in desk::messages(&said) {
+    for message in desk::messages(&output) {
         let response: Response<'_> = postcard::from_bytes(&message).unwrap();
         assert!(
             !matches!(response, Response::Refused { .. }),
@@ -139,7 +139,7 @@ fn a_lift_is_the_same_to_the_bit() {
 /// nothing.
 fn exercises_what_it_claims(record: &Record) {
     let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
-    let (mut driven, mut codes, mut wrapped, mut said) = (0, 0, false, Vec::new());
+    let (mut driven, mut codes, mut wrapped, mut output) = (0, 0, false, Vec::new());
     let mut banks = BTreeSet::new();
     for put in &record.0 {
         match put {
@@ -151,10 +151,10 @@ fn exercises_what_it_claims(record: &Record) {
             Put::Trip(_, bank, _) => {
                 banks.insert(bank);
             }
-            Put::Bytes(_, bytes) => said.extend_from_slice(bytes),
+            Put::Bytes(_, bytes) => output.extend_from_slice(bytes),
         }
     }
-    for message in desk::messages(&said) {
+    for message in desk::messages(&output) {
         let response = postcard::from_bytes(&message).unwrap();
         *seen.entry(kind(&response)).or_default() += 1;
     }

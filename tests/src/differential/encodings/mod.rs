@@ -144,7 +144,7 @@ impl Pattern {
         let bits = |is: fn(char) -> bool| {
             letters
                 .iter()
-                .fold(0, |all, c| all << 1 | u32::from(is(*c)))
+                .fold(0, |mask, c| mask << 1 | u32::from(is(*c)))
         };
         Self {
             encoding,
@@ -208,8 +208,8 @@ impl Pattern {
         let places = self.letters.iter().enumerate();
         places
             .filter(|(_, c)| **c == letter)
-            .fold(0, |all, (at, _)| {
-                all << 1 | word >> (self.width - 1 - at as u32) & 1
+            .fold(0, |bits, (at, _)| {
+                bits << 1 | word >> (self.width - 1 - at as u32) & 1
             })
     }
 }
@@ -222,13 +222,13 @@ impl Encodings {
     /// Parses all tables.
     #[must_use]
     pub fn new() -> Self {
-        let all = [
+        let tables = [
             integer_16::ENCODINGS,
             integer_32::ENCODINGS,
             memory_32::ENCODINGS,
             float::ENCODINGS,
         ];
-        Self(all.concat().into_iter().map(Pattern::new).collect())
+        Self(tables.concat().into_iter().map(Pattern::new).collect())
     }
 
     /// Returns the index of the encoding of the instruction `word` of `width` bits.

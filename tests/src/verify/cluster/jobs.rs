@@ -116,10 +116,10 @@ impl Array {
             least = least.min(lines(&kept));
             sleep(LOOK);
         }
-        let of = lines(&kept);
+        let total = lines(&kept);
         ensure!(
-            ended_with < of,
-            "{first} had finished all of its {of} units before the requeue, so the check proves \
+            ended_with < total,
+            "{first} had finished all of its {total} units before the requeue, so the check proves \
              nothing"
         );
         ensure!(
@@ -130,7 +130,7 @@ impl Array {
         let restarts = asked.lines.iter().any(|line| line.contains("Restarts=1"));
         ensure!(restarts, "{first} was not restarted");
         let also =
-            format!("; task 1, requeued after {ended_with} of {of} units, continued from there");
+            format!("; task 1, requeued after {ended_with} of {total} units, continued from there");
         self.compare(at, console, cluster, also)
     }
 
@@ -199,22 +199,22 @@ impl Array {
         ] {
             let line = format!("cd {} && flexor {words}", folder.display());
             let done = cluster.run(at, console, "sh", &["-c", &line])?;
-            let said = done.lines.join("\n");
+            let output = done.lines.join("\n");
             ensure!(
                 done.success,
-                "flexor {words}: {said}\n{}",
+                "flexor {words}: {output}\n{}",
                 self.logs(folder)
             );
         }
         let merged = files(&folder.join(name))?;
-        let whole = files(&folder.join(format!("whole-{name}")))?;
-        let names: Vec<&String> = whole.keys().collect();
+        let undivided_files = files(&folder.join(format!("whole-{name}")))?;
+        let names: Vec<&String> = undivided_files.keys().collect();
         ensure!(
-            merged.keys().eq(whole.keys()) && names.len() > 3,
+            merged.keys().eq(undivided_files.keys()) && names.len() > 3,
             "{name}: the merged run has {:?}, the undivided run {names:?}",
             merged.keys()
         );
-        let differ = whole
+        let differ = undivided_files
             .iter()
             .find(|(file, bytes)| merged.get(*file) != Some(bytes));
         if let Some((file, _)) = differ {
@@ -248,13 +248,13 @@ fn lines(path: &Path) -> usize {
 /// Returns the files of a folder with their bytes, except for the lock.
 fn files(folder: &Path) -> anyhow::Result<BTreeMap<String, Vec<u8>>> {
     let unread = || format!("{} cannot be read", folder.display());
-    let mut all = BTreeMap::new();
+    let mut contents = BTreeMap::new();
     for entry in fs::read_dir(folder).with_context(unread)? {
         let path = entry.with_context(unread)?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         if name != ".lock" {
-            all.insert(name.into_owned(), fs::read(&path).with_context(unread)?);
+            contents.insert(name.into_owned(), fs::read(&path).with_context(unread)?);
         }
     }
-    Ok(all)
+    Ok(contents)
 }

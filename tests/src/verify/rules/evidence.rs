@@ -12,7 +12,7 @@ pub(super) fn missing_evidence(sources: &[Source]) -> Findings {
     let Some(page) = page else {
         return vec![format!("{PAGE} does not exist")];
     };
-    let (told, list) = page
+    let (prose, list) = page
         .text
         .split_once("\n## The proofs\n")
         .unwrap_or_default();
@@ -20,8 +20,8 @@ pub(super) fn missing_evidence(sources: &[Source]) -> Findings {
     if proofs.is_empty() {
         found.push(format!("{PAGE} has no list of proofs"));
     }
-    let cited = cited_proofs(told);
-    let tell = |what: &str, of: &str| format!("{PAGE}: {of} {what}");
+    let cited = cited_proofs(prose);
+    let tell = |defect: &str, name: &str| format!("{PAGE}: {name} {defect}");
     found.extend(
         cited
             .difference(&proofs)
@@ -32,7 +32,7 @@ pub(super) fn missing_evidence(sources: &[Source]) -> Findings {
             .difference(&cited)
             .map(|p| tell("is not cited on the page", p)),
     );
-    let quoted = told.split('`').skip(1).step_by(2);
+    let quoted = prose.split('`').skip(1).step_by(2);
     let is_gone = |quoted: &&str| !exists_in_tree(quoted, sources);
     found.extend(
         quoted
@@ -40,7 +40,7 @@ pub(super) fn missing_evidence(sources: &[Source]) -> Findings {
             .map(|text| tell("does not exist", text)),
     );
     found.extend(
-        links(told)
+        links(prose)
             .filter(is_gone)
             .map(|links| tell("does not exist", links)),
     );
@@ -173,8 +173,8 @@ mod tests {
             ("## The proofs", "## Proofs", "no list of proofs"),
         ] {
             assert!(GOOD.contains(from), "{from}");
-            let told = found(&GOOD.replacen(from, to, 1)).join("\n");
-            assert!(told.contains(says), "{from} → {to}: {told}");
+            let findings = found(&GOOD.replacen(from, to, 1)).join("\n");
+            assert!(findings.contains(says), "{from} → {to}: {findings}");
         }
         assert_eq!(missing_evidence(&[]), ["docs/safety.md does not exist"]);
     }

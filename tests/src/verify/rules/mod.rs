@@ -98,14 +98,14 @@ pub(super) fn sources(root: &Path) -> anyhow::Result<Vec<Source>> {
 
 fn judge(sources: &[Source]) -> Report {
     let mut report = Report::default();
-    let each = RULES.map(|(statement, broken)| {
+    let results = RULES.map(|(statement, broken)| {
         let findings: Findings = sources.iter().flat_map(broken).collect();
         (statement, findings)
     });
     let lost = (NO_FILE_IS_LOST, modules::orphan_files(sources));
     let unwanted = (WORDS_ARE_THE_FIELDS, words::judge(sources));
     let wide = [lost, unwanted].into_iter().chain(layers::judge(sources));
-    for (statement, findings) in each.into_iter().chain(wide) {
+    for (statement, findings) in results.into_iter().chain(wide) {
         report.add(rule_report(statement, &findings));
     }
     for source in sources.iter().filter(|s| s.is_rust()) {
@@ -124,8 +124,8 @@ fn rule_report(statement: &str, findings: &[String]) -> Report {
         return Report::pass();
     }
     let lines = findings.iter().map(|finding| format!("  {finding}"));
-    let what = iter::once(format!("broken rule: {statement}"));
-    Report::fail(what.chain(lines).collect())
+    let heading = iter::once(format!("broken rule: {statement}"));
+    Report::fail(heading.chain(lines).collect())
 }
 
 /// Reads every text file below `folder`, in the order of names.

@@ -84,8 +84,8 @@ pub(super) fn find_word(code: &str, word: &str) -> Vec<usize> {
         let before = at.checked_sub(1).and_then(|before| bytes.get(before));
         !joins(before) && !joins(bytes.get(at + word.len()))
     };
-    let all = code.match_indices(word).map(|(at, _)| at);
-    all.filter(is_whole).collect()
+    let positions = code.match_indices(word).map(|(at, _)| at);
+    positions.filter(is_whole).collect()
 }
 
 /// Returns `text` with comments and literals blanked; unchanged if it is not Rust.

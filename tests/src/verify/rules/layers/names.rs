@@ -228,7 +228,7 @@ impl<'ast> Visit<'ast> for Reader<'_, '_> {
 fn is_test(attribute: &syn::Attribute) -> bool {
     let is_cfg = attribute.path().is_ident("cfg");
     let argument = attribute.parse_args::<syn::Ident>();
-    is_cfg && argument.is_ok_and(|what| what == "test")
+    is_cfg && argument.is_ok_and(|identifier| identifier == "test")
 }
 
 /// Returns an item's attributes, and the name by which others use it.
