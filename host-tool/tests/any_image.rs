@@ -145,13 +145,17 @@ fn pins_are_dumped_and_counted_for_as_long_as_was_asked() {
         "--vcd",
         "pins.vcd",
     ];
-    let (exit, told) = json(run_flexor(&folder, &command));
-    assert_eq!((exit, &told["ended"]), (Some(0), &"time".into()), "{told}");
-    let seconds = told["seconds"].as_f64().unwrap();
+    let (exit, report) = json(run_flexor(&folder, &command));
+    assert_eq!(
+        (exit, &report["ended"]),
+        (Some(0), &"time".into()),
+        "{report}"
+    );
+    let seconds = report["seconds"].as_f64().unwrap();
     assert!((0.02..0.0203).contains(&seconds), "{seconds}");
-    assert_eq!(told["cycles"], (seconds * 16e6).round() as u64, "HSI");
+    assert_eq!(report["cycles"], (seconds * 16e6).round() as u64, "HSI");
     let (found, end) = edges(&folder.join("pins.vcd"), "PA5");
-    assert_eq!(told["pin_edges"]["PA5"], found.len());
+    assert_eq!(report["pin_edges"]["PA5"], found.len());
     assert!(found.len() > 20, "{found:?}");
     assert_eq!(end, (seconds * 1e9).round() as u64);
     // Two thousand turns of a loop, all of the same length.
@@ -161,7 +165,7 @@ fn pins_are_dumped_and_counted_for_as_long_as_was_asked() {
         "{gaps:?}"
     );
     assert_eq!(
-        told["function"].as_str().unwrap().split(' ').next(),
+        report["function"].as_str().unwrap().split(' ').next(),
         Some("main")
     );
 
@@ -193,17 +197,17 @@ fn a_program_s_own_end_is_the_command_s() {
     assert!(out.contains("with status 0"), "{out}");
     let (_, out, _) = run_flexor(&folder, &["chip", "image.elf"]);
     assert!(out.starts_with("ok\n"), "not asked for: {out}");
-    let (exit, told) = json(run_flexor(
+    let (exit, report) = json(run_flexor(
         &folder,
         &["--json", "chip", "image.elf", "--uart"],
     ));
     assert_eq!(exit, Some(0));
-    assert_eq!([&told["uart"], &told["console"]], ["hi", "ok\n"]);
+    assert_eq!([&report["uart"], &report["console"]], ["hi", "ok\n"]);
 
     let folder = folder_with_image("exit_3", &greet(3));
-    let (exit, told) = json(run_flexor(&folder, &["--json", "chip", "image.elf"]));
-    assert_eq!((exit, &told["status"]), (Some(1), &3.into()));
-    let error = told["error"].as_str().unwrap();
+    let (exit, report) = json(run_flexor(&folder, &["--json", "chip", "image.elf"]));
+    assert_eq!((exit, &report["status"]), (Some(1), &3.into()));
+    let error = report["error"].as_str().unwrap();
     assert!(error.starts_with("E569 image.elf"), "{error}");
 }
 
@@ -229,9 +233,9 @@ fn faults_and_lock_ups_are_named_with_registers_and_function() {
     let mut file = elf(&[0xDE00]);
     file[84 + 12..84 + 16].fill(0);
     write_file(&folder, "lock.elf", file);
-    let (exit, told) = json(run_flexor(&folder, &["--json", "chip", "lock.elf"]));
-    assert_eq!((exit, &told["ended"]), (Some(1), &"stopped".into()));
-    let error = told["error"].as_str().unwrap();
+    let (exit, report) = json(run_flexor(&folder, &["--json", "chip", "lock.elf"]));
+    assert_eq!((exit, &report["ended"]), (Some(1), &"stopped".into()));
+    let error = report["error"].as_str().unwrap();
     for part in [
         "E558 lock.elf",
         "locked up",
@@ -250,9 +254,9 @@ fn what_is_not_modelled_is_named_with_register_and_function() {
     ]
     .concat();
     let folder = folder_with_image("refused", &code);
-    let (exit, told) = json(run_flexor(&folder, &["--json", "chip", "image.elf"]));
+    let (exit, report) = json(run_flexor(&folder, &["--json", "chip", "image.elf"]));
     assert_eq!(exit, Some(1));
-    let error = told["error"].as_str().unwrap();
+    let error = report["error"].as_str().unwrap();
     for part in [
         "E558",
         "UART4_BRR",
@@ -267,12 +271,12 @@ fn what_is_not_modelled_is_named_with_register_and_function() {
 #[test]
 fn a_core_that_sleeps_for_ever_is_no_failure_and_is_told() {
     let folder = folder_with_image("asleep", &[0xBF30, 0xE7FD]);
-    let (exit, told) = json(run_flexor(
+    let (exit, report) = json(run_flexor(
         &folder,
         &["--json", "chip", "image.elf", "--for", "60s"],
     ));
-    assert_eq!((exit, &told["sleeps_for_good"]), (Some(0), &true.into()));
-    assert_eq!(told["instructions"], 1);
+    assert_eq!((exit, &report["sleeps_for_good"]), (Some(0), &true.into()));
+    assert_eq!(report["instructions"], 1);
 }
 
 #[test]
@@ -319,9 +323,9 @@ fn the_usb_port_is_offered_at_a_socket() {
         .strip_prefix("tcp:")
         .unwrap();
     let _client = std::net::TcpStream::connect(place).unwrap();
-    let told: Value = serde_json::from_str(&lines.next().unwrap().unwrap()).unwrap();
-    assert_eq!(told["usb"], "no serial port appeared");
-    assert_eq!(told["ended"], "time");
+    let report: Value = serde_json::from_str(&lines.next().unwrap().unwrap()).unwrap();
+    assert_eq!(report["usb"], "no serial port appeared");
+    assert_eq!(report["ended"], "time");
     assert!(running.wait().unwrap().success());
 }
 
@@ -355,8 +359,8 @@ fn a_signal_ends_it_with_a_dump_that_is_whole() {
     let (found, end) = edges(&dump, "PA5");
     let last = *found.last().unwrap();
     assert!(end >= last && end - last < 10_000_000, "{last} {end}");
-    let told = format!("pin PA5: {} edges", found.len());
-    assert!(out.contains(&told), "{told}: {out}");
+    let line = format!("pin PA5: {} edges", found.len());
+    assert!(out.contains(&line), "{line}: {out}");
 }
 
 /// Every command that docs/chip.md shows works as described.

@@ -30,9 +30,9 @@ fn check(folder: &Path, (name, line, code, says): Row) {
         let words = text.split_whitespace().filter(is_word);
         words.collect::<Vec<_>>().join(" ")
     };
-    let says_all = |told: &str| {
+    let says_all = |message: &str| {
         for part in says {
-            assert!(told.contains(part), "{name}: no `{part}` in {told}");
+            assert!(message.contains(part), "{name}: no `{part}` in {message}");
         }
     };
     says_all(&words(&error));
@@ -264,8 +264,8 @@ fn a_port_where_nobody_answers_is_refused() {
     assert_eq!(exit, Some(1), "{error}");
     for file in ["run.json", "summary.json", "result.json"] {
         let text = std::fs::read(folder.join("silent").join(file)).unwrap();
-        let told: serde_json::Value = serde_json::from_slice(&text).unwrap();
-        assert!(told["simulated"].is_null(), "{file}");
+        let report: serde_json::Value = serde_json::from_slice(&text).unwrap();
+        assert!(report["simulated"].is_null(), "{file}");
     }
 }
 

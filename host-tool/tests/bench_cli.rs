@@ -11,8 +11,8 @@ const WHO: &str = "selftest --bench-test --device native --out sheet.json --oper
                    --date 2026-01-02 --instruments scope,probe";
 
 fn words(more: &str) -> Vec<String> {
-    let all = format!("{WHO} {more}");
-    all.split_whitespace().map(ToOwned::to_owned).collect()
+    let line = format!("{WHO} {more}");
+    line.split_whitespace().map(ToOwned::to_owned).collect()
 }
 
 fn run(folder: &Path, more: &str) -> (Option<i32>, String, String) {
@@ -63,17 +63,17 @@ fn a_simulator_is_measured_to_the_end_and_never_passes_as_a_board() {
     write_file(&folder, "values", answers(&[]));
     let (code, out, error) = run(&folder, "--answers values --nobody-connected --json");
     assert_eq!(code, Some(0), "{error}");
-    let said: Value = serde_json::from_str(&out).unwrap();
+    let report: Value = serde_json::from_str(&out).unwrap();
     assert_eq!(
-        (&said["verdict"], &said["simulated"]),
+        (&report["verdict"], &report["simulated"]),
         (&"simulated".into(), &true.into())
     );
     let sheet = sheet(&folder);
-    assert_eq!(sheet, said["sheet"]);
+    assert_eq!(sheet, report["sheet"]);
     assert_eq!(sheet["verdict"], "simulated");
     assert_eq!(sheet["device"]["kind"], "native");
-    let who = ["operator", "date", "instruments"].map(|key| sheet[key].as_str().unwrap());
-    assert_eq!(who, ["A-1", "2026-01-02", "scope,probe"]);
+    let details = ["operator", "date", "instruments"].map(|key| sheet[key].as_str().unwrap());
+    assert_eq!(details, ["A-1", "2026-01-02", "scope,probe"]);
     let answers = sheet["answers"].as_array().unwrap();
     assert_eq!(answers.len(), 24);
     assert!(answers.iter().all(|answer| answer["holds"] == true));
@@ -114,8 +114,8 @@ fn a_wrong_value_fails_its_step_by_name() {
         error.contains("E788") && error.contains("500-peak, stop"),
         "{error}"
     );
-    let said: Value = serde_json::from_str(out.lines().next().unwrap()).unwrap();
-    assert_eq!(said["failed"], serde_json::json!(["500-peak", "stop"]));
+    let report: Value = serde_json::from_str(out.lines().next().unwrap()).unwrap();
+    assert_eq!(report["failed"], serde_json::json!(["500-peak", "stop"]));
     let failed = sheet(&folder)["answers"]
         .as_array()
         .unwrap()
@@ -137,7 +137,7 @@ fn nonsense_is_told_all_at_once_before_anything_is_put_out() {
     write_file(&folder, "values", answers(&nonsense) + "\n700-peak 3 V");
     let (code, _, error) = run(&folder, "--answers values --nobody-connected");
     assert_eq!(code, Some(1), "{error}");
-    for told in [
+    for part in [
         "E789",
         "the unit is V",
         "begin with a number",
@@ -145,13 +145,13 @@ fn nonsense_is_told_all_at_once_before_anything_is_put_out() {
         "is empty",
         "there is no step 700-peak",
     ] {
-        assert!(error.contains(told), "{told}: {error}");
+        assert!(error.contains(part), "{part}: {error}");
     }
     assert!(!folder.join("sheet.json").exists());
     let (code, _, error) = run(&folder, "--answers values");
     assert_eq!(code, Some(1));
     assert!(error.contains("E784"), "{error}");
-    for (more, told) in [
+    for (more, part) in [
         ("--channel 11", "11"),
         ("--device chip", "E518"),
         (
@@ -168,7 +168,7 @@ fn nonsense_is_told_all_at_once_before_anything_is_put_out() {
         let words: Vec<_> = words.split_whitespace().collect();
         let (code, _, error) = run_flexor(&folder, &words);
         assert!(
-            code != Some(0) && error.contains(told),
+            code != Some(0) && error.contains(part),
             "{more}: {code:?} {error}"
         );
     }
@@ -180,9 +180,9 @@ fn nonsense_is_told_all_at_once_before_anything_is_put_out() {
 fn typed_values_are_asked_for_again_and_an_end_is_gone_on_from() {
     let folder = test_folder("bench_typed");
     let typed = "nobody is connected\n\n50 mm\nletters\n\n50.001 us\n-3 V\n9.9 V\nskip\n";
-    let all = words("");
-    let all: Vec<_> = all.iter().map(String::as_str).collect();
-    let mut command = flexor_command(&folder, &all);
+    let texts = words("");
+    let arguments: Vec<_> = texts.iter().map(String::as_str).collect();
+    let mut command = flexor_command(&folder, &arguments);
     command
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -210,18 +210,18 @@ fn typed_values_are_asked_for_again_and_an_end_is_gone_on_from() {
     write_file(&folder, "values", answers(&[("pump-period", "1 us")]));
     let (code, _, error) = run(&folder, "--answers values --nobody-connected --resume");
     assert_eq!(code, Some(0), "{error}");
-    let whole = sheet(&folder);
-    assert_eq!(whole["answers"].as_array().unwrap().len(), 24);
-    assert_eq!(whole["answers"][0]["measured"], 50.001);
+    let full_sheet = sheet(&folder);
+    assert_eq!(full_sheet["answers"].as_array().unwrap().len(), 24);
+    assert_eq!(full_sheet["answers"][0]["measured"], 50.001);
 }
 
 /// Sends Ctrl-C while the bench test asks for a value.
 #[test]
 fn a_signal_keeps_what_was_measured() {
     let folder = test_folder("bench_signal");
-    let all = words("--nobody-connected");
-    let all: Vec<_> = all.iter().map(String::as_str).collect();
-    let mut command = flexor_command(&folder, &all);
+    let texts = words("--nobody-connected");
+    let arguments: Vec<_> = texts.iter().map(String::as_str).collect();
+    let mut command = flexor_command(&folder, &arguments);
     command
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())

@@ -30,19 +30,19 @@ pub fn read(folder: &Path, name: &str) -> String {
 fn a_plan_becomes_a_wearer_file_and_only_its_owner_goes_on() {
     let folder = test_folder("calibrate");
     write_file(&folder, "plan.toml", PLAN);
-    let (exit, told, error) = calibrate(&folder, &["--out", "w.toml"]);
-    assert_eq!(exit, Some(0), "{told}{error}");
-    let done: serde_json::Value = serde_json::from_str(&told).unwrap();
+    let (exit, output, error) = calibrate(&folder, &["--out", "w.toml"]);
+    assert_eq!(exit, Some(0), "{output}{error}");
+    let done: serde_json::Value = serde_json::from_str(&output).unwrap();
     assert_eq!(
         (&done["event"], &done["electrodes"]),
         (&"done".into(), &1.into())
     );
     let file = read(&folder, "w.toml");
     assert!(file.contains("motor_threshold = ") && file.contains("host_timeout_ms = 100"));
-    let refused = |more: &[&str], number: &str, what: &str| {
-        let (exit, told, error) = calibrate(&folder, more);
-        assert_eq!(exit, Some(1), "{told}{error}");
-        assert!(error.contains(number) && error.contains(what), "{error}");
+    let refused = |more: &[&str], number: &str, detail: &str| {
+        let (exit, text, error) = calibrate(&folder, more);
+        assert_eq!(exit, Some(1), "{text}{error}");
+        assert!(error.contains(number) && error.contains(detail), "{error}");
         assert_eq!(read(&folder, "w.toml"), file);
     };
     refused(&["--out", "w.toml"], "E672", "--resume");
@@ -81,8 +81,8 @@ fn files_of_others_and_damaged_journals_are_not_gone_on_with() {
     );
     write_file(&folder, "w.toml", &file);
     // Nothing is left to do.
-    let (exit, told, error) = calibrate(&folder, &["--out", "w.toml", "--resume"]);
-    assert_eq!(exit, Some(0), "{told}{error}");
+    let (exit, output, error) = calibrate(&folder, &["--out", "w.toml", "--resume"]);
+    assert_eq!(exit, Some(0), "{output}{error}");
     assert_eq!(read(&folder, "w.toml"), file);
     // A damaged journal.
     let journal = read(&folder, "w.toml.journal");
@@ -110,7 +110,7 @@ fn every_mistake_of_a_plan_is_told_at_once_before_a_device_is_touched() {
     write_file(&folder, "plan.toml", wrong);
     let (exit, _, error) = calibrate(&folder, &["--out", "w.toml"]);
     assert_eq!(exit, Some(1));
-    for what in [
+    for part in [
         "E670",
         "pseudonym",
         "ceiling is 0.0001",
@@ -118,7 +118,7 @@ fn every_mistake_of_a_plan_is_told_at_once_before_a_device_is_touched() {
         "20",
         "start is 4",
     ] {
-        assert!(error.contains(what), "{what}: {error}");
+        assert!(error.contains(part), "{part}: {error}");
     }
     let beyond = PLAN.replace(
         "max_current_ma = 30.0",
@@ -166,9 +166,9 @@ fn a_check_is_added_to_the_file_and_refuses_what_has_drifted() {
         words.extend(more);
         run_flexor(&folder, &words)
     };
-    let (exit, told, error) = check(&[]);
-    assert_eq!(exit, Some(0), "{told}{error}");
-    assert!(told.contains("\"accepted\":true"), "{told}");
+    let (exit, output, error) = check(&[]);
+    assert_eq!(exit, Some(0), "{output}{error}");
+    assert!(output.contains("\"accepted\":true"), "{output}");
     let (exit, _, error) = check(&["--body", "still"]);
     assert!(exit == Some(1) && error.contains("E682"), "{error}");
     let file = read(&folder, "w.toml");
@@ -301,17 +301,17 @@ fn order_by_lines() {
         "\u{7f}",
     ] {
         driven.send_order(nonsense);
-        let told = driven.next_line(|value| value["event"] == "refused");
+        let refusal = driven.next_line(|value| value["event"] == "refused");
         assert!(
-            told["error"].as_str().unwrap().starts_with("E678 "),
-            "{told}"
+            refusal["error"].as_str().unwrap().starts_with("E678 "),
+            "{refusal}"
         );
     }
     driven.send_order("{\"order\":\"yes\"}");
-    let told = driven.next_line(|value| value["event"] == "refused");
+    let refusal = driven.next_line(|value| value["event"] == "refused");
     assert!(
-        told["error"].as_str().unwrap().starts_with("E671 "),
-        "{told}"
+        refusal["error"].as_str().unwrap().starts_with("E671 "),
+        "{refusal}"
     );
     driven.send_order("{\"order\":\"raise\"}");
     driven.next_line(|value| {
@@ -319,10 +319,10 @@ fn order_by_lines() {
     });
     // A second raise during the first is not a second step.
     driven.send_order("{\"order\":\"raise\"}");
-    let told = driven.next_line(|value| value["event"] == "refused");
+    let refusal = driven.next_line(|value| value["event"] == "refused");
     assert!(
-        told["error"].as_str().unwrap().contains("being given"),
-        "{told}"
+        refusal["error"].as_str().unwrap().contains("being given"),
+        "{refusal}"
     );
     driven.next_line(|value| value["question"].is_string());
     driven.send_order("{\"order\":\"no\"}");
@@ -362,8 +362,8 @@ fn an_input_that_ends_and_a_signal_end_it_with_the_journal_whole() {
         journal.ends_with('\n') && journal.contains("E580"),
         "{journal}"
     );
-    let (exit, told, error) = calibrate(&folder, &["--out", "w.toml", "--resume"]);
-    assert_eq!(exit, Some(0), "{told}{error}");
+    let (exit, output, error) = calibrate(&folder, &["--out", "w.toml", "--resume"]);
+    assert_eq!(exit, Some(0), "{output}{error}");
 }
 
 /// Orders for a board behind a socket, whose connection is cut during a presentation.

@@ -129,11 +129,11 @@ fn what_was_refused_is_told_by_number() {
     let mut driven = ScriptedProgram::start("calibrate_refused", PLAN);
     driven.wait_until_ready();
     driven.send(&RAISE.repeat(40));
-    let told = driven.next_line(|value| value["event"] == "refused");
-    let told = told["error"].as_str().unwrap().to_owned();
+    let refusal = driven.next_line(|value| value["event"] == "refused");
+    let message = refusal["error"].as_str().unwrap().to_owned();
     assert!(
-        told.starts_with("E671 not now: this order came before"),
-        "{told}"
+        message.starts_with("E671 not now: this order came before"),
+        "{message}"
     );
     driven.send(ABORT);
     let (exit, _, _) = driven.wait_for_end();
@@ -151,9 +151,9 @@ fn too_much_and_the_end_overtake_what_is_pending() {
         "{}{{\"order\":\"too-much\"}}\n",
         RAISE.repeat(3000)
     ));
-    let told = driven.next_line(|value| value["entry"].get("too-much").is_some());
+    let record = driven.next_line(|value| value["entry"].get("too-much").is_some());
     let given = entries(&driven.folder, "given");
-    let on_s = told["t_s"].as_f64().unwrap() - given[0]["t_s"].as_f64().unwrap();
+    let on_s = record["t_s"].as_f64().unwrap() - given[0]["t_s"].as_f64().unwrap();
     assert!(on_s < 10.0, "{on_s}");
     driven.wait_until_ready();
     driven.send(&format!("{}{ABORT}", RAISE.repeat(3000)));
@@ -199,8 +199,8 @@ fn without_a_reader_nothing_is_given() {
         "--auto",
         "--resume",
     ];
-    let (exit, told, error) = run_flexor(&folder, &[&again[..], &["--out", "w.toml"]].concat());
-    assert_eq!(exit, Some(0), "{told}{error}");
+    let (exit, output, error) = run_flexor(&folder, &[&again[..], &["--out", "w.toml"]].concat());
+    assert_eq!(exit, Some(0), "{output}{error}");
 }
 
 /// A program that waits for its reader ends with the order, or with the first signal.

@@ -42,10 +42,10 @@ fn goes_on_after_a_stall() {
     signal(driven.process.id(), "STOP");
     std::thread::sleep(Duration::from_millis(500));
     signal(driven.process.id(), "CONT");
-    let told = driven.next_line(|value| value["entry"].get("stalled").is_some());
-    let stalled = &told["entry"]["stalled"];
+    let record = driven.next_line(|value| value["entry"].get("stalled").is_some());
+    let stalled = &record["entry"]["stalled"];
     let pause_ms = stalled["pause_ms"].as_u64().unwrap();
-    assert!(pause_ms >= 400 && stalled["channel"] == 3, "{told}");
+    assert!(pause_ms >= 400 && stalled["channel"] == 3, "{record}");
     // An interrupted presentation leads to no question, and a raise presents the same level.
     let view = driven.next_line(|value| value["phase"] == "ready");
     assert!(

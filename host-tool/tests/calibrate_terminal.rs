@@ -80,8 +80,8 @@ fn a_terminal_that_is_closed_ends_it() {
         "--auto",
         "--resume",
     ];
-    let (exit, told, error) = run_flexor(&folder, &[&again[..], &["--out", "w.toml"]].concat());
-    assert_eq!(exit, Some(0), "{told}{error}");
+    let (exit, output, error) = run_flexor(&folder, &[&again[..], &["--out", "w.toml"]].concat());
+    assert_eq!(exit, Some(0), "{output}{error}");
 }
 
 #[test]

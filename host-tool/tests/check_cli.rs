@@ -13,47 +13,50 @@ fn run_check(folder: &Path, files: &[&str]) -> (Option<i32>, serde_json::Value, 
     let (exit, out, _) = run_flexor(folder, &arguments);
     println!("{files:?}: {} ms", begun.elapsed().as_millis());
     let arguments = [&["check"], files].concat();
-    let (_, _, told) = run_flexor(folder, &arguments);
-    (exit, serde_json::from_str(&out).unwrap(), told)
+    let (_, _, text) = run_flexor(folder, &arguments);
+    (exit, serde_json::from_str(&out).unwrap(), text)
 }
 
 /// Returns the numbers of a file's mistakes, after a check that each has a place and a remedy.
 fn numbers(checked: &serde_json::Value, file: usize) -> Vec<&str> {
     let mistakes = checked["sessions"][file]["mistakes"].as_array().unwrap();
-    let each = mistakes
+    let numbers = mistakes
         .iter()
         .map(|value| value["number"].as_str().unwrap());
-    each.collect()
+    numbers.collect()
 }
 
 #[test]
 fn good_files_are_good_and_every_mistake_of_every_bad_one_is_told() {
     let folder = test_folder("check_files");
     let good = std::fs::read_to_string(folder.join("session.toml")).unwrap();
-    let (exit, told, _) = run_check(&folder, &["session.toml"]);
-    assert_eq!((exit, &told["error"]), (Some(0), &serde_json::Value::Null));
-    assert_eq!(numbers(&told, 0), [""; 0]);
+    let (exit, report, _) = run_check(&folder, &["session.toml"]);
+    assert_eq!(
+        (exit, &report["error"]),
+        (Some(0), &serde_json::Value::Null)
+    );
+    assert_eq!(numbers(&report, 0), [""; 0]);
     let bad = good
         .replace("rise_ms = 10", "rise_ms = 0")
         .replace("width_us", "widht_us");
     std::fs::write(folder.join("bad.toml"), bad).unwrap();
     std::fs::create_dir(folder.join("folder.toml")).unwrap();
     let files = ["bad.toml", "session.toml", "absent.toml", "folder.toml"];
-    let (exit, told, people) = run_check(&folder, &files);
+    let (exit, report, people) = run_check(&folder, &files);
     assert_eq!(exit, Some(1));
-    assert_eq!(numbers(&told, 0), ["E407", "E402"]);
-    assert_eq!(told["sessions"][0]["mistakes"][1]["line"], 14);
-    assert_eq!(numbers(&told, 1), [""; 0]);
-    assert_eq!(numbers(&told, 2), ["E400"]);
-    assert_eq!(numbers(&told, 3), ["E400"]);
+    assert_eq!(numbers(&report, 0), ["E407", "E402"]);
+    assert_eq!(report["sessions"][0]["mistakes"][1]["line"], 14);
+    assert_eq!(numbers(&report, 1), [""; 0]);
+    assert_eq!(numbers(&report, 2), ["E400"]);
+    assert_eq!(numbers(&report, 3), ["E400"]);
     let parts = [
         "bad.toml:6:11",
         "did you mean `width_us`?",
         "absent.toml",
         "E524 4 mistakes in 3 of 4",
     ];
-    for told in parts {
-        assert!(people.contains(told), "{told}: {people}");
+    for part in parts {
+        assert!(people.contains(part), "{part}: {people}");
     }
     assert_eq!(run_flexor(&folder, &["check"]).0, Some(2));
 }
@@ -88,8 +91,8 @@ fn monstrous_files_are_told_apart() {
     ];
     for (name, text, expected, count) in cases {
         write_file(&folder, name, text);
-        let (exit, told, people) = run_check(&folder, &[name]);
-        let mut numbers = numbers(&told, 0);
+        let (exit, report, people) = run_check(&folder, &[name]);
+        let mut numbers = numbers(&report, 0);
         assert_eq!(
             (exit, numbers.len()),
             (Some(1), count),
@@ -114,9 +117,9 @@ fn a_new_file_is_good_and_never_replaces_one() {
     let line = "ten.toml --channels 10 --stage voltage --limit 30 --schema schema.json --title";
     let options: Vec<_> = line.split(' ').chain(["Ten \"new\""]).collect();
     assert_eq!(new(&options).0, Some(0));
-    let (exit, told, _) = run_check(&folder, &["plain.toml", "ten.toml"]);
+    let (exit, report, _) = run_check(&folder, &["plain.toml", "ten.toml"]);
     assert_eq!(exit, Some(0));
-    assert_eq!(told["sessions"][1]["title"], "Ten \"new\"");
+    assert_eq!(report["sessions"][1]["title"], "Ten \"new\"");
     let before = std::fs::read(folder.join("ten.toml")).unwrap();
     assert!(before.starts_with(b"#:schema schema.json\n"));
     let (exit, out) = new(&["ten.toml"]);
@@ -140,26 +143,26 @@ fn wearer_files_are_checked_and_make_sessions() {
     write_file(&folder, "bad.toml", bad);
     let other = shipped.replace("schema = 1", "schema = 3");
     write_file(&folder, "other.toml", other);
-    let (exit, told, people) = run_check(
+    let (exit, report, people) = run_check(
         &folder,
         &["K05.toml", "session.toml", "bad.toml", "other.toml"],
     );
     assert_eq!(exit, Some(1), "{people}");
-    assert_eq!(told["sessions"][0]["wearer"], "K05.toml");
-    assert_eq!(numbers(&told, 0), [""; 0]);
-    assert_eq!(numbers(&told, 2), ["E652", "E653"]);
-    assert_eq!(numbers(&told, 3), ["E651"]);
-    assert_eq!(told["sessions"][0]["name"], "K05");
-    assert_eq!(told["sessions"][0]["evidence"], "printed");
+    assert_eq!(report["sessions"][0]["wearer"], "K05.toml");
+    assert_eq!(numbers(&report, 0), [""; 0]);
+    assert_eq!(numbers(&report, 2), ["E652", "E653"]);
+    assert_eq!(numbers(&report, 3), ["E651"]);
+    assert_eq!(report["sessions"][0]["name"], "K05");
+    assert_eq!(report["sessions"][0]["evidence"], "printed");
     assert!(
         people.contains("E524 3 mistakes in 2 of 4 files"),
         "{people}"
     );
     let (exit, _, error) = run_flexor(&folder, &["new", "mine.toml", "--wearer", "K05.toml"]);
     assert_eq!(exit, Some(0), "{error}");
-    let (exit, told, people) = run_check(&folder, &["mine.toml"]);
+    let (exit, report, people) = run_check(&folder, &["mine.toml"]);
     assert_eq!(exit, Some(0), "{people}");
-    assert_eq!(numbers(&told, 0), [""; 0]);
+    assert_eq!(numbers(&report, 0), [""; 0]);
     let session = Session::load(folder.join("mine.toml")).unwrap();
     assert_eq!(session.channels[0].spec.limit.get(), 15_000);
     assert!(session.channels[0].muscle.is_some());

@@ -43,9 +43,9 @@ fn the_commands_of_the_document_show_what_differs() {
     let mut text = String::new();
     for command in commands {
         let arguments: Vec<&str> = command.split(' ').collect();
-        let (exit, said, error) = run_flexor(&folder, &arguments);
+        let (exit, output, error) = run_flexor(&folder, &arguments);
         assert_eq!(exit, Some(0), "{command}: {error}");
-        text = said;
+        text = output;
     }
     let lines: Vec<&str> = text.lines().collect();
     for line in lines.iter().filter(|line| !line.starts_with("page:")) {
@@ -75,7 +75,9 @@ fn json_and_page_have_doses_traces_and_files() {
     run_json(&folder, "run ten_channels.toml --out one");
     run_json(&folder, "run stronger.toml --out two");
     let json = run_json(&folder, "compare one two --out both");
-    let number = |row: usize, of: usize, key: &str| channel(&json, row, of)[key].as_f64().unwrap();
+    let number = |row: usize, channel_number: usize, key: &str| {
+        channel(&json, row, channel_number)[key].as_f64().unwrap()
+    };
     assert_eq!(number(0, 2, "peak"), 6.0);
     assert_eq!(number(1, 2, "peak"), 8.0);
     assert_eq!(number(1, 2, "charge_per_phase_uc"), 1.6);
@@ -199,9 +201,9 @@ fn experiments_and_sweeps_are_compared_by_what_they_have_in_common() {
     run_json(&folder, "experiment other.toml --draws 0 --out second");
     run_json(&folder, "sweep own.toml --out sweep");
 
-    let both = run_json(&folder, "compare first second --out both");
-    assert_eq!(both["rows"].as_array().unwrap().len(), 4);
-    let rows = both["results"].as_array().unwrap();
+    let comparison = run_json(&folder, "compare first second --out both");
+    assert_eq!(comparison["rows"].as_array().unwrap().len(), 4);
+    let rows = comparison["results"].as_array().unwrap();
     let row = rows
         .iter()
         .find(|row| row["id"] == "none/charge_mc")
@@ -209,7 +211,7 @@ fn experiments_and_sweeps_are_compared_by_what_they_have_in_common() {
     let told_mc = row["values"][0]["value"].as_f64().unwrap();
     assert_eq!(row["values"].as_array().unwrap().len(), 2);
     // The measure holds amplitudes until the next row; doses count pulses.
-    let channels = both["rows"][0]["channels"].as_array().unwrap();
+    let channels = comparison["rows"][0]["channels"].as_array().unwrap();
     let uc = channels
         .iter()
         .map(|value| value["cathodic_uc"].as_f64().unwrap());
@@ -218,7 +220,7 @@ fn experiments_and_sweeps_are_compared_by_what_they_have_in_common() {
         (counted_mc / told_mc - 1.0).abs() < 0.05,
         "{counted_mc} {told_mc}"
     );
-    let key = &both["declarations"][0]["keys"][0];
+    let key = &comparison["declarations"][0]["keys"][0];
     assert_eq!((&key["key"], &key["to"]), (&"seed".into(), &"4".into()));
 
     let mixed = run_json(&folder, "compare first sweep --out mixed");

@@ -14,35 +14,35 @@ fn the_study_is_told_and_written_twice_alike() {
         assert!(line.chars().count() <= 80, "{line}");
     }
     assert!(people.contains("Rate: endurance by the rate"), "{people}");
-    let (exit, told, _) = run_flexor(
+    let (exit, output, _) = run_flexor(
         &folder,
         &[&["--json"], &ONE[..], &["--out", "two"]].concat(),
     );
-    assert_eq!(exit, Some(0), "{told}");
-    let told: Value = serde_json::from_str(&told).unwrap();
-    assert_eq!(told["result"]["simulated"], true);
-    assert_eq!(told["result"]["declared"]["as_declared"], false);
+    assert_eq!(exit, Some(0), "{output}");
+    let report: Value = serde_json::from_str(&output).unwrap();
+    assert_eq!(report["result"]["simulated"], true);
+    assert_eq!(report["result"]["declared"]["as_declared"], false);
     for file in ["result.json", "result.html", "draws.csv"] {
         let read = |out: &str| std::fs::read(folder.join(out).join(file)).unwrap();
         assert!(read("one") == read("two"), "{file}");
     }
     let rows = std::fs::read_to_string(folder.join("one/draws.csv")).unwrap();
     assert_eq!(rows.lines().count(), 1 + 15);
-    let (exit, told, _) = run_flexor(&folder, &["report", "one"]);
-    assert_eq!(exit, Some(0), "{told}");
+    let (exit, output, _) = run_flexor(&folder, &["report", "one"]);
+    assert_eq!(exit, Some(0), "{output}");
 }
 
 #[test]
 fn what_cannot_be_asked_is_told_at_once() {
     let folder = test_folder("distributed_refused");
     let wrong = ["--draws", "0", "--wearer", "P", "--device", "chip"];
-    let (exit, _, told) = run_flexor(&folder, &[&ONE[..2], &wrong].concat());
-    assert_eq!(exit, Some(2), "{told}");
+    let (exit, _, error) = run_flexor(&folder, &[&ONE[..2], &wrong].concat());
+    assert_eq!(exit, Some(2), "{error}");
     for why in [
         "allowed: 1 to",
         "generates its own wearers",
         "allowed: native",
     ] {
-        assert!(told.contains(why), "{told}");
+        assert!(error.contains(why), "{error}");
     }
 }

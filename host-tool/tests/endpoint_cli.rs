@@ -9,13 +9,13 @@ const RESULT: [&str; 4] = ["result.json", "result.html", "arms.html", "studies.j
 #[test]
 fn a_study_is_told_and_written() {
     let folder = test_folder("sierotowicz");
-    let (exit, told, _) = run_flexor(
+    let (exit, output, _) = run_flexor(
         &folder,
         &[&["--json"], &ONE[..], &["--out", "one"]].concat(),
     );
-    assert_eq!(exit, Some(0), "{told}");
-    let told: Value = serde_json::from_str(&told).unwrap();
-    let result = &told["result"];
+    assert_eq!(exit, Some(0), "{output}");
+    let report: Value = serde_json::from_str(&output).unwrap();
+    let result = &report["result"];
     assert_eq!(result["simulated"], true);
     assert_eq!(result["declared"]["as_declared"], false);
     for file in RESULT {
@@ -45,9 +45,9 @@ fn what_cannot_be_asked_is_wrong_use() {
         (&["--wearer", "P"], "do not apply to sierotowicz"),
         (&["--device", "qemu"], "allowed: native, chip"),
     ] {
-        let (exit, _, told) = run_flexor(&folder, &[&ONE[..2], args].concat());
-        assert_eq!(exit, Some(2), "{told}");
-        assert!(told.contains(why), "{told}");
+        let (exit, _, error) = run_flexor(&folder, &[&ONE[..2], args].concat());
+        assert_eq!(exit, Some(2), "{error}");
+        assert!(error.contains(why), "{error}");
     }
 }
 
@@ -57,10 +57,10 @@ fn a_choice_of_electrodes_is_told_and_written() {
     let folder = test_folder("electrode_choice");
     let command = ["experiment", "electrode-choice", "--draws", "2"];
     let args = [&["--json"], &command[..], &["--out", "two"]].concat();
-    let (exit, told, _) = run_flexor(&folder, &args);
-    assert_eq!(exit, Some(0), "{told}");
-    let told: Value = serde_json::from_str(&told).unwrap();
-    let result = &told["result"];
+    let (exit, output, _) = run_flexor(&folder, &args);
+    assert_eq!(exit, Some(0), "{output}");
+    let report: Value = serde_json::from_str(&output).unwrap();
+    let result = &report["result"];
     assert_eq!(result["simulated"], true);
     assert_eq!(result["declared"]["as_declared"], false);
     assert_eq!(result["shares"][0]["of"], 2, "{result}");
@@ -78,8 +78,8 @@ fn a_choice_of_electrodes_is_told_and_written() {
         (&["--draws", "1"][..], "allowed: 2 to"),
         (&["--device", "chip"], "allowed: native"),
     ] {
-        let (exit, _, told) = run_flexor(&folder, &[&command[..2], args].concat());
-        assert_eq!(exit, Some(2), "{told}");
-        assert!(told.contains(why), "{told}");
+        let (exit, _, error) = run_flexor(&folder, &[&command[..2], args].concat());
+        assert_eq!(exit, Some(2), "{error}");
+        assert!(error.contains(why), "{error}");
     }
 }

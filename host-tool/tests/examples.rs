@@ -64,15 +64,15 @@ fn example_lines<'a>(text: &'a str, begin: &str) -> Vec<&'a str> {
 }
 
 /// Returns whether the output of an example shows its successful end.
-fn is_done(command: &str, told: &str) -> bool {
+fn is_done(command: &str, output: &str) -> bool {
     match command {
-        _ if command.contains("--selftest") => told.contains("requests encoded"),
+        _ if command.contains("--selftest") => output.contains("requests encoded"),
         _ if command.contains("client.py") => {
-            told.contains("stimulating") && told.contains("{'Stopped': 'Request'}")
+            output.contains("stimulating") && output.contains("{'Stopped': 'Request'}")
         }
-        _ if command.contains("hand.py") => told.contains("100.0 % of"),
-        _ if command.contains("lift.py") => told.contains("released at"),
-        _ => told.contains("done: w.toml"),
+        _ if command.contains("hand.py") => output.contains("100.0 % of"),
+        _ if command.contains("lift.py") => output.contains("released at"),
+        _ => output.contains("done: w.toml"),
     }
 }
 
@@ -110,19 +110,19 @@ fn try_command(command: &str, folder: &Path) -> Result<String, String> {
         .unwrap();
     let mut typed = process.stdin.take().unwrap();
     let lines = BufReader::new(process.stdout.take().unwrap()).lines();
-    let (mut told, mut given) = (String::new(), 0);
+    let (mut output, mut given) = (String::new(), 0);
     for line in lines.map_while(Result::ok) {
         if let Some(word) = operator(&line, &mut given) {
             let _ = writeln!(typed, "{word}"); // it may have ended
         }
-        told += &(line + "\n");
+        output += &(line + "\n");
     }
     drop(typed);
     let (exit, _, error) = command_result(process.wait_with_output().unwrap());
-    let is_right = exit == Some(0) && is_done(command, &told) && !error.contains("Traceback");
+    let is_right = exit == Some(0) && is_done(command, &output) && !error.contains("Traceback");
     match is_right {
-        true => Ok(told),
-        false => Err(format!("{command} ends with {exit:?}: {told}{error}")),
+        true => Ok(output),
+        false => Err(format!("{command} ends with {exit:?}: {output}{error}")),
     }
 }
 

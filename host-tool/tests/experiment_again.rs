@@ -10,7 +10,8 @@ fn an_interrupted_experiment_goes_on_with_its_wearers() {
     let command = "experiment open-trains --draws 30 --seed 4";
     run_json(&folder, &format!("{command} --out whole"));
     let cut = copy_record(&folder, "whole", "cut");
-    let read = |of: &str, file: &str| fs::read_to_string(folder.join(of).join(file)).unwrap();
+    let read =
+        |record: &str, file: &str| fs::read_to_string(folder.join(record).join(file)).unwrap();
     let rows = read("whole", "draws.csv");
     fs::write(cut.join("draws.csv"), &rows[..rows.len() / 2]).unwrap();
     // A complete record is not replaced.

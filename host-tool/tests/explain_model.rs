@@ -44,16 +44,16 @@ fn flexor(name: &str, text: &str, arguments: &[&str]) -> ProgramOutput {
 #[test]
 fn the_table_is_for_people_and_machines() {
     let text = session("frequency_hz = 50.0", "");
-    let (exit, said, _) = flexor("people.toml", &text, &[]);
-    assert_eq!(exit, Some(0), "{said}");
-    assert!(said.contains("channel 1, one: calcium-force"), "{said}");
-    assert!(said.contains("uses: the reported force"), "{said}");
-    let widest = said.lines().map(|line| line.chars().count()).max();
-    assert!(widest <= Some(80), "{said}");
+    let (exit, output, _) = flexor("people.toml", &text, &[]);
+    assert_eq!(exit, Some(0), "{output}");
+    assert!(output.contains("channel 1, one: calcium-force"), "{output}");
+    assert!(output.contains("uses: the reported force"), "{output}");
+    let widest = output.lines().map(|line| line.chars().count()).max();
+    assert!(widest <= Some(80), "{output}");
     let tiring = session("frequency_hz = 50.0", ", fatigue = {}");
     let channel = |name, options: &[&str]| -> Value {
-        let (_, said, _) = flexor(name, &tiring, options);
-        let value: Value = serde_json::from_str(&said).unwrap();
+        let (_, json_text, _) = flexor(name, &tiring, options);
+        let value: Value = serde_json::from_str(&json_text).unwrap();
         value["channels"][0].clone()
     };
     // 20 s of work fatigue the muscle by more than 10 % and less than 60 %.
@@ -71,14 +71,14 @@ fn the_table_is_for_people_and_machines() {
     // The changes in the file are printed with the model at the session's start.
     let more = ", model = \"calcium-force\", changes = [{ at_s = 4, model = \"none\" }]";
     let changing = session("frequency_hz = 50.0", more);
-    let (_, said, _) = flexor("changing.toml", &changing, &[]);
-    assert!(said.contains("Models at the session's start"), "{said}");
+    let (_, output, _) = flexor("changing.toml", &changing, &[]);
+    assert!(output.contains("Models at the session's start"), "{output}");
     assert!(
-        said.contains("from 4 s on: none, set in the file"),
-        "{said}"
+        output.contains("from 4 s on: none, set in the file"),
+        "{output}"
     );
-    let (_, said, _) = flexor("changing.toml", &changing, &["--json"]);
-    let value: Value = serde_json::from_str(&said).unwrap();
+    let (_, json, _) = flexor("changing.toml", &changing, &["--json"]);
+    let value: Value = serde_json::from_str(&json).unwrap();
     assert_eq!(value["models_at_s"], 0.0);
     let item = &value["channels"][0];
     assert_eq!(
@@ -102,10 +102,10 @@ fn what_cannot_be_explained_is_refused_by_name() {
         ("much.toml", &plain, "601", 2, ["E518", "600"]),
         ("fine.toml", &plain, "0.01", 1, ["E553", "smallest error"]),
     ] {
-        let (exit, _, said) = flexor(name, text, &["--tolerance", tolerance]);
-        assert_eq!(exit, Some(code), "{name}: {said}");
+        let (exit, _, error) = flexor(name, text, &["--tolerance", tolerance]);
+        assert_eq!(exit, Some(code), "{name}: {error}");
         for word in words {
-            assert!(said.contains(word), "{name}: {said}");
+            assert!(error.contains(word), "{name}: {error}");
         }
     }
 }
@@ -119,27 +119,27 @@ fn a_rerun_takes_the_model_from_the_record() {
         session("frequency_hz = 50.0", ", fatigue = {}")
     );
     write_file(&folder, "coarse.toml", coarse);
-    let (exit, _, said) = run_flexor(&folder, &["run", "coarse.toml", "--out", "first"]);
-    assert_eq!(exit, Some(0), "{said}");
+    let (exit, _, error) = run_flexor(&folder, &["run", "coarse.toml", "--out", "first"]);
+    assert_eq!(exit, Some(0), "{error}");
     let trial = folder.join("first/01-one-muscle/trial.json");
     let trial: Value = serde_json::from_str(&std::fs::read_to_string(trial).unwrap()).unwrap();
     assert_eq!(trial["channels"][0]["model"], "calcium-force");
-    let (exit, out, said) = run_flexor(&folder, &["rerun", "first"]);
-    assert_eq!(exit, Some(0), "{out} {said}");
+    let (exit, out, error) = run_flexor(&folder, &["rerun", "first"]);
+    assert_eq!(exit, Some(0), "{out} {error}");
     // A record with an unknown model cannot be repeated.
     let unknown = folder.join("first/01-one-muscle/trial.json");
     let text = std::fs::read_to_string(&unknown).unwrap();
     std::fs::write(&unknown, text.replace("\"calcium-force\"", "\"lag\"")).unwrap();
     for command in ["rerun", "report"] {
-        let (exit, _, said) = run_flexor(&folder, &[command, "first"]);
-        assert!(exit == Some(1) && said.contains("E584"), "{said}");
-        assert!(said.contains("`lag` is not a muscle model"), "{said}");
+        let (exit, _, error) = run_flexor(&folder, &[command, "first"]);
+        assert!(exit == Some(1) && error.contains("E584"), "{error}");
+        assert!(error.contains("`lag` is not a muscle model"), "{error}");
     }
     // A tolerance that no model meets is refused before anything is simulated.
     let fine = session("frequency_hz = 50.0", "") + "\n[fidelity]\ntolerance_percent = 0.01\n";
     write_file(&folder, "fine.toml", fine);
-    let (exit, _, said) = run_flexor(&folder, &["run", "fine.toml", "--out", "second"]);
-    assert!(exit == Some(1) && said.contains("E553"), "{said}");
+    let (exit, _, error) = run_flexor(&folder, &["run", "fine.toml", "--out", "second"]);
+    assert!(exit == Some(1) && error.contains("E553"), "{error}");
     assert!(!folder.join("second").exists());
 }
 
@@ -153,12 +153,12 @@ fn a_given_model_beyond_the_tolerance_is_told() {
         "given.toml",
         given + "\n[fidelity]\ntolerance_percent = 3\n",
     );
-    let (exit, _, said) = run_flexor(&folder, &["run", "given.toml", "--out", "first"]);
-    assert_eq!(exit, Some(0), "{said}");
-    let told = "channel 1: the file's model `none` has an error of";
+    let (exit, _, error) = run_flexor(&folder, &["run", "given.toml", "--out", "first"]);
+    assert_eq!(exit, Some(0), "{error}");
+    let warning = "channel 1: the file's model `none` has an error of";
     assert!(
-        said.contains(told) && said.contains("tolerance of 3.00 %"),
-        "{said}"
+        error.contains(warning) && error.contains("tolerance of 3.00 %"),
+        "{error}"
     );
 }
 
@@ -180,7 +180,7 @@ fn a_reader_that_went_is_no_failure_and_a_full_disk_is_one() {
     let full = std::fs::OpenOptions::new().write(true).open("/dev/full");
     if let Ok(full) = full {
         let full = explain(full.into());
-        let told = String::from_utf8(full.stderr).unwrap();
-        assert!(!full.status.success() && told.contains("E523"), "{told}");
+        let error = String::from_utf8(full.stderr).unwrap();
+        assert!(!full.status.success() && error.contains("E523"), "{error}");
     }
 }

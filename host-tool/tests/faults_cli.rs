@@ -19,11 +19,11 @@ fn declarations_on_the_native_simulator_are_told_and_written() {
         assert!(line.chars().count() <= 80, "{line}");
     }
     for out in ["one", "two"] {
-        let (exit, told, _) =
+        let (exit, output, _) =
             run_flexor(&folder, &[&["--json"], &few[..], &["--out", out]].concat());
-        assert_eq!(exit, Some(0), "{told}");
-        let told: Value = serde_json::from_str(&told).unwrap();
-        let result = &told["result"];
+        assert_eq!(exit, Some(0), "{output}");
+        let report: Value = serde_json::from_str(&output).unwrap();
+        let result = &report["result"];
         assert_eq!(
             (&result["simulated"], &result["seed"]),
             (&true.into(), &1000.into())
@@ -56,8 +56,8 @@ fn kinds_have_rows(csv: &str, page: &Path) {
     let page = std::fs::read_to_string(page).unwrap();
     let mut drawn = BTreeMap::<&str, usize>::new();
     for line in csv.lines().skip(1) {
-        let what = line.splitn(4, ',').nth(3).unwrap().trim_start_matches('"');
-        let kind = what.split([':', '"', ',']).next().unwrap();
+        let description = line.splitn(4, ',').nth(3).unwrap().trim_start_matches('"');
+        let kind = description.split([':', '"', ',']).next().unwrap();
         *drawn.entry(kind).or_default() += 1;
     }
     assert!(drawn.len() > 3, "{drawn:?}");
@@ -94,9 +94,9 @@ fn a_campaign_goes_on_where_it_stopped_and_another_does_not() {
     let mut text = std::fs::read(&units).unwrap();
     text.truncate(text.len() - 20);
     std::fs::write(&units, text).unwrap();
-    let (exit, told, error) = run_flexor(&folder, &few("12", "parts"));
+    let (exit, output, error) = run_flexor(&folder, &few("12", "parts"));
     assert_eq!(exit, Some(0), "{error}");
-    assert!(told.contains("Ran 8 cases"), "{told}");
+    assert!(output.contains("Ran 8 cases"), "{output}");
     for file in ["result.json", "result.html", "faults.csv", "units.jsonl"] {
         let read = |out: &str| std::fs::read(folder.join(out).join(file)).unwrap();
         assert!(read("whole") == read("parts"), "{file}");
@@ -132,33 +132,33 @@ fn a_campaign_goes_on_where_it_stopped_and_another_does_not() {
 fn shards_of_a_campaign_merge_to_the_bytes_of_one() {
     let folder = test_folder("faults_shards");
     let words = |line: &str| -> Vec<String> { line.split(' ').map(str::to_owned).collect() };
-    let told = |line: &str| {
+    let output = |line: &str| {
         let words = words(line);
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
-        let (exit, told, error) = run_flexor(&folder, &words);
+        let (exit, text, error) = run_flexor(&folder, &words);
         assert_eq!(exit, Some(0), "{line}: {error}");
-        told
+        text
     };
     let few = "--device native --draws 5 --seed 1000";
     for class in ["declarations", "all"] {
-        told(&format!("faults --class {class} {few} --out {class}"));
+        output(&format!("faults --class {class} {few} --out {class}"));
         for n in 1..=2 {
             let shard = format!("faults --class {class} {few} --shard {n}/2 --out {class}-{n}");
             let merging = format!("flexor faults --class {class} --device native --merge");
-            assert!(told(&shard).contains(&merging));
+            assert!(output(&shard).contains(&merging));
         }
         let merge = format!(
             "faults --class {class} --device native --merge {class}-1 {class}-2 --out {class}-merged"
         );
-        assert!(told(&merge).starts_with("class, kind "));
+        assert!(output(&merge).starts_with("class, kind "));
     }
-    for (one, other) in [
+    for (campaign, other) in [
         ("declarations", "declarations-merged"),
         ("all/link", "all-merged/link"),
     ] {
         for file in ["result.json", "result.html", "faults.csv", "units.jsonl"] {
             let read = |dir: &str| std::fs::read(folder.join(dir).join(file)).unwrap();
-            assert!(read(one) == read(other), "{other}: {file}");
+            assert!(read(campaign) == read(other), "{other}: {file}");
         }
     }
     let other = "faults --class electrode --device native --merge declarations-1 declarations-2 \
@@ -173,10 +173,10 @@ fn all_classes_of_a_simulator_are_one_table_and_a_folder_each() {
     let folder = test_folder("faults_all");
     let asked = "faults --class all --device native --draws 3 --seed 1000 --out all";
     let asked: Vec<&str> = asked.split(' ').collect();
-    let (exit, told, error) = run_flexor(&folder, &asked);
+    let (exit, output, error) = run_flexor(&folder, &asked);
     assert_eq!(exit, Some(0), "{error}");
     for class in ["declarations", "electrode"] {
-        assert!(told.contains(&format!("\n{class} ")), "{told}");
+        assert!(output.contains(&format!("\n{class} ")), "{output}");
         assert!(folder.join("all").join(class).join("result.json").is_file());
     }
     let (exit, _, error) = run_flexor(&folder, &["faults", "--class", "all", "--only", "1"]);
@@ -229,7 +229,7 @@ fn a_folder_that_vanishes_takes_only_what_would_be_in_it() {
     let asked = "--json faults --class declarations --device native --draws 100000 --out gone";
     let asked: Vec<&str> = asked.split(' ').collect();
     let gone = folder.join("gone");
-    let told = loop {
+    let report = loop {
         let mut command = flexor_command(&folder, &asked);
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut program = command.spawn().unwrap();
@@ -243,18 +243,18 @@ fn a_folder_that_vanishes_takes_only_what_would_be_in_it() {
         let id = program.id().to_string();
         let sent = Command::new("kill").args(["-INT", &id]).status().unwrap();
         assert!(sent.success());
-        let (exit, told, _) = command_result(program.wait_with_output().unwrap());
-        assert_eq!(exit, Some(1), "{told}");
-        let told: Value = serde_json::from_str(&told).unwrap();
+        let (exit, output, _) = command_result(program.wait_with_output().unwrap());
+        assert_eq!(exit, Some(1), "{output}");
+        let value: Value = serde_json::from_str(&output).unwrap();
         // Otherwise the folder disappeared before the first case.
-        if told["result"].is_object() {
-            break told;
+        if value["result"].is_object() {
+            break value;
         }
     };
-    let error = told["error"].as_str().unwrap();
+    let error = report["error"].as_str().unwrap();
     assert!(error.contains("gone"), "{error}");
-    assert!(told["folder"].is_null(), "{told}");
-    let cut_short = told["result"]["cut_short"].as_str().unwrap();
+    assert!(report["folder"].is_null(), "{report}");
+    let cut_short = report["result"]["cut_short"].as_str().unwrap();
     assert!(cut_short.starts_with("Cut short after "), "{cut_short}");
     // An endless image file is refused, too.
     let endless = ["faults", "--class", "flips", "--image", "/dev/zero"];

@@ -11,11 +11,11 @@ fn run_twice(name: &str, arguments: &[&str]) -> Value {
     for line in people.lines().filter(|line| !line.starts_with("Page:")) {
         assert!(line.chars().count() <= 80, "{line}");
     }
-    let (exit, told, _) = run_flexor(
+    let (exit, output, _) = run_flexor(
         &folder,
         &[&["--json"], arguments, &["--out", "json"]].concat(),
     );
-    assert_eq!(exit, Some(0), "{told}");
+    assert_eq!(exit, Some(0), "{output}");
     for file in ["result.json", "result.html", "draws.csv"] {
         let read = |out: &str| std::fs::read(folder.join(out).join(file)).unwrap();
         assert!(
@@ -30,12 +30,12 @@ fn run_twice(name: &str, arguments: &[&str]) -> Value {
     let (exit, _, error) = run_flexor(&folder, &["report", "json"]);
     assert_eq!(exit, Some(0), "{error}");
     assert!(page() == made, "the same page");
-    let told: Value = serde_json::from_str(&told).unwrap();
+    let document: Value = serde_json::from_str(&output).unwrap();
     let made = String::from_utf8(made).unwrap();
-    for number in numbers(&told["result"]) {
+    for number in numbers(&document["result"]) {
         assert!(made.contains(&format!("<h3>{number}: ")), "{number}");
     }
-    told
+    document
 }
 
 /// Returns the paper's value for each row.
@@ -69,15 +69,15 @@ fn draws(folder: &str) -> String {
 
 #[test]
 fn a_hold_is_told_for_each_wearer() {
-    let told = run_twice(
+    let document = run_twice(
         "hand_hold",
         &["experiment", "hamana-hold", "--draws", "2", "--seed", "7"],
     );
-    let result = &told["result"];
+    let result = &document["result"];
     assert_eq!(result["simulated"], true);
     assert_eq!(result["declared"]["as_declared"], false);
     let shares = result["shares"].as_array().unwrap();
-    let who: Vec<&str> = shares
+    let ids: Vec<&str> = shares
         .iter()
         .map(|value| value["id"].as_str().unwrap())
         .collect();
@@ -87,13 +87,13 @@ fn a_hold_is_told_for_each_wearer() {
         "two-better-R",
         "two-better-S",
     ];
-    assert_eq!(who, names);
+    assert_eq!(ids, names);
     // The paper reports three participants.
     assert_eq!(shares[2]["paper"], Value::Null);
     let papers = paper_values(result);
-    for (who, [one, two]) in [("P", [21.9, 0.0]), ("Q", [44.8, 0.0]), ("S", [29.0, 13.6])] {
+    for (wearer, [one, two]) in [("P", [21.9, 0.0]), ("Q", [44.8, 0.0]), ("S", [29.0, 13.6])] {
         for (method, printed) in [("one point", one), ("two points", two)] {
-            let id = format!("{who}, {method} sinks/Sinks in 10 s (°)");
+            let id = format!("{wearer}, {method} sinks/Sinks in 10 s (°)");
             assert_eq!(papers[&*id], printed, "{id}");
         }
     }
@@ -113,11 +113,11 @@ fn a_hold_is_told_for_each_wearer() {
 #[test]
 fn a_sine_is_followed_through_the_device() {
     let wanted = ["--wearer", "all", "--draws", "1", "--seed", "7"];
-    let told = run_twice(
+    let document = run_twice(
         "hand_control",
         &[&["experiment", "hamana-4"], &wanted[..]].concat(),
     );
-    let result = &told["result"];
+    let result = &document["result"];
     let notes = result["notes"].to_string();
     assert!(
         notes.contains("no electrode coupling in the allowed range gives"),
@@ -163,8 +163,11 @@ fn a_sine_is_followed_through_the_device() {
     );
     // Two laws, three methods, five trials.
     let rows = draws("hand_control");
-    let whole = rows.lines().filter(|line| line.contains(",whole,")).count();
-    assert!(whole > 0 && whole % 30 == 0, "{whole}");
+    let complete_rows = rows.lines().filter(|line| line.contains(",whole,")).count();
+    assert!(
+        complete_rows > 0 && complete_rows % 30 == 0,
+        "{complete_rows}"
+    );
     let mean_of_one = mean_of_better(&rows, "R", "paper");
     let row = result["rows"].as_array().unwrap().iter();
     let mut row = row.filter(|value| value["id"] == "R, one point, paper's law/RMSE (°)");
@@ -177,16 +180,16 @@ fn a_sine_is_followed_through_the_device() {
 
 /// Returns the lower of the means of points A and B over five trials, from `draws.csv` with one
 /// draw.
-fn mean_of_better(rows: &str, who: &str, law: &str) -> Option<f64> {
+fn mean_of_better(rows: &str, wearer: &str, law: &str) -> Option<f64> {
     let mean = |point: &str| {
         let own = rows.lines().filter_map(|row| {
             let cells: Vec<&str> = row.split(',').collect();
-            let is = cells[0] == who && cells.get(10..12) == Some(&[law, point]);
+            let is = cells[0] == wearer && cells.get(10..12) == Some(&[law, point]);
             is.then(|| cells[13].parse::<f64>().ok())
         });
-        let all: Option<Vec<f64>> = own.collect();
-        let all = all.filter(|values| !values.is_empty())?;
-        Some(all.iter().sum::<f64>() / all.len() as f64)
+        let trial_values: Option<Vec<f64>> = own.collect();
+        let trial_values = trial_values.filter(|values| !values.is_empty())?;
+        Some(trial_values.iter().sum::<f64>() / trial_values.len() as f64)
     };
     ["A", "B"].into_iter().filter_map(mean).reduce(f64::min)
 }
@@ -201,11 +204,11 @@ fn experiments_on_the_body_alone_are_told_and_written() {
         ("hamana-3", 9, 5, 1),
         ("hamana-posture", 9, 3, 4),
     ] {
-        let told = run_twice(
+        let document = run_twice(
             &format!("hand_{name}"),
             &["experiment", name, "--draws", "1", "--seed", "11"],
         );
-        let result = &told["result"];
+        let result = &document["result"];
         assert_eq!(result["simulated"], true, "{name}");
         assert_eq!(result["declared"]["as_declared"], false);
         assert!(result["declared"]["sha256"]["experiments.toml"].is_string());
@@ -215,19 +218,19 @@ fn experiments_on_the_body_alone_are_told_and_written() {
         let rows = std::fs::read_to_string(rows).unwrap();
         let (head, rows) = rows.split_once('\n').unwrap();
         let columns = head.split(',').count();
-        let (mut whole, mut missing) = (0, 0);
+        let (mut complete_rows, mut missing) = (0, 0);
         for row in rows.lines() {
             // A condition's name contains commas and is quoted.
             let outside = row.split('"').step_by(2).collect::<String>();
             assert_eq!(outside.split(',').count(), columns, "{row}");
             match row.contains(",whole,") {
-                true => whole += 1,
+                true => complete_rows += 1,
                 false => missing += 1,
             }
         }
-        assert_eq!(whole % trials, 0, "{name}");
+        assert_eq!(complete_rows % trials, 0, "{name}");
         let drawn = wearers - missing;
-        let ours = whole / trials;
+        let ours = complete_rows / trials;
         assert!(
             ours <= drawn * conditions && ours >= drawn * (conditions - 1),
             "{name}: {ours} conditions of {drawn} draws"
@@ -286,8 +289,11 @@ fn check_paper_values(name: &str, result: &Value) {
         assert_eq!(papers[id], printed, "{name}: {id}");
     }
     let has_any = result["rows"].to_string().contains("\"n\":1");
-    let told = numbers(result);
-    assert!(!has_any || sheets == told, "{name}: {told:?}");
+    let sheet_numbers = numbers(result);
+    assert!(
+        !has_any || sheets == sheet_numbers,
+        "{name}: {sheet_numbers:?}"
+    );
     // Of table 4 only the averages are known.
     let cells = papers
         .iter()
@@ -307,14 +313,17 @@ fn a_wearer_of_one_s_own_comes_from_a_file() {
     write_file(&folder, "own.toml", OWN);
     let asked = ["--json", "experiment", "hamana-posture", "--draws", "2"];
     let asked = [&asked[..], &["--wearer", "own.toml", "--out", "own"]].concat();
-    let (exit, told, _) = run_flexor(&folder, &asked);
-    assert_eq!(exit, Some(0), "{told}");
-    let told: Value = serde_json::from_str(&told).unwrap();
+    let (exit, output, _) = run_flexor(&folder, &asked);
+    assert_eq!(exit, Some(0), "{output}");
+    let document: Value = serde_json::from_str(&output).unwrap();
     check_rerun_command(&folder, "own");
-    let sums = &told["result"]["declared"]["sha256"];
+    let sums = &document["result"]["declared"]["sha256"];
     assert!(sums["wearer"].is_string() && sums["wearers.toml"].is_null());
-    let told = told["result"].to_string();
-    assert!(told.contains("X-1") || told.contains("no"), "{told}");
+    let result_text = document["result"].to_string();
+    assert!(
+        result_text.contains("X-1") || result_text.contains("no"),
+        "{result_text}"
+    );
     let pads = |at: &str| format!("16.0]\npads_mm = [{at}]");
     for ((find, replace), wanted) in [
         (
@@ -350,10 +359,10 @@ fn a_wearer_of_one_s_own_comes_from_a_file() {
         assert!(OWN.contains(find), "{find}");
         write_file(&folder, "bad.toml", OWN.replace(find, replace));
         let asked = ["--json", "experiment", "hamana-1", "--wearer", "bad.toml"];
-        let (exit, told, _) = run_flexor(&folder, &asked);
-        assert_eq!(exit, Some(1), "{told}");
-        let told: Value = serde_json::from_str(&told).unwrap();
-        let error = told["error"].as_str().unwrap();
+        let (exit, refusal_text, _) = run_flexor(&folder, &asked);
+        assert_eq!(exit, Some(1), "{refusal_text}");
+        let refusal: Value = serde_json::from_str(&refusal_text).unwrap();
+        let error = refusal["error"].as_str().unwrap();
         assert!(error.contains("bad.toml"), "{error}");
         assert!(error.contains(wanted), "{wanted}: {error}");
     }

@@ -60,13 +60,13 @@ fn a_signal_leaves_what_was_computed() {
     let id = program.id().to_string();
     let sent = Command::new("kill").args(["-TERM", &id]).status().unwrap();
     assert!(sent.success());
-    let (exit, told, error) = command_result(program.wait_with_output().unwrap());
-    assert_eq!(exit, Some(143), "{told}{error}");
-    let told: Value = serde_json::from_str(&told).unwrap();
-    let cut_short = told["result"]["cut_short"].as_str().unwrap();
+    let (exit, output, error) = command_result(program.wait_with_output().unwrap());
+    assert_eq!(exit, Some(143), "{output}{error}");
+    let document: Value = serde_json::from_str(&output).unwrap();
+    let cut_short = document["result"]["cut_short"].as_str().unwrap();
     assert!(cut_short.starts_with("Cut short after "), "{cut_short}");
     let written = std::fs::read_to_string(folder.join("cut/result.json")).unwrap();
     let written: Value = serde_json::from_str(&written).unwrap();
-    assert_eq!(written, told["result"]);
+    assert_eq!(written, document["result"]);
     assert!(folder.join("cut/draws.csv").is_file());
 }

@@ -8,13 +8,13 @@ const ONE: [&str; 4] = ["experiment", "buatier", "--draws", "1"];
 #[test]
 fn a_study_of_lifts_is_told_and_written() {
     let folder = test_folder("buatier");
-    let (exit, told, _) = run_flexor(
+    let (exit, output, _) = run_flexor(
         &folder,
         &[&["--json"], &ONE[..], &["--out", "one"]].concat(),
     );
-    assert_eq!(exit, Some(0), "{told}");
-    let told: Value = serde_json::from_str(&told).unwrap();
-    let result = &told["result"];
+    assert_eq!(exit, Some(0), "{output}");
+    let document: Value = serde_json::from_str(&output).unwrap();
+    let result = &document["result"];
     assert_eq!(result["simulated"], true);
     assert_eq!(result["declared"]["as_declared"], false);
     // Eight participants, then one study.
@@ -37,8 +37,8 @@ fn what_cannot_be_asked_is_wrong_use() {
         (&["--wearer", "P"], "generates its own wearers"),
         (&["--device", "chip"], "without the rest of the firmware"),
     ] {
-        let (exit, _, told) = run_flexor(&folder, &[&ONE[..2], args].concat());
-        assert_eq!(exit, Some(2), "{told}");
-        assert!(told.contains(why), "{told}");
+        let (exit, _, error) = run_flexor(&folder, &[&ONE[..2], args].concat());
+        assert_eq!(exit, Some(2), "{error}");
+        assert!(error.contains(why), "{error}");
     }
 }

@@ -38,9 +38,9 @@ fn example(name: &str, arguments: &[&str]) -> (Option<i32>, String, String) {
 #[test]
 fn every_client_encodes_and_decodes_the_vectors() {
     for name in ["client.py", "hand.py", "lift.py"] {
-        let (exit, told, error) = example(name, &["--selftest"]);
-        assert_eq!(exit, Some(0), "{name}: {told}{error}");
-        print!("{name}: {told}");
+        let (exit, output, error) = example(name, &["--selftest"]);
+        assert_eq!(exit, Some(0), "{name}: {output}{error}");
+        print!("{name}: {output}");
     }
 }
 
@@ -65,8 +65,8 @@ fn expected_amplitudes(session: &Session, degrees: [f64; 2], phase: MotionPhase)
 /// Parses the angles of elbow and shoulder from a line such as "…, 95.0° and 60.0°, …".
 fn degrees(line: &str) -> [f64; 2] {
     let (_, from) = line.split_once("at ").unwrap();
-    let (both, _) = from.split_once(" degrees").unwrap();
-    let (elbow, shoulder) = both.split_once(" and ").unwrap();
+    let (angles, _) = from.split_once(" degrees").unwrap();
+    let (elbow, shoulder) = angles.split_once(" and ").unwrap();
     [elbow, shoulder].map(|text| text.parse().unwrap())
 }
 
@@ -82,24 +82,24 @@ fn a_game_engine_lifts_live() {
         let session = Session::parse("it.toml", &text).unwrap();
         let board = Board::tcp(&folder);
         let arguments = [&[&*board.at, file.to_str().unwrap()], deeds].concat();
-        let (exit, told, error) = example("lift.py", &arguments);
-        assert_eq!(exit, Some(0), "{told}{error}");
-        let mut lines = told.lines();
+        let (exit, output, error) = example("lift.py", &arguments);
+        assert_eq!(exit, Some(0), "{output}{error}");
+        let mut lines = output.lines();
         for shelf in deeds {
             for (place, phase) in [("above", MotionPhase::Lift), ("on", MotionPhase::Drop)] {
                 let line = lines.next().unwrap();
                 let where_ = format!("{place} the {shelf} shelf at ");
-                assert!(line.starts_with(&where_), "{where_}: {told}");
+                assert!(line.starts_with(&where_), "{where_}: {output}");
                 let given = expected_amplitudes(&session, degrees(line), phase);
                 assert!(
                     line.ends_with(&format!(" (held): {given}")),
-                    "{given}: {told}"
+                    "{given}: {output}"
                 );
                 assert_eq!(given.matches(" mA").count(), 4, "{given}");
             }
             let line = lines.next().unwrap();
-            assert!(line.starts_with("released at "), "{told}");
-            assert!(line.ends_with(" (released): no stimulation"), "{told}");
+            assert!(line.starts_with("released at "), "{output}");
+            assert!(line.ends_with(" (released): no stimulation"), "{output}");
         }
     }
 }
@@ -114,11 +114,11 @@ fn what_a_client_forgets_or_lets_fall_ends() {
     let file = write_file(&folder, "it.toml", with_long_timeouts(ASSIST, "3"));
     let board = Board::tcp(&folder);
     let arguments = [&*board.at, file.to_str().unwrap(), "forget", "fall"];
-    let (exit, told, error) = example("lift.py", &arguments);
-    assert_eq!(exit, Some(0), "{told}{error}");
-    let lines: Vec<&str> = told.lines().collect();
+    let (exit, output, error) = example("lift.py", &arguments);
+    assert_eq!(exit, Some(0), "{output}{error}");
+    let lines: Vec<&str> = output.lines().collect();
     let (over, refused) = (lines[0], lines[1]);
-    assert!(over.contains("HoldExpired"), "{told}");
+    assert!(over.contains("HoldExpired"), "{output}");
     assert_eq!(
         refused,
         "E322: the object was held for longer than 3 s; release it first"
@@ -131,7 +131,7 @@ fn what_a_client_forgets_or_lets_fall_ends() {
         "dropped at",
     ];
     for (way, line) in ways.into_iter().zip(&lines[2..]) {
-        assert!(line.starts_with(way), "{way}: {told}");
+        assert!(line.starts_with(way), "{way}: {output}");
         let stimulates = line.contains("left biceps") && line.contains("(held)");
         let is_still = line.ends_with("(released): no stimulation");
         let is_held = way.starts_with("grabbed") || way.starts_with("on");
@@ -158,8 +158,8 @@ fn a_client_s_own_mistakes_never_reach_a_device() {
         (&folder.join("nowhere.toml"), "low", "No such file"),
         (&lift, "low", "refused"), // the connection
     ] {
-        let (exit, told, error) = example("lift.py", &[nobody, file.to_str().unwrap(), deed]);
-        assert_eq!((exit, told.as_str()), (Some(1), ""), "{error}");
+        let (exit, output, error) = example("lift.py", &[nobody, file.to_str().unwrap(), deed]);
+        assert_eq!((exit, output.as_str()), (Some(1), ""), "{error}");
         assert!(error.contains(part), "{part}: {error}");
         assert!(!error.contains("Traceback"), "{error}");
     }

@@ -160,13 +160,13 @@ fn lines_tell_the_same_and_each_note_once() {
     play(&mut model);
     insta::assert_snapshot!(status_text(&model, 0));
     assert_eq!(status_text(&model, model.noted).matches('|').count(), 0);
-    let told = status_json(&model, 0);
-    assert_eq!(told["state"], "stimulating");
-    assert_eq!(told["kind"], "native");
-    assert_eq!(told["channels"][1]["amplitude"], 13.0);
-    assert_eq!(told["channels"][2]["force_n"], 3.5);
-    assert_eq!(told["counters"]["lost"], 3);
-    assert_eq!(told["events"].as_array().unwrap().len(), 1);
+    let status = status_json(&model, 0);
+    assert_eq!(status["state"], "stimulating");
+    assert_eq!(status["kind"], "native");
+    assert_eq!(status["channels"][1]["amplitude"], 13.0);
+    assert_eq!(status["channels"][2]["force_n"], 3.5);
+    assert_eq!(status["counters"]["lost"], 3);
+    assert_eq!(status["events"].as_array().unwrap().len(), 1);
     let later = status_json(&model, model.noted);
     assert!(later["events"].as_array().unwrap().is_empty());
 }

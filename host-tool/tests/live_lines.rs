@@ -69,7 +69,7 @@ fn json_lines_tell_a_moving_finger_and_the_counters() {
         line["state"] == "stimulating" && line["t_s"].as_f64().is_some_and(|t_s| t_s < 2.3)
     };
     let running = lines.iter().rfind(is_high).unwrap();
-    let number = |of: &Value| of.as_f64().unwrap();
+    let number = |value: &Value| value.as_f64().unwrap();
     assert!(number(&running["measured_deg"]) > 30.0, "{running}");
     let amplitude = number(&running["channels"][0]["amplitude"]);
     assert!(amplitude >= 20.0, "{running}");
@@ -92,12 +92,12 @@ fn seconds_end_a_session_early_and_properly() {
     assert!(output.status.success(), "{output:?}");
     let lines = objects(std::str::from_utf8(&output.stdout).unwrap());
     assert_eq!(lines.last().unwrap()["state"], "idle");
-    let told = [
+    let expected_events = [
         "stopping: Request",
         "stopped: Request",
         "stopped on request",
     ];
-    assert_eq!(events(&lines), told);
+    assert_eq!(events(&lines), expected_events);
 }
 
 #[cfg(unix)]
@@ -116,11 +116,11 @@ fn a_signal_stops_stimulation_before_it_ends_the_program() {
     output.read_to_string(&mut text).unwrap();
     let status = child.wait().unwrap();
     assert_eq!(status.code(), Some(143), "{text}");
-    let mut told = objects(&text);
+    let mut lines = objects(&text);
     // The reason of the end follows the lines of the dashboard.
-    let error = told.pop().unwrap()["error"].as_str().unwrap().to_owned();
+    let error = lines.pop().unwrap()["error"].as_str().unwrap().to_owned();
     assert!(error.contains("E580 SIGTERM came at "), "{error}");
-    assert!(events(&told).contains(&"stopped: Request".to_owned()));
+    assert!(events(&lines).contains(&"stopped: Request".to_owned()));
 }
 
 #[test]

@@ -82,10 +82,10 @@ fn a_day_is_recorded_whole_in_little_memory() {
     );
     assert_eq!(rows, trial.samples.len() as u64);
     println!("{rows} rows, {:?} pulses", trial.pulses);
-    for (t_s, what) in &trial.events {
+    for (t_s, event) in &trial.events {
         assert!(
             (LENGTH_S..LENGTH_S + 1.0).contains(t_s),
-            "{what} at {t_s} s"
+            "{event} at {t_s} s"
         );
     }
 }

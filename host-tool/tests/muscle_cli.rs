@@ -102,11 +102,11 @@ fn pulses_that_do_not_rise_are_refused_with_their_line() {
         &csv_of("same"),
         &format!("{K01} --pulses-us same.txt --seconds 1"),
     );
-    let said = String::from_utf8_lossy(&refused.stderr);
-    assert_eq!(refused.status.code(), Some(1), "{said}");
+    let message = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(1), "{message}");
     assert!(
-        said.contains("E519 ") && said.contains("line 3: 25000 µs"),
-        "{said}"
+        message.contains("E519 ") && message.contains("line 3: 25000 µs"),
+        "{message}"
     );
 }
 
@@ -116,9 +116,9 @@ fn a_prediction_never_replaces_what_it_reads() {
     let file = csv_of("own").with_extension("txt");
     std::fs::write(&file, "0\n25000\n").unwrap();
     let refused = flexor(&file, &format!("{K01} --pulses-us own.txt --seconds 1"));
-    let said = String::from_utf8_lossy(&refused.stderr);
-    assert_eq!(refused.status.code(), Some(1), "{said}");
-    assert!(said.contains("E586"), "{said}");
+    let message = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(1), "{message}");
+    assert!(message.contains("E586"), "{message}");
     assert_eq!(std::fs::read_to_string(file).unwrap(), "0\n25000\n");
 }
 
@@ -128,9 +128,9 @@ fn a_prediction_replaces_a_file_only_where_it_is_meant() {
     std::fs::write(&file, "years").unwrap();
     let words = format!("{K01} --frequency-hz 40 --train-s 1 --seconds 1");
     let refused = flexor(&file, &words);
-    let said = String::from_utf8_lossy(&refused.stderr);
-    assert_eq!(refused.status.code(), Some(1), "{said}");
-    assert!(said.contains("E587"), "{said}");
+    let message = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(1), "{message}");
+    assert!(message.contains("E587"), "{message}");
     assert_eq!(std::fs::read_to_string(&file).unwrap(), "years");
     let meant = flexor(&file, &(words + " --overwrite"));
     assert!(meant.status.success(), "{meant:?}");
@@ -165,9 +165,9 @@ fn bad_input_is_named_with_what_is_allowed() {
         // With a space, as people type it.
         let words = format!("{before}{name} {value} {rest}");
         let output = flexor(&csv_of("bad"), &format!("{} --model {model}", words.trim()));
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{name} {value}: {said}");
-        assert!(said.contains(expected), "{name} {value}: {said}");
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{name} {value}: {message}");
+        assert!(message.contains(expected), "{name} {value}: {message}");
     }
 }
 
@@ -188,8 +188,11 @@ fn pulses_too_fast_for_the_fixed_point_are_refused_by_name() {
         flexor(&csv_of("bursts"), &words)
     };
     let refused = run("fixed");
-    let said = String::from_utf8_lossy(&refused.stderr);
-    assert_eq!(refused.status.code(), Some(2), "{said}");
-    assert!(said.contains("--tau-c-ms") && said.contains("24"), "{said}");
+    let message = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(2), "{message}");
+    assert!(
+        message.contains("--tau-c-ms") && message.contains("24"),
+        "{message}"
+    );
     assert!(run("reference").status.success());
 }

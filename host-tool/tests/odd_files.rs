@@ -68,12 +68,12 @@ fn assert_refused(folder: &Path, file: &str, lines: &[(&str, &str)]) {
         for (line, number) in lines {
             let (exit, _, error) = run_or_kill(folder, line);
             assert_eq!(exit, Some(1), "{file} is {kind}: {line}: {error}");
-            let told = error.split_whitespace().collect::<Vec<_>>().join(" ");
-            let what = format!("{kind}, not a regular file");
+            let message = error.split_whitespace().collect::<Vec<_>>().join(" ");
+            let reason = format!("{kind}, not a regular file");
             // A terminal may wrap a long path.
-            let plain = told.replace("│ ", "");
+            let plain = message.replace("│ ", "");
             assert!(
-                plain.contains(number) && plain.contains(&what),
+                plain.contains(number) && plain.contains(&reason),
                 "{file}: {line}: {error}"
             );
         }
@@ -255,13 +255,13 @@ fn nothing_of_an_unrelated_file_is_shown() {
             let arguments: Vec<&str> = line.split(' ').collect();
             let (exit, out, error) = run_flexor(&folder, &arguments);
             assert_eq!(exit, Some(1), "{line}: {error}");
-            let told = format!("{out}{error}");
+            let text = format!("{out}{error}");
             assert!(
-                told.contains(number) && told.contains("other"),
-                "{line}: {told}"
+                text.contains(number) && text.contains("other"),
+                "{line}: {text}"
             );
             for secret in ["hunter2", "root:", "password"] {
-                assert!(!told.contains(secret), "{line}: {told}");
+                assert!(!text.contains(secret), "{line}: {text}");
             }
         }
     }

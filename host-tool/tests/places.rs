@@ -106,7 +106,7 @@ fn a_link_in_a_record_is_never_followed() {
 fn what_is_said_of_a_record_is_what_lies_there() {
     let folder = test_folder("too_large");
     let file = shortened_session(&folder, "ten_channels.toml", 0.2);
-    let mut whole = 0;
+    let mut page_failures = 0;
     for most in (1_000..40_000).step_by(1_500) {
         let _ = fs::remove_dir_all(folder.join("out"));
         let output = Command::new("prlimit")
@@ -133,10 +133,13 @@ fn what_is_said_of_a_record_is_what_lies_there() {
             assert!(error.contains("flexor report out"), "{most}: {error}");
             assert_eq!(ending.exit_code, Some(1), "{most}");
             assert!(ending.reason.unwrap().contains("E582"), "{most}");
-            whole += 1;
+            page_failures += 1;
         }
     }
-    assert!(whole > 3, "{whole} times the page alone was too large");
+    assert!(
+        page_failures > 3,
+        "{page_failures} times the page alone was too large"
+    );
     run_json(&folder, "report out");
 }
 

@@ -27,11 +27,11 @@ fn ramps_are_told_and_written() {
         "{people}"
     );
     for out in ["one", "two"] {
-        let (exit, told, _) =
+        let (exit, output, _) =
             run_flexor(&folder, &[&["--json"], &FEW[..], &["--out", out]].concat());
-        assert_eq!(exit, Some(0), "{told}");
-        let told: Value = serde_json::from_str(&told).unwrap();
-        let result = &told["result"];
+        assert_eq!(exit, Some(0), "{output}");
+        let document: Value = serde_json::from_str(&output).unwrap();
+        let result = &document["result"];
         assert_eq!(result["simulated"], true);
         assert_eq!(result["declared"]["as_declared"], false);
         assert_eq!(result["sheets"].as_array().unwrap().len(), 7);
@@ -43,8 +43,8 @@ fn ramps_are_told_and_written() {
     // 19 tests of each of three subjects.
     let rows = std::fs::read_to_string(folder.join("one/draws.csv")).unwrap();
     assert_eq!(rows.lines().count(), 1 + 3 * 19);
-    let (exit, told, _) = run_flexor(&folder, &["report", "one"]);
-    assert_eq!(exit, Some(0), "{told}");
+    let (exit, report, _) = run_flexor(&folder, &["report", "one"]);
+    assert_eq!(exit, Some(0), "{report}");
 }
 
 #[test]
@@ -55,9 +55,9 @@ fn what_cannot_be_asked_is_wrong_use() {
         (&["--wearer", "P"], "generates its own wearers"),
         (&["--device", "tcp:127.0.0.1:1"], "native, chip, qemu"),
     ] {
-        let (exit, _, told) = run_flexor(&folder, &[&FEW[..2], args].concat());
-        assert_eq!(exit, Some(2), "{told}");
-        assert!(told.contains(why), "{told}");
+        let (exit, _, error) = run_flexor(&folder, &[&FEW[..2], args].concat());
+        assert_eq!(exit, Some(2), "{error}");
+        assert!(error.contains(why), "{error}");
     }
 }
 
@@ -65,8 +65,8 @@ fn what_cannot_be_asked_is_wrong_use() {
 #[test]
 fn the_wall_reads_a_wearer() {
     let folder = test_folder("harris_wall_worn");
-    let (exit, told, _) = run_flexor(&folder, &[&FEW[..], &["--out", "ramps"]].concat());
-    assert_eq!(exit, Some(0), "{told}");
+    let (exit, output, _) = run_flexor(&folder, &[&FEW[..], &["--out", "ramps"]].concat());
+    assert_eq!(exit, Some(0), "{output}");
     let wearer = "ramps/harris-2.toml";
     let wall = [
         "experiment",
@@ -76,8 +76,8 @@ fn the_wall_reads_a_wearer() {
         "--wearer",
         wearer,
     ];
-    let (exit, _, told) = run_flexor(&folder, &[&wall[..], &["--out", "wall"]].concat());
-    assert_eq!(exit, Some(0), "{told}");
+    let (exit, _, error) = run_flexor(&folder, &[&wall[..], &["--out", "wall"]].concat());
+    assert_eq!(exit, Some(0), "{error}");
     let result = std::fs::read_to_string(folder.join("wall/result.json")).unwrap();
     assert!(result.contains("harris-2.toml"));
 }

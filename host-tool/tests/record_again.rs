@@ -84,11 +84,12 @@ pub(crate) fn copy_record(folder: &Path, record: &str, name: &str) -> PathBuf {
 }
 
 /// Checks that two records are identical except for `host` in `run.json`.
-fn assert_same_records(one: &Path, other: &Path) {
-    let (one, other) = (files(one), files(other));
-    let names = |all: &[(PathBuf, Vec<u8>)]| all.iter().map(|f| f.0.clone()).collect::<Vec<_>>();
-    assert_eq!(names(&one), names(&other));
-    for ((name, a), (_, b)) in one.iter().zip(&other) {
+fn assert_same_records(first: &Path, other: &Path) {
+    let (first_files, other) = (files(first), files(other));
+    let names =
+        |entries: &[(PathBuf, Vec<u8>)]| entries.iter().map(|f| f.0.clone()).collect::<Vec<_>>();
+    assert_eq!(names(&first_files), names(&other));
+    for ((name, a), (_, b)) in first_files.iter().zip(&other) {
         if name == Path::new("run.json") {
             let json = |bytes: &[u8]| {
                 let mut json: serde_json::Value = serde_json::from_slice(bytes).unwrap();
@@ -511,9 +512,9 @@ fn a_record_keeps_its_wearer() {
     assert_eq!(fs::read(trial.join("wearer.toml")).unwrap(), wearer);
     let loaded = record::load(&folder.join("first")).unwrap();
     let kept = loaded.trials[0].wearer.as_ref().unwrap();
-    let said = (&*kept.file, &*kept.name, &*kept.evidence, &*kept.sha256);
+    let identity = (&*kept.file, &*kept.name, &*kept.evidence, &*kept.sha256);
     assert_eq!(
-        said,
+        identity,
         ("harris-1.toml", "harris-1", "simulated", &*sha256(&wearer))
     );
     assert_eq!(run_json(&folder, "rerun first --out second")["same"], true);

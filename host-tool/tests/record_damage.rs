@@ -117,8 +117,8 @@ fn what_a_record_has_lost_is_named() {
         ("no_session", format!("{name}/session.toml is missing")),
         ("session", format!("{name}/session.toml was changed after the run")),
     ];
-    for (copy, what) in copies {
-        let says = format!("E585 the record in {copy} is damaged: {what}");
+    for (copy, damage) in copies {
+        let says = format!("E585 the record in {copy} is damaged: {damage}");
         let (exit, error) = run_failing(&folder, &format!("rerun {copy} --out again"));
         assert_eq!(exit, Some(1), "{copy}");
         let is_told = match copy.ends_with("session") {
@@ -131,10 +131,10 @@ fn what_a_record_has_lost_is_named() {
         // The page is written with the damage on it, also the second time.
         for _ in 0..2 {
             let reported = run_json(&folder, &format!("report {copy}"));
-            let said = reported["damaged"].as_str().unwrap();
-            assert!(said.contains(&says), "{copy}: {said}");
+            let notice = reported["damaged"].as_str().unwrap();
+            assert!(notice.contains(&says), "{copy}: {notice}");
             let page = fs::read_to_string(folder.join(copy).join("report.html")).unwrap();
-            let headline = format!("<p class=\"result\">Damaged: {what}");
+            let headline = format!("<p class=\"result\">Damaged: {damage}");
             assert!(page.contains(&headline), "{copy}");
         }
         assert_eq!(json(&folder.join(copy).join("summary.json")), summary);
@@ -153,10 +153,10 @@ fn what_a_record_has_lost_is_named() {
         let has_none = copy.ends_with("session") || copy == "no_trial" || copy == "no_folder";
         assert_eq!(is_known, !has_none, "{copy}: {charge:?}");
         let page = fs::read_to_string(folder.join(compared["page"].as_str().unwrap())).unwrap();
-        assert!(page.contains(&format!("<b>Damaged: {what}")), "{copy}");
+        assert!(page.contains(&format!("<b>Damaged: {damage}")), "{copy}");
     }
-    let whole = run_json(&folder, "report one");
-    assert_eq!(whole["damaged"], serde_json::Value::Null);
+    let intact_report = run_json(&folder, "report one");
+    assert_eq!(intact_report["damaged"], serde_json::Value::Null);
 }
 
 #[test]
@@ -205,8 +205,8 @@ fn a_run_counts_its_own_pulses_on_a_device_that_played_before() {
     drop(board);
     let counted = |name: &str| {
         let trial = record::load(&folder.join(name)).unwrap().trials.remove(0);
-        let of = |what: &str| trial.counters.iter().find(|(n, _)| n == what).unwrap().1;
-        let (all, frames) = (of("pulses started"), of("frames understood"));
+        let counter = |label: &str| trial.counters.iter().find(|(n, _)| n == label).unwrap().1;
+        let (started_pulses, frames) = (counter("pulses started"), counter("frames understood"));
         let stopping = |(_, text): &&(f64, String)| text.starts_with("stopping");
         let (stop_s, _) = *trial.events.iter().find(stopping).unwrap();
         // Eleven channels at 50 Hz until the host stops them, and at most 0.1 s more while they
@@ -217,7 +217,7 @@ fn a_run_counts_its_own_pulses_on_a_device_that_played_before() {
             due.contains(&(pulses as f64)),
             "{pulses} pulses in {stop_s} s"
         );
-        (pulses, all, frames as f64 / stop_s)
+        (pulses, started_pulses, frames as f64 / stop_s)
     };
     let (first, first_all, first_frames) = counted("first");
     let (second, second_all, second_frames) = counted("second");

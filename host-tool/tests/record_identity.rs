@@ -83,7 +83,7 @@ impl Port for DisguisedPort {
     }
 
     fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>> {
-        let mut told = Vec::new();
+        let mut frames = Vec::new();
         for byte in self.port.receive(until_us)? {
             let Some(Ok(message)) = self.decoder.push(byte) else {
                 continue;
@@ -92,10 +92,10 @@ impl Port for DisguisedPort {
             if let Response::Hello(info) = &mut response {
                 (info.kind, info.unique_id) = (self.kind, self.unique_id);
             }
-            told.extend_from_slice(&encode(&response).unwrap());
+            frames.extend_from_slice(&encode(&response).unwrap());
             self.decoder.clear();
         }
-        Ok(told)
+        Ok(frames)
     }
 }
 
@@ -111,26 +111,26 @@ fn page_of(kind: Kind, unique_id: [u32; 3], file: &SessionFile) -> (String, Run)
     };
     let name = Path::new(&file.name).file_stem().unwrap().display();
     let dir = test_folder(&format!("identity-{kind:?}-{:08x}-{name}", unique_id[0]));
-    let mut whole = Run {
+    let mut full_run = Run {
         title: "One".to_owned(),
         device: "/dev/simulated-qemu".to_owned(),
         ..Run::default()
     };
-    record::write_run(&dir, &whole).unwrap();
+    record::write_run(&dir, &full_run).unwrap();
     let mut recorder = Recorder::create(&dir, 0, &begin_trial(file)).unwrap();
     let (outcome, _) = run(file, port, Some(&mut recorder), |_| ());
     assert!(outcome.error.is_none(), "{:?}", outcome.error);
     drop(recorder);
     let loaded = record::load(&dir).unwrap();
     assert_eq!(loaded.trials[0].identity, outcome.trial.identity);
-    whole.trials.push(outcome.trial);
+    full_run.trials.push(outcome.trial);
     let page = report::page(&Report {
-        run: &whole,
+        run: &full_run,
         paper: &[],
         assumptions: &[],
         command: "flexor run",
     });
-    (page, whole)
+    (page, full_run)
 }
 
 /// X and Y on the wafer, wafer number and lot in ASCII: RM0090 39.1.

@@ -10,9 +10,9 @@ fn the_shipped_searches_find_the_shipped_finger() {
     let folder = test_folder("search_finger");
     let (exit, out, _) = run_flexor(&folder, &["--json", "search", FINGER]);
     assert_eq!(exit, Some(0), "{out}");
-    let told: Value = serde_json::from_str(&out).unwrap();
-    assert_eq!(told["error"], Value::Null);
-    let searches = told["searches"].as_array().unwrap();
+    let document: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(document["error"], Value::Null);
+    let searches = document["searches"].as_array().unwrap();
     // Participant P: 24 and 28 V, r_th 0.7 (Hamana 2022, table 7).
     for (search, truth) in searches.iter().zip([24.0, 28.0, 0.7]) {
         let end = |name: &str| search[name].as_f64().unwrap();
@@ -47,9 +47,9 @@ fn what_cannot_be_searched_is_refused_before_anything_is_stimulated() {
     ];
     for (text, named) in cases {
         write_file(&folder, "search.toml", text);
-        let (exit, _, told) = run_flexor(&folder, &["search", "search.toml"]);
-        let is_told = told.contains("E527") && told.contains(named);
-        assert!(exit == Some(1) && is_told, "{named}: {told}");
+        let (exit, _, error) = run_flexor(&folder, &["search", "search.toml"]);
+        let is_told = error.contains("E527") && error.contains(named);
+        assert!(exit == Some(1) && is_told, "{named}: {error}");
     }
     write_file(
         &folder,
@@ -57,8 +57,8 @@ fn what_cannot_be_searched_is_refused_before_anything_is_stimulated() {
         stair.replace("20.0", "14.0") + "channel = 1",
     );
     let board = Board::tcp(&folder);
-    let (exit, _, told) = run_flexor(&folder, &["search", "search.toml", "--device", &board.at]);
-    assert!(exit == Some(1) && told.contains("E529"), "{told}");
+    let (exit, _, refusal) = run_flexor(&folder, &["search", "search.toml", "--device", &board.at]);
+    assert!(exit == Some(1) && refusal.contains("E529"), "{refusal}");
     let seeded = [
         "search",
         "search.toml",

@@ -70,9 +70,9 @@ fn run_client(board: &Board, wearer: &Path, force_n: [&str; 3]) -> String {
     let mut python = Command::new("python3");
     python.args([example, &board.at]).arg(wearer).args(force_n);
     let output = python.output().expect("python3, which the example is in");
-    let (exit, told, error) = command_result(output);
-    assert_eq!(exit, Some(0), "{told}{error}");
-    told
+    let (exit, text, error) = command_result(output);
+    assert_eq!(exit, Some(0), "{text}{error}");
+    text
 }
 
 /// Returns the final amplitude of every channel for this force, played from a session file, in the
@@ -118,29 +118,29 @@ fn a_client_asks_for_forces_at_the_hand_live() {
         .replace("host_timeout_ms = 200", "host_timeout_ms = 1000");
     let arm = write_file(&folder, "arm.toml", &patient);
     let board = Board::tcp(&folder);
-    let made = |told: &str, force: &str| {
+    let made = |text: &str, force: &str| {
         let given = format!("100.0 % of {force} N: {}\n", played_amplitudes(force));
-        assert!(told.contains(&given), "expected {given}{told}");
+        assert!(text.contains(&given), "expected {given}{text}");
     };
-    let told = run_client(&board, &arm, ["-2", "3", "2.5"]);
-    made(&told, "[-2.0, 3.0, 2.5]");
-    assert!(!told.contains("E3"), "{told}"); // no refusal
+    let output = run_client(&board, &arm, ["-2", "3", "2.5"]);
+    made(&output, "[-2.0, 3.0, 2.5]");
+    assert!(!output.contains("E3"), "{output}"); // no refusal
 
-    let told = run_client(&board, &arm, ["-20", "30", "25"]);
+    let output = run_client(&board, &arm, ["-20", "30", "25"]);
     let refused = "E317 [-20.0, 30.0, 25.0] N: superior deltoid is too weak: 20.2 % is possible; \
                    the nearest force is [-4.04, 6.06, 5.05] N\n";
-    assert!(told.contains(refused), "{told}");
-    made(&told, "[-4.04, 6.06, 5.05]");
+    assert!(output.contains(refused), "{output}");
+    made(&output, "[-4.04, 6.06, 5.05]");
 
     // The biceps alone cannot push the hand down.
     let (others, _) = patient.match_indices("[[limb.line]]").nth(1).unwrap();
     let biceps = write_file(&folder, "biceps.toml", &patient[..others]);
-    let told = run_client(&board, &biceps, ["0", "0", "-5"]);
+    let output = run_client(&board, &biceps, ["0", "0", "-5"]);
     let refused = "E318 [0.0, 0.0, -5.0] N: no muscle can contribute; \
                    the nearest force is [0.0, 0.0, 0.0] N\n";
-    assert!(told.contains(refused), "{told}");
+    assert!(output.contains(refused), "{output}");
     assert!(
-        told.contains("100.0 % of [0.0, 0.0, 0.0] N: no stimulation\n"),
-        "{told}"
+        output.contains("100.0 % of [0.0, 0.0, 0.0] N: no stimulation\n"),
+        "{output}"
     );
 }

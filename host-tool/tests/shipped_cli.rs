@@ -23,8 +23,8 @@ fn files(dir: &Path, under: &Path) -> BTreeSet<String> {
     names
 }
 
-fn listed(all: &serde_json::Value, key: &str) -> BTreeSet<String> {
-    let names = all[key].as_array().unwrap().iter();
+fn listed(listing: &serde_json::Value, key: &str) -> BTreeSet<String> {
+    let names = listing[key].as_array().unwrap().iter();
     names
         .map(|value| value["name"].as_str().unwrap().to_owned())
         .collect()
@@ -33,23 +33,23 @@ fn listed(all: &serde_json::Value, key: &str) -> BTreeSet<String> {
 #[test]
 fn every_shipped_file_is_listed_and_found_by_its_name() {
     let dir = test_folder("listed");
-    let all = run_json(&dir, "list");
+    let listing = run_json(&dir, "list");
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     for key in ["sessions", "wearers", "searches"] {
         let under = package.join(key);
-        assert_eq!(listed(&all, key), files(&under, &under), "{key}");
+        assert_eq!(listed(&listing, key), files(&under, &under), "{key}");
     }
     let declared = files(&package.join("experiments"), &package.join("experiments"));
     std::fs::create_dir(dir.join("faults")).unwrap();
-    for name in declared.union(&listed(&all, "studies")) {
+    for name in declared.union(&listed(&listing, "studies")) {
         let file = format!("{name}-copied.toml");
         run_json(&dir, &format!("new {file} --from studies/{name}"));
     }
     let document = std::fs::read_to_string(package.join("../docs/laboratory.md")).unwrap();
-    for name in listed(&all, "studies") {
+    for name in listed(&listing, "studies") {
         assert!(document.contains(&format!("`{name}`")), "{name}");
     }
-    let names: Vec<String> = listed(&all, "sessions").into_iter().collect();
+    let names: Vec<String> = listed(&listing, "sessions").into_iter().collect();
     let checked = run_json(&dir, &format!("check {}", names.join(" ")));
     assert_eq!(checked["sessions"].as_array().unwrap().len(), names.len());
     // A file of that name in the folder has precedence.
@@ -91,8 +91,8 @@ fn shipped_files_are_copied_out_with_those_that_they_name() {
 #[test]
 fn every_copy_stands_on_its_own() {
     let dir = test_folder("stands_alone");
-    let all = run_json(&dir, "list");
-    for (index, name) in listed(&all, "sessions").iter().enumerate() {
+    let listing = run_json(&dir, "list");
+    for (index, name) in listed(&listing, "sessions").iter().enumerate() {
         std::fs::create_dir(dir.join(index.to_string())).unwrap();
         run_json(
             &dir,

@@ -89,11 +89,11 @@ fn a_session_without_a_pulse_says_so_first() {
             let (_, out, _) = run_flexor(&folder, &[&["run", "session.toml"], arguments].concat());
             out
         };
-        let said = flexor(&["--out", "people"]);
-        let first = said.lines().next().unwrap();
+        let output = flexor(&["--out", "people"]);
+        let first = output.lines().next().unwrap();
         println!("{name}: {first}");
-        assert!(first.starts_with("no pulse was played: "), "{said}");
-        assert!(first.contains(why), "{said}");
+        assert!(first.starts_with("no pulse was played: "), "{output}");
+        assert!(first.contains(why), "{output}");
         let json: serde_json::Value =
             serde_json::from_str(&flexor(&["--json", "--out", "machines"])).unwrap();
         assert_eq!(json["pulses"], 0, "{json}");

@@ -27,11 +27,11 @@ fn a_cell_is_told_and_written() {
         assert!(line.chars().count() <= 80, "{line}");
     }
     for out in ["one", "two"] {
-        let (exit, told, _) =
+        let (exit, output, _) =
             run_flexor(&folder, &[&["--json"], &few[..], &["--out", out]].concat());
-        assert_eq!(exit, Some(0), "{told}");
-        let told: Value = serde_json::from_str(&told).unwrap();
-        let result = &told["result"];
+        assert_eq!(exit, Some(0), "{output}");
+        let document: Value = serde_json::from_str(&output).unwrap();
+        let result = &document["result"];
         assert_eq!(result["simulated"], true);
         assert_eq!(result["declared"]["as_declared"], false, "{result}");
         let shares = result["shares"].as_array().unwrap();
@@ -63,10 +63,10 @@ fn shards_merge_to_the_bytes_of_one() {
     for part in ["1", "2"] {
         let shard = format!("{part}/2");
         let words = [&["--json"], &few[..], &["--shard", &shard, "--out", part]].concat();
-        let (exit, told, error) = run_flexor(&folder, &words);
+        let (exit, output, error) = run_flexor(&folder, &words);
         assert_eq!(exit, Some(0), "{error}");
-        let told: Value = serde_json::from_str(&told).unwrap();
-        assert_eq!(told["shard"]["of"], 2, "{told}");
+        let document: Value = serde_json::from_str(&output).unwrap();
+        assert_eq!(document["shard"]["of"], 2, "{document}");
         assert!(!folder.join(part).join("result.json").exists());
     }
     let merge = ["two-points", "--merge", "2", "1", "--out", "merged"];
@@ -174,8 +174,8 @@ fn an_interrupted_study_goes_on_to_the_same_bytes() {
     }
     let (exit, _, error) = run_flexor(&folder, &few);
     assert_eq!(exit, Some(0), "{error}");
-    let whole = [&FEW[..], &["--draws", "24", "--out", "whole"]].concat();
-    assert_eq!(run_flexor(&folder, &whole).0, Some(0));
+    let arguments = [&FEW[..], &["--draws", "24", "--out", "whole"]].concat();
+    assert_eq!(run_flexor(&folder, &arguments).0, Some(0));
     same(&folder, "broken", "whole");
 }
 
@@ -225,16 +225,16 @@ fn what_is_out_of_range_or_does_not_go_together_is_refused() {
 fn what_a_draw_costs_is_told_apart() {
     let folder = test_folder("two_points_cost");
     let words = [&FEW[..], &["--draws", "1", "--timing"]].concat();
-    let (exit, told, error) = run_flexor(&folder, &[&["--json"], &words[..]].concat());
+    let (exit, output, error) = run_flexor(&folder, &[&["--json"], &words[..]].concat());
     assert_eq!(exit, Some(0), "{error}");
-    let told: Value = serde_json::from_str(&told).unwrap();
-    let timing = &told["timing"];
+    let document: Value = serde_json::from_str(&output).unwrap();
+    let timing = &document["timing"];
     assert!(
-        told.get("result").is_none() && timing["draws"] == 1,
-        "{told}"
+        document.get("result").is_none() && timing["draws"] == 1,
+        "{document}"
     );
-    assert_eq!(timing["wearers"]["stimulations"], 29 * 5 * 4, "{told}");
+    assert_eq!(timing["wearers"]["stimulations"], 29 * 5 * 4, "{document}");
     for part in ["searches", "trials", "intensities", "all"] {
-        assert!(timing["draw"][part]["mean_s"].is_f64(), "{told}");
+        assert!(timing["draw"][part]["mean_s"].is_f64(), "{document}");
     }
 }

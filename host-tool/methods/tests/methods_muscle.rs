@@ -85,7 +85,7 @@ fn halving_the_step_divides_the_error_by_two_to_the_order() {
 #[test]
 fn a_cubic_keeps_the_order() {
     let forces = |setting: Setting| {
-        let each = |muscle: &mut dyn Integrator| {
+        let force_course = |muscle: &mut dyn Integrator| {
             let mut pulses = PULSES_US.into_iter().peekable();
             let read = |at| {
                 while let Some(pulse) = pulses.next_if(|us| *us <= at) {
@@ -96,7 +96,7 @@ fn a_cubic_keeps_the_order() {
             };
             (100..=320_000).step_by(100).map(read).collect::<Vec<f64>>()
         };
-        setting.with_integrator(&K05, each).unwrap()
+        setting.with_integrator(&K05, force_course).unwrap()
     };
     let exact = forces(setting(Method::EventDriven4, 10_000));
     for (method, order) in [

@@ -145,7 +145,9 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
         .iter()
         .zip(&opposed)
         .map(|((path, session), opposed)| match (session, opposed) {
-            (Ok(_), Some(told)) => json!({ "session": path, "mistakes": [mistake_json(told)] }),
+            (Ok(_), Some(mistake)) => {
+                json!({ "session": path, "mistakes": [mistake_json(mistake)] })
+            }
             (Ok(good), None) => good.to_json(path),
             (Err(e), _) => json!({ "session": path, "mistakes": mistakes_json(e) }),
         })
@@ -155,8 +157,8 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
             eprintln!("{}", super::mistakes_picture(e));
         }
         for ((path, _), told) in checked.iter().zip(&opposed) {
-            if let Some(told) = told {
-                eprintln!("{}: {told}", path.display());
+            if let Some(mistake) = told {
+                eprintln!("{}: {mistake}", path.display());
             }
         }
     }
@@ -167,8 +169,8 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
             .zip(&opposed)
             .filter(|(_, text)| text.is_none());
         let lines = good.filter_map(|((path, session), _)| {
-            let (told, notes) = session.as_ref().ok()?.title_and_notes();
-            let good = format!("{}: good: {told}", path.display());
+            let (title, notes) = session.as_ref().ok()?.title_and_notes();
+            let good = format!("{}: good: {title}", path.display());
             let lines = std::iter::once(good).chain(notes.iter().cloned());
             Some(lines.collect::<Vec<_>>().join("\n  "))
         });
@@ -191,14 +193,14 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
 }
 
 /// Returns the JSON of a mistake that has no place in the file: number and message.
-fn mistake_json(told: &str) -> Value {
-    let (number, message) = told.split_once(' ').unwrap_or(("", told));
+fn mistake_json(text: &str) -> Value {
+    let (number, message) = text.split_once(' ').unwrap_or(("", text));
     json!({ "number": number, "line": null, "column": null, "message": message, "help": null })
 }
 
 /// Returns the number, place, message and help of each mistake.
 fn mistakes_json(e: &SessionError) -> Vec<Value> {
-    let each = e.errors().map(|e| {
+    let mistakes = e.errors().map(|e| {
         let (line, column) = e.line_and_column().unzip();
         json!({
             "number": format!("E{}", e.problem().number()),
@@ -208,5 +210,5 @@ fn mistakes_json(e: &SessionError) -> Vec<Value> {
             "help": miette::Diagnostic::help(e).map(|help| help.to_string()),
         })
     });
-    each.collect()
+    mistakes.collect()
 }

@@ -79,7 +79,7 @@ pub(super) fn carry_out(args: &Demo, output: Output) -> anyhow::Result<CommandOu
         again: args.again.as_ref(),
     };
     let mut about = None;
-    let mut told = order.carry_out(COMMAND, output, |dir, record, came| {
+    let mut report = order.carry_out(COMMAND, output, |dir, record, came| {
         let simulated: f64 = record.trials.iter().map(|trial| trial.duration_s).sum();
         let speed_factor = simulated / came.took.as_secs_f64();
         record.host.speed_factor = Some(speed_factor);
@@ -95,18 +95,18 @@ pub(super) fn carry_out(args: &Demo, output: Output) -> anyhow::Result<CommandOu
             "ten_channel_speed_factor": ten.whole,
         }))
     })?;
-    told["seconds"] = begin.elapsed().as_secs_f64().into();
+    report["seconds"] = begin.elapsed().as_secs_f64().into();
     Ok(CommandOutput {
-        people: about.map_or_else(String::new, |text| text + "\n") + &text_report(&told),
-        machines: told,
+        people: about.map_or_else(String::new, |text| text + "\n") + &text_report(&report),
+        machines: report,
     })
 }
 
 /// Returns one row for each trial, in the order of the conditions.
 fn trial_rows(experiment: &Experiment, came: &ExperimentResult) -> Vec<serde_json::Value> {
     let is_rmse = |measure: &str| measure == "rmse_deg";
-    let mut all: Vec<&ConductedTrial> = came.course.trials.iter().collect();
-    all.sort_by_key(|measurement| measurement.place.condition);
+    let mut trials: Vec<&ConductedTrial> = came.course.trials.iter().collect();
+    trials.sort_by_key(|measurement| measurement.place.condition);
     let row = |measurement: &&ConductedTrial| {
         let condition = experiment.conditions.get(measurement.place.condition);
         let measures = experiment.measures().zip(&measurement.measured);
@@ -123,7 +123,7 @@ fn trial_rows(experiment: &Experiment, came: &ExperimentResult) -> Vec<serde_jso
             "pulses": measurement.trial.pulses,
         })
     };
-    all.iter().map(row).collect()
+    trials.iter().map(row).collect()
 }
 
 /// Simulated time divided by wall time, with ten channels at 50 Hz, ten muscle models and the
@@ -214,13 +214,13 @@ fn run_ten_channels(
 }
 
 /// Formats the JSON result as text for people.
-fn text_report(told: &serde_json::Value) -> String {
+fn text_report(report: &serde_json::Value) -> String {
     let number = |value: &serde_json::Value| value.as_f64().unwrap_or(f64::NAN);
     let mut text = format!(
         "{:<34} {:>10} {:>18} {:>8}\n",
         "RMSE of each trial, degrees", "simulated", "paper, table 8", "pulses"
     );
-    for row in told["trials"].as_array().into_iter().flatten() {
+    for row in report["trials"].as_array().into_iter().flatten() {
         let name = row["trial"].as_str().unwrap_or_default();
         let [rmse, mean, pulses] =
             ["rmse_deg", "paper_mean_deg", "pulses"].map(|key| number(&row[key]));
@@ -234,10 +234,10 @@ fn text_report(told: &serde_json::Value) -> String {
          ten muscles and a finger: simulator alone {:.0} x, with the host program {:.0} x\n\
          real time. Total: {:.2} s.\n\
          Report: {}",
-        number(&told["speed_factor"]),
-        number(&told["ten_channel_simulator_speed_factor"]),
-        number(&told["ten_channel_speed_factor"]),
-        number(&told["seconds"]),
-        told["report"].as_str().unwrap_or_default(),
+        number(&report["speed_factor"]),
+        number(&report["ten_channel_simulator_speed_factor"]),
+        number(&report["ten_channel_speed_factor"]),
+        number(&report["seconds"]),
+        report["report"].as_str().unwrap_or_default(),
     )
 }

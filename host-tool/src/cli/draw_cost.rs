@@ -133,7 +133,7 @@ impl Cost {
         progress: impl Fn(f64),
     ) -> Result<(), TwoPointsError> {
         let (protocol, participants) = (Protocol::load_embedded()?, Participants::load(None)?);
-        let of = participants.all.len() as f64;
+        let count = participants.all.len() as f64;
         for (nth, participant) in participants.all.iter().enumerate() {
             for draw in 0..TRIED {
                 self.searched += 1;
@@ -141,27 +141,27 @@ impl Cost {
                     participants.draw(participant, population, (participants.seed, draw))
                 })?;
                 let Ok(wearer) = drawn else { continue };
-                let all = timed(&mut self.four.trials, || {
+                let stimulations = timed(&mut self.four.trials, || {
                     wearer.run_session(population, &protocol, Experiment::Torque)
                 })?;
-                self.stimulations += all.len();
+                self.stimulations += stimulations.len();
                 break;
             }
-            progress((nth + 1) as f64 / of);
+            progress((nth + 1) as f64 / count);
         }
         Ok(())
     }
 
-    /// Returns mean and maximum, over the draws, of the time that `of` selects, s.
-    fn mean_and_max_s(&self, of: impl Fn(&DrawCost) -> Duration) -> [f64; 2] {
-        let all: Vec<f64> = self
+    /// Returns mean and maximum, over the draws, of the time that `duration` selects, s.
+    fn mean_and_max_s(&self, duration: impl Fn(&DrawCost) -> Duration) -> [f64; 2] {
+        let times_s: Vec<f64> = self
             .draws
             .iter()
-            .map(|cost| of(cost).as_secs_f64())
+            .map(|cost| duration(cost).as_secs_f64())
             .collect();
         [
-            mean(&all).unwrap_or(f64::NAN),
-            all.iter().copied().fold(0.0, f64::max),
+            mean(&times_s).unwrap_or(f64::NAN),
+            times_s.iter().copied().fold(0.0, f64::max),
         ]
     }
 
@@ -205,7 +205,7 @@ impl Cost {
         } = self.four;
         let (count, searched) = (self.stimulations, self.searched);
         text += &format!("\n{:<52}{:>9}\n", "P to S, seconds on one core", "total");
-        for (what, spent) in [
+        for (label, spent) in [
             (
                 format!("searches of {searched} draws, until each has points"),
                 searches,
@@ -215,13 +215,13 @@ impl Cost {
                 trials,
             ),
         ] {
-            text += &format!("{what:<52}{:>9.3}\n", spent.as_secs_f64());
+            text += &format!("{label:<52}{:>9.3}\n", spent.as_secs_f64());
         }
-        let told = format!(
+        let budget = format!(
             "Budget: {DRAW_S} s for a draw, {FOUR_S} s for the patterns of all four on two cores. \
              These are processor times of this computer; no result depends on them."
         );
-        text + "\n" + &wrap_columns(&told, 80)
+        text + "\n" + &wrap_columns(&budget, 80)
     }
 
     fn to_json(&self) -> Value {

@@ -167,11 +167,11 @@ fn print_outcome(ran: &RunProgress, dir: Option<&Path>, output: Output) -> anyho
             result_text(ran, outcome) + &lines.collect::<String>()
         },
         || {
-            let mut all = json!({ "result": outcome, "folder": dir });
+            let mut report = json!({ "result": outcome, "folder": dir });
             for (name, page) in &pages {
-                all[name] = page.as_str().into();
+                report[name] = page.as_str().into();
             }
-            all
+            report
         },
     )
 }

@@ -257,8 +257,9 @@ impl Order<'_> {
         record.trials = trials.map(|played| played.trial.clone()).collect();
         let outcome = write_outcome(self, dir, &course, &beside);
         bar.finish();
-        let whole = outcome.and_then(|outcome| require_complete(course, outcome, &interruption));
-        let came = whole.map(|(course, outcome)| ExperimentResult {
+        let completion =
+            outcome.and_then(|outcome| require_complete(course, outcome, &interruption));
+        let came = completion.map(|(course, outcome)| ExperimentResult {
             course,
             took,
             outcome,
@@ -268,13 +269,13 @@ impl Order<'_> {
             Err(error) => return Err(interrupt::close_failed_record(dir, record, error)),
         };
         add_comparison(experiment, &mut record, &came);
-        let told = then(dir, &mut record, &came);
-        let told = told.inspect_err(|_| super::print_record_place(dir))?;
+        let result = then(dir, &mut record, &came);
+        let value = result.inspect_err(|_| super::print_record_place(dir))?;
         record.ending = Ending::complete();
         write_header(dir, &record)?;
         interrupt::close_record(dir, &mut record)
             .inspect_err(|_| super::print_record_place(dir))?;
-        Ok(told)
+        Ok(value)
     }
 
     /// Returns the rows of the random wearers if this same experiment was interrupted in its
@@ -349,18 +350,18 @@ fn add_comparison(experiment: &Experiment, record: &mut Run, came: &ExperimentRe
             source: printed.source.clone(),
         }));
     }
-    let told = |role, text: String| Assumption { role, text };
+    let assumption = |role, text: String| Assumption { role, text };
     let put_in = experiment.declaration.assumed.iter().cloned();
-    record.assumptions = put_in.map(|text| told(Role::PutIn, text)).collect();
+    record.assumptions = put_in.map(|text| assumption(Role::PutIn, text)).collect();
     record.finding = comparison(&came.outcome).map(|comparison| comparison.sentence());
     let shares = came.outcome.shares.iter();
     record.assumptions.extend(shares.map(|share| {
-        let (at, claim, holds, of) = (&share.at, &share.claim, share.holds, share.of);
+        let (at, claim, holds, cases) = (&share.at, &share.claim, share.holds, share.of);
         let at = Some(at).filter(|at| !at.is_empty());
         let at = at.map_or_else(String::new, |at| format!(" ({at})"));
-        told(
+        assumption(
             Role::CameOut,
-            format!("{claim}{at}: in {holds} of {of} cases."),
+            format!("{claim}{at}: in {holds} of {cases} cases."),
         )
     }));
 }
@@ -377,10 +378,10 @@ fn write_outcome(
     let simulated = all_simulated(&course.trials, beside.is_board);
     let on = (&*order.device.to_argument(), seed);
     let mut outcome = Outcome::from_trials(experiment, on, &course.trials, simulated);
-    let (done, of) = (course.trials.len(), course.of);
+    let (done, total) = (course.trials.len(), course.of);
     if course.ended.is_some() {
         let how_far =
-            format!("Cut short: {done} of {of} trials began; the last may be incomplete.");
+            format!("Cut short: {done} of {total} trials began; the last may be incomplete.");
         outcome.cut_short = Some(how_far);
     } else if draws > 0 {
         let how_far = "Cut short: the random wearers are missing.";
@@ -408,9 +409,9 @@ fn all_simulated(trials: &[ConductedTrial], is_port: bool) -> Option<bool> {
         Some(identity) => Some(identity.simulated),
         None => (!is_port).then_some(true),
     });
-    let said: Option<Vec<bool>> = is_simulated.collect();
-    match said {
-        Some(said) if said.is_empty() => (!is_port).then_some(true),
+    let flags: Option<Vec<bool>> = is_simulated.collect();
+    match flags {
+        Some(values) if values.is_empty() => (!is_port).then_some(true),
         said => said.map(|said| said.into_iter().all(|is_simulated| is_simulated)),
     }
 }
@@ -421,8 +422,12 @@ fn require_complete(
     outcome: Option<Outcome>,
     interruption: &Interruption,
 ) -> anyhow::Result<(Course, Outcome)> {
-    let (done, of) = (course.trials.len(), course.of);
-    let stopped = |why: String| LaboratoryError::Stopped { why, done, of };
+    let (done, total) = (course.trials.len(), course.of);
+    let stopped = |why: String| LaboratoryError::Stopped {
+        why,
+        done,
+        of: total,
+    };
     let cut_short = match course.ended {
         None => None,
         Some(ProtocolEnd::Run(error)) => Some(error),
@@ -434,11 +439,11 @@ fn require_complete(
     };
     let cut_short_in = cut_short.is_some();
     let how_far = || match (done, cut_short_in) {
-        (0, _) => format!("before the first of {of} trials"),
-        (_, true) => format!("in trial {done} of {of}"),
-        (_, false) => format!("after trial {done} of {of}"),
+        (0, _) => format!("before the first of {total} trials"),
+        (_, true) => format!("in trial {done} of {total}"),
+        (_, false) => format!("after trial {done} of {total}"),
     };
-    if let (None, true, Some(signal)) = (&cut_short, done < of, interruption.received_signal()) {
+    if let (None, true, Some(signal)) = (&cut_short, done < total, interruption.received_signal()) {
         let when = "between two trials: nothing was stimulated".to_owned();
         return Err(interrupt::EndedBySignal(signal, when)).with_context(how_far);
     }

@@ -96,22 +96,22 @@ fn text_report(session: &Session, choice: &Choice) -> String {
         write_channel(&mut out, session, need, choice.tolerance);
     }
     let tried = &choice.fidelity;
-    for (name, all) in [
+    for (name, effects) in [
         ("controller", &tried.law),
         ("telemetry", &tried.telemetry),
         ("finger", &tried.step),
     ] {
-        let Some(own) = coarsest(all, choice.tolerance.fraction()) else {
+        let Some(own) = coarsest(effects, choice.tolerance.fraction()) else {
             continue;
         };
-        let each = all.iter().map(|effect| match effect.error.is_finite() {
+        let changes = effects.iter().map(|effect| match effect.error.is_finite() {
             true => format!("{} {:.2} %", effect.us / 1_000, effect.error * 100.0),
             false => format!("{} oscillates", effect.us / 1_000),
         });
         out.push_str(&format!(
             "\n{name}: every {} ms; change of the result at each period in ms:\n  {}\n",
             own.us / 1_000,
-            each.collect::<Vec<_>>().join(", ")
+            changes.collect::<Vec<_>>().join(", ")
         ));
     }
     out.trim_end().to_owned()
@@ -228,9 +228,9 @@ fn json_report(session: &Session, choice: &Choice) -> Value {
             "models": need.tried.iter().map(level).collect::<Vec<_>>(),
         })
     });
-    let effects = |all: &[Effect]| {
-        let own = coarsest(all, choice.tolerance.fraction()).map(|effect| effect.us);
-        let tried = all
+    let effects = |rows: &[Effect]| {
+        let own = coarsest(rows, choice.tolerance.fraction()).map(|effect| effect.us);
+        let tried = rows
             .iter()
             .map(|effect| json!({ "us": effect.us, "change_pct": effect.error * 100.0 }));
         json!({ "chosen_us": own, "tried": tried.collect::<Vec<_>>() })

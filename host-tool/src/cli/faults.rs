@@ -89,32 +89,32 @@ pub fn main(args: &FaultsArgs, output: Output) -> anyhow::Result<()> {
         _ => Some(chip_image(args.image.as_deref())?),
     };
     let interruption = interrupt::catch_signals()?;
-    let mut all = Vec::new();
+    let mut campaigns = Vec::new();
     for class in args.classes() {
         let played = args.play_or_merge(class, image.as_ref(), (output, &interruption))?;
         let is_over = played.error.is_some();
-        all.push(played);
+        campaigns.push(played);
         if is_over {
             break;
         }
     }
-    let error = all.last_mut().and_then(|run| run.error.take());
+    let error = campaigns.last_mut().and_then(|run| run.error.take());
     let machines = match args.class {
-        ClassSelection::One(_) => all.first().map_or(Value::Null, PlayedClass::to_json),
+        ClassSelection::One(_) => campaigns.first().map_or(Value::Null, PlayedClass::to_json),
         ClassSelection::All => {
-            json!({ "campaigns": all.iter().map(PlayedClass::to_json).collect::<Vec<_>>() })
+            json!({ "campaigns": campaigns.iter().map(PlayedClass::to_json).collect::<Vec<_>>() })
         }
     };
     let shard = args.shard.filter(|shard| *shard != Shard::WHOLE);
     let Some(error) = error else {
         let text = || match (shard, &args.out) {
             (Some(_), Some(out)) => shard_complete_text(&args.merge_command(), out),
-            _ => text_report(&all),
+            _ => text_report(&campaigns),
         };
         return output.print(text, || machines);
     };
     if !output.json && shard.is_none() {
-        output.print(|| text_report(&all), || Value::Null)?;
+        output.print(|| text_report(&campaigns), || Value::Null)?;
     }
     let result = machines;
     Err(Incomplete { error, result }.into())
@@ -149,8 +149,10 @@ impl FaultsArgs {
         match self.class {
             ClassSelection::One(class) => vec![class],
             ClassSelection::All => {
-                let all = Class::ALL.into_iter();
-                all.filter(|class| is_chip || class.is_native()).collect()
+                let classes = Class::ALL.into_iter();
+                classes
+                    .filter(|class| is_chip || class.is_native())
+                    .collect()
             }
         }
     }
@@ -246,11 +248,11 @@ impl PlayedClass {
             Run::refuse_earlier(dir)?;
         }
         let _mine = dir.map(|dir| study.place(dir, self.shard)).transpose()?;
-        let (what, begun) = (format!("faults: {}", self.class), Instant::now());
+        let (label, begun) = (format!("faults: {}", self.class), Instant::now());
         let sweep = study.sweep(self.shard);
         let work =
             |go_on: &mut dyn FnMut(f64) -> bool| run_drawing(&Lines(study), &sweep, dir, go_on);
-        let (mut ran, cases) = with_progress_bar((&what, output), interruption, work)?;
+        let (mut ran, cases) = with_progress_bar((&label, output), interruption, work)?;
         let failed = ran.failed.take();
         if failed.is_some() {
             self.folder = None;
@@ -296,12 +298,12 @@ fn speed_text(played: u64, begun: Instant) -> String {
     format!("Ran {played} cases, {rate:.2} per second and core.")
 }
 
-fn text_report(all: &[PlayedClass]) -> String {
+fn text_report(campaigns: &[PlayedClass]) -> String {
     let mut text = Outcome::head();
-    for (outcome, _) in all.iter().filter_map(|run| run.analysed.as_ref()) {
+    for (outcome, _) in campaigns.iter().filter_map(|run| run.analysed.as_ref()) {
         text += &format!("\n{}", outcome.lines());
     }
-    for run in all {
+    for run in campaigns {
         if let Some(case) = &run.alone {
             text += &format!("\n{case:#?}");
         }

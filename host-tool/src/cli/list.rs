@@ -38,18 +38,19 @@ fn groups() -> [Group; 4] {
     let sessions = SESSIONS.iter().map(|(name, text)| titled(name, text));
     let wearers = WEARERS.iter().map(|(file, text)| {
         let name = file.trim_end_matches(".toml");
-        let what = Wearer::parse(file, text).map(|wearer| {
+        let summary = Wearer::parse(file, text).map(|wearer| {
             let count = wearer.electrodes.len();
             let s = if count == 1 { "" } else { "s" };
             format!("{}, {count} electrode{s}", wearer.evidence.word())
         });
-        (name.to_owned(), what.unwrap_or_default())
+        (name.to_owned(), summary.unwrap_or_default())
     });
     let searches = SEARCHES.iter().map(|(name, text)| {
         let comment = text.lines().find_map(|line| line.strip_prefix("# "));
         ((*name).to_owned(), comment.unwrap_or_default().to_owned())
     });
-    let drawn = catalog::names_and_titles().map(|(name, what)| (name.to_owned(), what.to_owned()));
+    let drawn = catalog::names_and_titles()
+        .map(|(name, description)| (name.to_owned(), description.to_owned()));
     let mut studies: Vec<(String, String)> = drawn.collect();
     for name in experiments::names() {
         if studies.iter().all(|(known, _)| known != name) {
@@ -86,8 +87,8 @@ fn text_report(groups: &[Group]) -> String {
     let mut text = String::new();
     for (heading, _, command, names) in groups {
         text += &format!("{heading} ({command})\n");
-        for (name, what) in names {
-            text += &format!("  {}\n", truncate(&format!("{name:<22} {what}"), 78));
+        for (name, description) in names {
+            text += &format!("  {}\n", truncate(&format!("{name:<22} {description}"), 78));
         }
         text += "\n";
     }
@@ -103,14 +104,14 @@ fn truncate(line: &str, most: usize) -> String {
 }
 
 fn json_report(groups: &[Group]) -> Value {
-    let mut all = json!({});
+    let mut listing = json!({});
     for (_, key, _, names) in groups {
         let names = names.iter();
-        all[*key] = names
-            .map(|(name, what)| json!({ "name": name, "what": what }))
+        listing[*key] = names
+            .map(|(name, description)| json!({ "name": name, "what": description }))
             .collect();
     }
-    all
+    listing
 }
 
 /// A file built into the program.
@@ -127,13 +128,13 @@ pub(super) struct Shipped {
 /// Returns the shipped session, wearer, search and declaration of this name; several kinds may have
 /// the same name. `KIND/NAME` selects one kind.
 pub(super) fn find_shipped(name: &str) -> Vec<Shipped> {
-    let all = all_shipped();
+    let entries = all_shipped();
     let of_name = |wanted: &str| -> Vec<Shipped> {
-        let same = all.iter().filter(|(name, _)| name == wanted);
+        let same = entries.iter().filter(|(name, _)| name == wanted);
         same.map(|(_, shipped)| *shipped).collect()
     };
     match name.split_once('/') {
-        Some((kind, rest)) if all.iter().any(|(_, shipped)| shipped.kind == kind) => {
+        Some((kind, rest)) if entries.iter().any(|(_, shipped)| shipped.kind == kind) => {
             let mut of_kind = of_name(rest);
             of_kind.retain(|shipped| shipped.kind == kind);
             of_kind
@@ -144,8 +145,8 @@ pub(super) fn find_shipped(name: &str) -> Vec<Shipped> {
 
 /// Asks about the name of a shipped file that is most similar to a misspelt name.
 pub(super) fn did_you_mean(typed: &str) -> String {
-    let all = all_shipped();
-    suggestion::did_you_mean(typed, all.iter().map(|(name, _)| name.as_str()))
+    let entries = all_shipped();
+    suggestion::did_you_mean(typed, entries.iter().map(|(name, _)| name.as_str()))
 }
 
 /// Returns every shipped file with its name, in the order of `flexor list`. A study is found by the
@@ -169,11 +170,11 @@ fn all_shipped() -> Vec<(String, Shipped)> {
     ];
     let studies = catalog::ENTRIES.iter();
     let studies = studies.map(|entry| ("studies", entry.declarations, entry.command));
-    let mut all: Vec<(String, Shipped)> = Vec::new();
+    let mut entries: Vec<(String, Shipped)> = Vec::new();
     for (kind, files, command) in kinds.into_iter().chain(studies) {
         for (file, text) in files {
             let name = file.trim_end_matches(".toml").to_owned();
-            all.push((
+            entries.push((
                 name,
                 Shipped {
                     kind,
@@ -186,7 +187,7 @@ fn all_shipped() -> Vec<(String, Shipped)> {
     for (file, text) in &faults::FILES {
         let name = format!("faults/{}", file.trim_end_matches(".toml"));
         let (kind, command) = ("studies", "flexor faults");
-        all.push((
+        entries.push((
             name,
             Shipped {
                 kind,
@@ -201,7 +202,7 @@ fn all_shipped() -> Vec<(String, Shipped)> {
         };
         for (name, _) in entry.names {
             let (kind, command) = ("studies", entry.command);
-            all.push((
+            entries.push((
                 (*name).to_owned(),
                 Shipped {
                     kind,
@@ -213,8 +214,8 @@ fn all_shipped() -> Vec<(String, Shipped)> {
     }
     // Several studies may share a file, and a study may have the name of its file.
     let mut seen = std::collections::BTreeSet::new();
-    all.retain(|(name, shipped)| seen.insert((name.clone(), shipped.kind)));
-    all
+    entries.retain(|(name, shipped)| seen.insert((name.clone(), shipped.kind)));
+    entries
 }
 
 #[cfg(test)]

@@ -161,8 +161,8 @@ impl Output {
         settled
     }
 
-    pub fn bar(self, what: &str) -> Bar {
-        let bar = ProgressBar::new(1000).with_message(escape_control_chars(what));
+    pub fn bar(self, label: &str) -> Bar {
+        let bar = ProgressBar::new(1000).with_message(escape_control_chars(label));
         if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:40}] {percent:>3} % {elapsed}")
         {
             bar.set_style(style);
@@ -334,8 +334,8 @@ fn with_error_number(text: &str) -> String {
 }
 
 /// Fails with a [`WrongUse`] error.
-fn usage_error<T>(what: impl Into<String>) -> anyhow::Result<T> {
-    Err(WrongUse(what.into()).into())
+fn usage_error<T>(message: impl Into<String>) -> anyhow::Result<T> {
+    Err(WrongUse(message.into()).into())
 }
 
 /// Refuses an option's value outside `min` to `max`.
@@ -393,20 +393,20 @@ mod tests {
     use clap::{Command, CommandFactory};
 
     /// Collects the short and long help of `command` and of all its subcommands.
-    fn helps(command: &mut Command, all: &mut Vec<String>) {
-        all.push(command.render_help().to_string());
-        all.push(command.render_long_help().to_string());
+    fn helps(command: &mut Command, texts: &mut Vec<String>) {
+        texts.push(command.render_help().to_string());
+        texts.push(command.render_long_help().to_string());
         for below in command.get_subcommands_mut() {
-            helps(below, all);
+            helps(below, texts);
         }
     }
 
     #[test]
     fn help_speaks_to_people_not_to_rustdoc() {
-        let mut all = Vec::new();
-        helps(&mut Cli::command(), &mut all);
-        assert!(all.len() > 30, "{} texts", all.len());
-        for help in all {
+        let mut texts = Vec::new();
+        helps(&mut Cli::command(), &mut texts);
+        assert!(texts.len() > 30, "{} texts", texts.len());
+        for help in texts {
             for line in help.lines() {
                 let is_code = ["[`", "`]", "::"].iter().any(|mark| line.contains(mark));
                 assert!(!is_code, "{line}");

@@ -91,7 +91,7 @@ pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
             run_screen(&shared, is_over, must_quit)
         } else {
             let describe = if output.json {
-                |model: &Model, told| status_json(model, told).to_string()
+                |model: &Model, reported_notes| status_json(model, reported_notes).to_string()
             } else {
                 status_text
             };

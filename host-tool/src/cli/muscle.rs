@@ -205,8 +205,9 @@ impl Muscle {
 
     /// Rewrites the device's refusal in terms of this command's options.
     fn range_error(&self, e: &OutOfRange) -> anyhow::Error {
-        let all = self.parameters();
-        let Some((_, name, given, factor)) = all.into_iter().find(|pair| pair.0 == e.field) else {
+        let parameters = self.parameters();
+        let Some((_, name, given, factor)) = parameters.into_iter().find(|pair| pair.0 == e.field)
+        else {
             return anyhow::anyhow!("{e}"); // a calcium-force model has no others
         };
         let [min, max] = [e.min, e.max].map(|bound| f64::from(bound) / factor);

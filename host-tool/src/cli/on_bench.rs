@@ -59,7 +59,7 @@ pub fn main(options: &BenchOptions, device: &DeviceName, output: Output) -> anyh
             "--device is {device}; allowed with --bench-test: a port, or native to rehearse"
         ));
     }
-    let (Some(out), who) = (options.out.as_deref(), operator_details(options)?) else {
+    let (Some(out), details) = (options.out.as_deref(), operator_details(options)?) else {
         return usage_error("--bench-test needs --out"); // clap has checked
     };
     if out.exists() && !options.resume {
@@ -88,7 +88,7 @@ pub fn main(options: &BenchOptions, device: &DeviceName, output: Output) -> anyh
     }
     let is_in_process = bench.is_in_process();
     let identity = identity(&bench.info, is_in_process);
-    let next = Sheet::begin(who, identity, &pattern);
+    let next = Sheet::begin(details, identity, &pattern);
     let mut sheet = match options.resume {
         true => Sheet::resume(out, &next, &pattern)?,
         false => next,
@@ -103,19 +103,19 @@ pub fn main(options: &BenchOptions, device: &DeviceName, output: Output) -> anyh
 
 /// Returns the operator, the date and the instruments.
 fn operator_details(options: &BenchOptions) -> anyhow::Result<[&str; 3]> {
-    let all = [
+    let fields = [
         ("--operator", &options.operator),
         ("--date", &options.date),
         ("--instruments", &options.instruments),
     ];
-    for (name, text) in all {
+    for (name, text) in fields {
         if !text.as_deref().is_some_and(Sheet::is_valid_text) {
             return usage_error(format!(
                 "{name} must have 1 to 200 characters and no control characters"
             ));
         }
     }
-    Ok(all.map(|(_, text)| text.as_deref().unwrap_or_default()))
+    Ok(fields.map(|(_, text)| text.as_deref().unwrap_or_default()))
 }
 
 /// Measures every step that has no answer yet, load by load.
@@ -283,8 +283,8 @@ fn read_answers(path: &Path) -> anyhow::Result<BTreeMap<String, String>> {
 
 /// Checks all answers before any output is driven.
 fn check_answers(pattern: &Pattern, answers: &BTreeMap<String, String>) -> anyhow::Result<()> {
-    let all = steps(pattern);
-    let known = |id: &String| all.iter().find(|step| step.id == *id);
+    let test_steps = steps(pattern);
+    let known = |id: &String| test_steps.iter().find(|step| step.id == *id);
     let mistakes: Vec<String> = answers
         .iter()
         .filter_map(|(id, typed)| match known(id) {
@@ -306,8 +306,8 @@ fn check_answers(pattern: &Pattern, answers: &BTreeMap<String, String>) -> anyho
 
 /// Prints the verdict, and fails if a step is missing or outside its bounds.
 fn conclude(sheet: &Sheet, pattern: &Pattern, out: &Path, output: Output) -> anyhow::Result<()> {
-    let all = steps(pattern);
-    let missing: Vec<_> = all
+    let test_steps = steps(pattern);
+    let missing: Vec<_> = test_steps
         .iter()
         .filter(|step| !sheet.has_answer(&step.id))
         .collect();
@@ -317,7 +317,11 @@ fn conclude(sheet: &Sheet, pattern: &Pattern, out: &Path, output: Output) -> any
     let place = out.display();
     output.print(
         || {
-            let counts = format!("{} of {} steps measured", sheet.answers.len(), all.len());
+            let counts = format!(
+                "{} of {} steps measured",
+                sheet.answers.len(),
+                test_steps.len()
+            );
             match sheet.verdict {
                 Verdict::Simulated => {
                     format!("{counts} on a simulator: no evidence about a board; {place}")

@@ -92,12 +92,14 @@ fn finger_table(rows: &[Row]) -> String {
     let names = rows.iter().take(5);
     let names = names.filter_map(|row| row.quantity.rsplit(", ").next());
     text.extend(names.map(|name| format!("{name:>8}")));
-    for all in rows.chunks(5) {
-        let Some(first) = all.first() else { continue };
+    for fingers in rows.chunks(5) {
+        let Some(first) = fingers.first() else {
+            continue;
+        };
         let name = first.quantity.rsplit_once(", ");
         let name = name.map_or("", |(name, _)| name);
         text += &format!("\n{name:<36.36}{:>4}", first.n);
-        for row in all {
+        for row in fingers {
             let ours = row
                 .ours
                 .map_or_else(|| "-".to_owned(), |value| format!("{value:.1}"));
@@ -159,10 +161,10 @@ pub(super) fn claims_text(outcome: &Outcome, page: &str) -> String {
         let line = format!("{:>8}  {claim:<54}  {paper}", share.percent());
         text += &format!("{}\n", line.trim_end());
     }
-    let who = match outcome.simulated {
+    let evidence = match outcome.simulated {
         Some(true) => "Simulated with assumed wearer models: no evidence about people.",
         Some(false) => "One wearer: the results hold for this measurement only.",
         None => "No device answered: it is unknown whether the results are simulated.",
     };
-    text + &format!("\n{who}\nPage: {page}")
+    text + &format!("\n{evidence}\nPage: {page}")
 }

@@ -139,13 +139,13 @@ pub fn perform(
             (outcome, Ok(()))
         }
     };
-    for told in outcome
+    for remark in outcome
         .trial
         .identity
         .iter()
         .flat_map(|identity| &identity.option_bytes)
     {
-        eprintln!("note: {}", escape_control_chars(told));
+        eprintln!("note: {}", escape_control_chars(remark));
     }
     let (fullest, dump) = outputs;
     outcome.trial.edges = fullest.into_edges();
@@ -215,26 +215,29 @@ impl RunResult {
 
     fn to_text(&self) -> String {
         let mut lines = Vec::new();
-        let mut told = Vec::new();
+        let mut parts = Vec::new();
         for trial in &self.record.trials {
             let silence = trial.silent.iter();
             lines.extend(silence.map(|why| format!("no pulse was played: {why}")));
             if let Some(m) = metrics_without_lag(trial) {
-                told = vec![format!("RMSE {:.2}°", m.rmse_deg)];
+                parts = vec![format!("RMSE {:.2}°", m.rmse_deg)];
             }
             let cycles = limit_cycles(trial);
-            lines.extend(cycles.map(|(t_s, what)| format!("limit cycle at {t_s:.1} s: {what}")));
+            lines.extend(
+                cycles
+                    .map(|(t_s, description)| format!("limit cycle at {t_s:.1} s: {description}")),
+            );
             lines.extend(wall_contacts(trial).iter().map(wall_contact_text));
             lines.extend(force_metrics(trial).iter().map(force_tracking_text));
             lines.extend(force_remarks(trial));
         }
-        told.extend((self.refused > 0).then(|| format!("requests refused: {}", self.refused)));
+        parts.extend((self.refused > 0).then(|| format!("requests refused: {}", self.refused)));
         let page = self.report.as_ref();
-        told.extend(page.map(|path| format!("report: {}", path.display())));
+        parts.extend(page.map(|path| format!("report: {}", path.display())));
         lines.push(format!(
             "{}: {}",
             escape_control_chars(&self.record.title),
-            told.join("; ")
+            parts.join("; ")
         ));
         lines.join("\n")
     }

@@ -49,7 +49,7 @@ pub fn main(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
             let made = more.fold(made, |made, page| format!("{made}\n{page}"));
             damaged
                 .iter()
-                .fold(made, |made, what| format!("{made}\n{what}"))
+                .fold(made, |made, warning| format!("{made}\n{warning}"))
         },
         || {
             serde_json::json!({

@@ -77,7 +77,7 @@ pub fn main(args: &Rerun, output: Output) -> anyhow::Result<()> {
     } else {
         OutArgs::in_folder(rerun_folder(dir)?)
     };
-    let told = if let Some(again) = Demo::from_record(dir, &record, out.clone()) {
+    let report = if let Some(again) = Demo::from_record(dir, &record, out.clone()) {
         demo::carry_out(&again, output)?
     } else if let Some(again) = ExperimentArgs::from_record(dir, &record, out.clone()) {
         experiment::carry_out(&again, output)?
@@ -87,16 +87,16 @@ pub fn main(args: &Rerun, output: Output) -> anyhow::Result<()> {
             return performed.print(output);
         }
         let (again, new) = (&performed.record, performed.place.dir());
-        let told = CommandOutput {
+        let result = CommandOutput {
             people: String::new(),
             machines: performed.to_json(),
         };
-        return print_comparison((dir, &record), (new, again), told, output);
+        return print_comparison((dir, &record), (new, again), result, output);
     };
     let new = out
         .dir()
         .context("E577 the rerun has no folder for its record; give one with --out")?;
-    print_comparison((dir, &record), (new, &load(new)?), told, output)
+    print_comparison((dir, &record), (new, &load(new)?), report, output)
 }
 
 /// Returns the plan of a record, if it can be repeated.
@@ -111,9 +111,9 @@ fn repeatable_plan(dir: &Path, record: &Run) -> Result<Plan, RerunError> {
         let device = record.device.clone();
         return Err(RerunError::RealTime { dir, device });
     }
-    let what = "the command that made it";
+    let part = "the command that made it";
     let Some(plan) = record.plan.clone() else {
-        return Err(RerunError::Unknown { dir, what });
+        return Err(RerunError::Unknown { dir, what: part });
     };
     Ok(plan)
 }
@@ -147,9 +147,9 @@ fn rerun_session(
     out: &OutArgs,
     output: Output,
 ) -> anyhow::Result<RunResult> {
-    let unknown = |what| RerunError::Unknown {
+    let unknown = |part| RerunError::Unknown {
         dir: dir.to_owned(),
-        what,
+        what: part,
     };
     let trial = record.trials.first().ok_or(unknown("a trial"))?;
     let mut session = SessionFile::from_trial(trial)?;
@@ -186,7 +186,7 @@ fn rerun_session(
 fn print_comparison(
     (dir, record): (&Path, &Run),
     (new, again): (&Path, &Run),
-    mut told: CommandOutput,
+    mut report: CommandOutput,
     output: Output,
 ) -> anyhow::Result<()> {
     let is_cut = record.ending.is_incomplete();
@@ -194,17 +194,17 @@ fn print_comparison(
         None => differs(dir, new, is_cut)?,
         differs => differs,
     };
-    told.machines["rerun_of"] = dir.display().to_string().into();
-    told.machines["same"] = differs.is_none().into();
+    report.machines["rerun_of"] = dir.display().to_string().into();
+    report.machines["same"] = differs.is_none().into();
     if let Some(differs) = differs {
         let (error, result) = (
             difference_error(record, again, differs).into(),
-            told.machines,
+            report.machines,
         );
         return Err(Incomplete { error, result }.into());
     }
     let rows: usize = record.trials.iter().map(|t| t.samples.len()).sum();
-    let mut whole = match is_cut {
+    let mut contents = match is_cut {
         true => "samples (all that the record has)".to_owned(),
         false => "samples and every edge".to_owned(),
     };
@@ -212,14 +212,14 @@ fn print_comparison(
         .iter()
         .filter(|text| dir.join(text).is_file())
     {
-        whole += &format!(", {file}");
+        contents += &format!(", {file}");
     }
-    if !told.people.is_empty() {
-        told.people += "\n\n";
+    if !report.people.is_empty() {
+        report.people += "\n\n";
     }
     let (dir, new) = (dir.display(), new.display());
-    told.people += &format!("identical: {rows} {whole} of {dir}; the rerun is in {new}");
-    told.print(output)
+    report.people += &format!("identical: {rows} {contents} of {dir}; the rerun is in {new}");
+    report.print(output)
 }
 
 /// Explains why a rerun may differ from its record.

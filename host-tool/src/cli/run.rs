@@ -52,11 +52,11 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     let study = args
         .study
         .override_study(&session.session.study, &channels)?;
-    if let (Some(worn), Some(said)) = (&session.session.worn, &study.pseudonym) {
+    if let (Some(worn), Some(pseudonym)) = (&session.session.worn, &study.pseudonym) {
         let name = &worn.wearer.name;
         anyhow::ensure!(
-            said == name,
-            "E660 --pseudonym is {said}, but the wearer file belongs to {name}; use the file of \
+            pseudonym == name,
+            "E660 --pseudonym is {pseudonym}, but the wearer file belongs to {name}; use the file of \
              the wearer who is stimulated"
         );
     }

@@ -58,7 +58,7 @@ pub fn main(args: &SearchArgs, output: Output) -> anyhow::Result<()> {
         )?;
     }
     let mut operator = Terminal::default();
-    let mut told = json!({
+    let mut report = json!({
         "file": args.file, "session": file.session, "device": args.device.to_string(),
         "seed": (!is_port).then_some(seed), "simulated": !is_port,
         "searches": [], "error": null,
@@ -70,23 +70,23 @@ pub fn main(args: &SearchArgs, output: Output) -> anyhow::Result<()> {
         let begun = OnDevice::start(port, &session, declared, &mut operator, asked, seed);
         let mut probe = match begun {
             Ok(probe) => probe,
-            Err(error) => return Err(incomplete_error(error, told)),
+            Err(error) => return Err(incomplete_error(error, report)),
         };
         let finding = search(declared, &mut probe, |step| {
             let _ = print_text(output, &row(step)); // a closed pipe is not an error
         });
         let stopped = probe.stop();
         print_text(output, &conclusion(declared, &session, &finding))?;
-        if let Some(list) = told["searches"].as_array_mut() {
+        if let Some(list) = report["searches"].as_array_mut() {
             list.push(json_report(declared, &session, &finding));
         }
         if let Some(error) = early_end_error(finding) {
-            return Err(incomplete_error(error, told));
+            return Err(incomplete_error(error, report));
         }
-        port = stopped.map_err(|error| incomplete_error(error, told.clone()))?;
+        port = stopped.map_err(|error| incomplete_error(error, report.clone()))?;
     }
     match output.json {
-        true => output.print(String::new, || told),
+        true => output.print(String::new, || report),
         false => Ok(()),
     }
 }
@@ -101,8 +101,8 @@ fn load(path: &Path) -> anyhow::Result<(SearchFile, Session)> {
     };
     let file = match SearchFile::parse(&text) {
         Ok(file) => file,
-        Err(told) => {
-            ensure_no_mistakes(path, told)?;
+        Err(mistakes) => {
+            ensure_no_mistakes(path, mistakes)?;
             unreachable!("a refused file has mistakes")
         }
     };
@@ -122,17 +122,17 @@ fn mistakes(file: &SearchFile, session: &Session, is_simulated: bool) -> Vec<Str
         let channel = channels.find(|c| c.number == number && c.spec.train.trigger.is_none())?;
         Some((Milli(channel.spec.limit.get()), channel.unit().symbol()))
     };
-    let mut told = Vec::new();
+    let mut messages = Vec::new();
     for (search, number) in file.searches.iter().zip(1..) {
         let declared = search.declaration();
         let mut beyond = search.limit_violations(limit_of);
         if is_simulated && declared.kind.is_rated() && declared.simulated_rating.is_none() {
             beyond.push("simulated_rating is missing: a simulated wearer gives no ratings".into());
         }
-        let of = |what| format!("search {number}: {what}");
-        told.extend(beyond.into_iter().map(of));
+        let message = |violation| format!("search {number}: {violation}");
+        messages.extend(beyond.into_iter().map(message));
     }
-    told
+    messages
 }
 
 fn ensure_no_mistakes(path: &Path, mistakes: Vec<String>) -> anyhow::Result<()> {
@@ -179,11 +179,11 @@ fn early_end_error(finding: Finding<DeviceError>) -> Option<anyhow::Error> {
 const PART: &str = "of max";
 
 fn unit(search: &Search, session: &Session) -> &'static str {
-    let of = |site: &studies::laboratory::search::Site| match site.max {
+    let site_channel = |site: &studies::laboratory::search::Site| match site.max {
         Some(_) => None,
         None => session.channel(site.channel - 1),
     };
-    let channel = search.sites().first().and_then(of);
+    let channel = search.sites().first().and_then(site_channel);
     channel.map_or(PART, |channel| channel.unit().symbol())
 }
 

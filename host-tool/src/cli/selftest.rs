@@ -109,7 +109,7 @@ fn on_chip(args: &Selftest, output: Output) -> anyhow::Result<()> {
 fn histogram(out: &mut String, name: &str, found: &Latency) {
     /// Width of the longest bar, in columns.
     const BAR: u32 = 22;
-    let (device, whole) = (&found.device, &found.whole);
+    let (device, total) = (&found.device, &found.whole);
     out.push_str(&format!(
         "{name}, {} setpoints over USB: time to the earliest pulse slot, us\n",
         found.arrivals
@@ -120,21 +120,21 @@ fn histogram(out: &mut String, name: &str, found: &Latency) {
     ));
     out.push_str(&format!(
         "  from the host's write: {} to {}\n",
-        whole.best_us, whole.worst_us
+        total.best_us, total.worst_us
     ));
     out.push_str(&format!(
         "{:>12} {:>8} {:22} {:>8}\n",
         "us", "from ACK", "", "write"
     ));
-    for step in 0..device.counts.len().max(whole.counts.len()) {
-        let bar = |of: &Distribution| {
-            let count = of.counts.get(step).copied().unwrap_or(0);
-            let most = of.counts.iter().max().copied().unwrap_or(0).max(1);
+    for step in 0..device.counts.len().max(total.counts.len()) {
+        let bar = |times: &Distribution| {
+            let count = times.counts.get(step).copied().unwrap_or(0);
+            let most = times.counts.iter().max().copied().unwrap_or(0).max(1);
             let length = (count * BAR).div_ceil(most);
             (count, "#".repeat(length as usize))
         };
         let from = step as u64 * Distribution::STEP_US;
-        let ((a, a_bar), (b, b_bar)) = (bar(device), bar(whole));
+        let ((a, a_bar), (b, b_bar)) = (bar(device), bar(total));
         let row = format!(
             "{from:>5}..{:<5} {a:>8} {a_bar:22} {b:>8} {b_bar}",
             from + Distribution::STEP_US
@@ -145,10 +145,10 @@ fn histogram(out: &mut String, name: &str, found: &Latency) {
 }
 
 fn latency_json(found: &Latency) -> Value {
-    let distribution = |of: &Distribution| {
+    let distribution = |times: &Distribution| {
         json!({
-            "best_us": of.best_us, "worst_us": of.worst_us,
-            "step_us": Distribution::STEP_US, "counts": of.counts,
+            "best_us": times.best_us, "worst_us": times.worst_us,
+            "step_us": Distribution::STEP_US, "counts": times.counts,
         })
     };
     json!({

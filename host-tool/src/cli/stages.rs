@@ -228,7 +228,7 @@ mod tests {
         let wild = [
             "0=100mA", "3-2=1V", "2=60W", "4=999mA", "5=1e99V", "6=nanV", "x",
         ];
-        let told = options(&wild).unwrap_err().to_string();
+        let message = options(&wild).unwrap_err().to_string();
         for wrong in [
             "`0=",
             "`3-2=",
@@ -238,7 +238,7 @@ mod tests {
             "`6=",
             "`x`",
         ] {
-            assert!(told.contains(wrong), "{wrong} in {told}");
+            assert!(message.contains(wrong), "{wrong} in {message}");
         }
         let twice = options(&["1-3=100mA", "3=60V"]).unwrap_err().to_string();
         assert!(twice.contains("channel 3 is named twice"), "{twice}");

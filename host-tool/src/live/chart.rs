@@ -60,8 +60,8 @@ fn range<'a>(samples: impl Iterator<Item = &'a Sample>) -> (f64, f64) {
     let (low, high) = angles
         .flatten()
         .fold(LEAST_DEG, |(low, high), deg| (low.min(deg), high.max(deg)));
-    let whole = |deg: f64, round: fn(f64) -> f64| round(deg / MARK_DEG) * MARK_DEG;
-    (whole(low, f64::floor), whole(high, f64::ceil))
+    let bound = |deg: f64, round: fn(f64) -> f64| round(deg / MARK_DEG) * MARK_DEG;
+    (bound(low, f64::floor), bound(high, f64::ceil))
 }
 
 fn legend(model: &Model) -> Line<'static> {

@@ -16,8 +16,8 @@ pub(super) fn state_word(state: State) -> &'static str {
     }
 }
 
-/// Returns one line with the present values and the notes after the first `told`.
-pub fn status_text(model: &Model, told: usize) -> String {
+/// Returns one line with the present values and the notes after the first `reported_notes`.
+pub fn status_text(model: &Model, reported_notes: usize) -> String {
     let mut text = format!("{:>7.2} s  {:<11}", model.t_s, state_word(model.state));
     if let Some(Sample {
         target_deg,
@@ -50,7 +50,7 @@ pub fn status_text(model: &Model, told: usize) -> String {
     if let Some(left) = &model.left {
         text += &format!("  {}", allowance_text(left));
     }
-    for note in new_notes(model, told) {
+    for note in new_notes(model, reported_notes) {
         text += &format!("  | {:.2} s {}", note.t_s, note.text);
     }
     text
@@ -71,7 +71,7 @@ pub fn allowance_text(left: &RemainingAllowance) -> String {
 }
 
 /// Returns the same values as [`status_text`] in JSON; unknown values are null.
-pub fn status_json(model: &Model, told: usize) -> Value {
+pub fn status_json(model: &Model, reported_notes: usize) -> Value {
     let joint = current_angles(model);
     let channels = model.channels.iter().enumerate().map(|(index, channel)| {
         object!({
@@ -80,7 +80,7 @@ pub fn status_json(model: &Model, told: usize) -> Value {
             "force_n": model.force_n(channel),
         })
     });
-    let notes = new_notes(model, told)
+    let notes = new_notes(model, reported_notes)
         .map(|note| object!({ "t_s": note.t_s, "text": note.text, "bad": note.is_bad }));
     let fault = model.fault.map(|record| {
         object!({ "number": record.fault.number(), "name": format!("{:?}", record.fault) })
@@ -112,9 +112,9 @@ fn current_angles(model: &Model) -> Option<&Sample> {
     model.samples.back().filter(|_| is_known)
 }
 
-/// Returns the notes after the first `told` that are still kept.
-fn new_notes(model: &Model, told: usize) -> impl Iterator<Item = &super::Note> {
-    let count = model.noted.saturating_sub(told);
+/// Returns the notes after the first `reported_notes` that are still kept.
+fn new_notes(model: &Model, reported_notes: usize) -> impl Iterator<Item = &super::Note> {
+    let count = model.noted.saturating_sub(reported_notes);
     model
         .notes
         .iter()

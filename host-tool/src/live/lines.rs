@@ -22,7 +22,7 @@ pub fn write_lines(
     is_over: impl Fn() -> bool,
     must_quit: impl Fn() -> bool,
 ) -> io::Result<()> {
-    let mut told = 0;
+    let mut reported_notes = 0;
     let mut due = Instant::now() + PERIOD;
     loop {
         let over = is_over();
@@ -30,8 +30,8 @@ pub fn write_lines(
             due += PERIOD;
             let text = {
                 let model = shared.model();
-                let text = describe(&model, told);
-                told = model.noted;
+                let text = describe(&model, reported_notes);
+                reported_notes = model.noted;
                 text
             };
             match writeln!(out, "{text}").and_then(|()| out.flush()) {

@@ -61,11 +61,13 @@ fn poll_stream(
     patience: Duration,
 ) -> io::Result<rustix::event::PollFlags> {
     use rustix::event::{PollFd, PollFlags, Timespec, poll};
-    let mut all = [PollFd::new(stream, wanted)];
+    let mut descriptors = [PollFd::new(stream, wanted)];
     let patience = Timespec::try_from(patience).unwrap_or_default();
-    match poll(&mut all, Some(&patience)) {
+    match poll(&mut descriptors, Some(&patience)) {
         Err(rustix::io::Errno::INTR) => Ok(PollFlags::empty()),
-        polled => polled.map(|_| all[0].revents()).map_err(io::Error::from),
+        polled => polled
+            .map(|_| descriptors[0].revents())
+            .map_err(io::Error::from),
     }
 }
 

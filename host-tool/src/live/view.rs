@@ -172,13 +172,13 @@ fn counters(model: &Model) -> Paragraph<'_> {
 }
 
 fn footer(model: &Model) -> Line<'static> {
-    let key = |key: &'static str, what: &'static str, active: bool| {
+    let key = |key: &'static str, action: &'static str, active: bool| {
         let key = Span::styled(format!(" {key} "), Style::new().reversed());
-        let what = Span::raw(format!(" {what}   "));
+        let label = Span::raw(format!(" {action}   "));
         if active {
-            [key, what]
+            [key, label]
         } else {
-            [key.dim(), what.dim()]
+            [key.dim(), label.dim()]
         }
     };
     let mut spans = vec![Span::raw(" ")];

@@ -116,18 +116,18 @@ impl Deadlines {
     /// Returns the time from `phase` to the first window that every arrival at this phase changes,
     /// µs; `None` if there was no such window.
     fn time_to_first_us(&self, phase: u64) -> Option<u64> {
-        let both = self.made.iter().zip(&self.missed);
+        let pairs = self.made.iter().zip(&self.missed);
         let is_made = |(made, missed): (&Option<u64>, &Option<u64>)| {
             made.is_some_and(|last| phase <= last) && missed.is_none_or(|first| phase < first)
         };
-        let first = both.map(is_made).position(|made| made);
+        let first = pairs.map(is_made).position(|made| made);
         first.map(|window| window as u64 * u64::from(WINDOW_US) - phase)
     }
 
     fn blur(&self) -> u64 {
-        let both = self.made.iter().zip(&self.missed);
+        let pairs = self.made.iter().zip(&self.missed);
         let blurs =
-            both.filter_map(|(made, missed)| (*made)?.checked_sub((*missed)?)?.checked_add(1));
+            pairs.filter_map(|(made, missed)| (*made)?.checked_sub((*missed)?)?.checked_add(1));
         blurs.max().unwrap_or(0)
     }
 }
@@ -161,11 +161,11 @@ pub fn latency(
         }
     }
     let device = |&(_, _, phase): &(u64, u64, u64)| deadlines.time_to_first_us(phase);
-    let whole = |one: &(u64, u64, u64)| Some(one.1 - one.0 + device(one)?);
+    let total = |times: &(u64, u64, u64)| Some(times.1 - times.0 + device(times)?);
     Ok(Latency {
         arrivals,
         device: Distribution::from_times(sent.iter().filter_map(device)),
-        whole: Distribution::from_times(sent.iter().filter_map(whole)),
+        whole: Distribution::from_times(sent.iter().filter_map(total)),
         worst_phase_us: (0..TICK_US)
             .filter_map(|phase| deadlines.time_to_first_us(phase))
             .max()

@@ -43,11 +43,11 @@ pub fn silence(timeout_ms: u16, fall_ms: u16) -> Result<Silence, Error> {
     }
     client.arm()?;
     client.start()?;
-    let all: Vec<_> = (0..10).map(|c| (c, Amplitude::new(10_000))).collect();
+    let amplitudes: Vec<_> = (0..10).map(|c| (c, Amplitude::new(10_000))).collect();
     let mut heard = 0;
     for _ in 0..3 {
         heard = client.port().world.now_us();
-        client.set_amplitudes(&all)?;
+        client.set_amplitudes(&amplitudes)?;
         idle_until(&mut client, heard + 10_000)?;
     }
     let wait_us = (u64::from(timeout_ms) + u64::from(fall_ms) + 50) * 1000;

@@ -52,14 +52,14 @@ impl Board {
     pub fn serve(wire: Wire, folder: &Path, session: &Path) -> Self {
         let heard = Arc::new(Mutex::new(RequestTimes::default()));
         let order = Arc::new(AtomicU8::new(Order::Run as u8));
-        let (told, at) = mpsc::channel();
+        let (sender, at) = mpsc::channel();
         let file = SessionFile::load(session).unwrap();
         let pty = folder.join("board");
         let thread = std::thread::spawn({
             let (heard, order) = (Arc::clone(&heard), Arc::clone(&order));
             move || {
                 let (wire, at) = open(wire, pty);
-                told.send(at).unwrap();
+                sender.send(at).unwrap();
                 let boot = firmware::units::Micros::new(0);
                 let port = simulated_port(&file.session, 1, Box::new(native(boot)), boot).unwrap();
                 serve(wire, port.world, &heard, &order)

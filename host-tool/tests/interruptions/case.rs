@@ -207,8 +207,12 @@ fn check(case: Case, folder: &Path, status: ExitStatus, error: &str) -> usize {
     assert!(rising, "{case:?}");
     let samples = record::trial_folder(&out, 0, &trial.name).join("samples.csv");
     let text = std::fs::read_to_string(samples).unwrap();
-    let whole = text.matches('\n').count();
-    assert_eq!(trial.samples.len(), whole.saturating_sub(1), "{case:?}");
+    let complete_lines = text.matches('\n').count();
+    assert_eq!(
+        trial.samples.len(),
+        complete_lines.saturating_sub(1),
+        "{case:?}"
+    );
     // A write across a page boundary is not atomic when the program is killed; an incomplete last
     // row was not counted above.
     if !matches!(case.way, Disturbance::FullDisk | Disturbance::Kill) {

@@ -75,9 +75,9 @@ fn run_on(bytes: usize, file: &SessionFile, out: &Path) -> Option<()> {
     let loaded = record::load(out).unwrap();
     assert!(loaded.ending.is_incomplete());
     let kept = &loaded.trials[0].samples;
-    let mut whole = outcome.trial.samples.clone();
-    whole.truncate(kept.len());
-    assert_eq!(*kept, whole, "{bytes}");
+    let mut expected_samples = outcome.trial.samples.clone();
+    expected_samples.truncate(kept.len());
+    assert_eq!(*kept, expected_samples, "{bytes}");
     match (outcome.error, closed) {
         (Some(error), _) => {
             assert!(matches!(error, RunError::Record(_)), "{bytes}: {error}");

@@ -197,8 +197,8 @@ fn a_signal_at_a_prompt_or_in_a_rest_ends_the_protocol() {
         let record = host_core::record::load(&folder.join("out")).unwrap();
         assert_eq!(record.trials.len(), trials, "{name}");
         let reason = record.ending.reason.unwrap();
-        for said in [how_far, "SIGINT came", "nothing was stimulated"] {
-            assert!(reason.contains(said), "{name}: {said}: {reason}");
+        for phrase in [how_far, "SIGINT came", "nothing was stimulated"] {
+            assert!(reason.contains(phrase), "{name}: {phrase}: {reason}");
         }
         assert_eq!(record.ending.exit_code, Some(130), "{name}");
         let page = std::fs::read_to_string(folder.join("out/result.html")).unwrap();

@@ -34,15 +34,15 @@ fn pages(dir: &Path, called: &str) -> Option<Vec<String>> {
     for trial in &mut other.trials {
         trial.session_text.push_str("\n[other]\n");
     }
-    let both = [("one", &run), (called, &other)];
-    let both = both.map(|(name, run)| ComparedRecord::from_run(Path::new(name), run));
-    let both = report::document("both", &report::compare_body(&both));
+    let runs = [("one", &run), (called, &other)];
+    let records = runs.map(|(name, run)| ComparedRecord::from_run(Path::new(name), run));
+    let compare_html = report::document("both", &report::compare_body(&records));
     let named = [dir, dir].map(|dir| NamedResult::read(dir).ok().flatten());
     let named: Vec<NamedResult> = named.into_iter().flatten().collect();
-    let both = both + results_body(&named).as_str();
+    let compare_page = compare_html + results_body(&named).as_str();
     let result = rebuild_page(dir, &run.trials).ok()?;
     let result = result.map(|path| fs::read_to_string(path).unwrap());
-    Some([page, both].into_iter().chain(result).collect())
+    Some([page, compare_page].into_iter().chain(result).collect())
 }
 
 /// Strings of a file that were tried: those accepted, and the number refused.
@@ -53,14 +53,14 @@ struct TriedTexts {
 
 /// Tries each variant of a page's sources, with harmless letters and with markup.
 fn try_all(
-    all: impl Iterator<Item = String>,
+    variants: impl Iterator<Item = String>,
     pages_with: &dyn Fn(&str, &str) -> Option<Vec<String>>,
 ) -> TriedTexts {
     let mut tried = TriedTexts {
         accepted: Vec::new(),
         refused: 0,
     };
-    for place in all {
+    for place in variants {
         let Some((harmless, evil)) = pages_with(&place, HARMLESS).zip(pages_with(&place, EVIL))
         else {
             tried.refused += 1;
@@ -85,9 +85,14 @@ fn try_all(
 fn try_json(dir: &Path, file: &Path) -> TriedTexts {
     let text = fs::read_to_string(file).unwrap();
     let document: Value = serde_json::from_str(&text).unwrap();
-    let mut all = Vec::new();
-    places(&document, &[], &mut all);
-    assert!(all.len() > 10, "{}: {} places", file.display(), all.len());
+    let mut text_places = Vec::new();
+    places(&document, &[], &mut text_places);
+    assert!(
+        text_places.len() > 10,
+        "{}: {} places",
+        file.display(),
+        text_places.len()
+    );
     let named = |place: &Place| {
         format!(
             "{}{}",
@@ -95,8 +100,11 @@ fn try_json(dir: &Path, file: &Path) -> TriedTexts {
             if place.is_key { " (key)" } else { "" }
         )
     };
-    let tried = try_all(all.iter().map(named), &|name, more| {
-        let place = all.iter().find(|place| named(place) == name).unwrap();
+    let tried = try_all(text_places.iter().map(named), &|name, more| {
+        let place = text_places
+            .iter()
+            .find(|place| named(place) == name)
+            .unwrap();
         fs::write(file, lengthened(&document, place, more).to_string()).unwrap();
         pages(dir, more)
     });
@@ -120,8 +128,8 @@ fn try_table(dir: &Path, file: &Path) {
             .enumerate()
             .map(move |(at, _)| format!("{line} {at}"))
     };
-    let all: Vec<String> = (0..lines.len().min(2)).flat_map(cells).collect();
-    let tried = try_all(all.into_iter(), &|place, more| {
+    let positions: Vec<String> = (0..lines.len().min(2)).flat_map(cells).collect();
+    let tried = try_all(positions.into_iter(), &|place, more| {
         let (line, at) = place.split_once(' ').unwrap();
         let (line, at): (usize, usize) = (line.parse().unwrap(), at.parse().unwrap());
         let mut cells: Vec<String> = lines[line].split(',').map(str::to_owned).collect();
@@ -293,26 +301,27 @@ fn markup_in_a_session_or_a_wearer_file_stays_text() {
     let session: toml::Table = read(&name).parse().unwrap();
     let file = session["wearer"]["file"].as_str().unwrap();
     let wearer: toml::Table = read(file).parse().unwrap();
-    let each = |table: &toml::Table, page: &dyn Fn(&toml::Table) -> Option<Vec<String>>| {
-        let document = serde_json::to_value(table).unwrap();
-        let mut all = Vec::new();
-        places(&document, &[], &mut all);
-        let numbers = (0..all.len()).map(|index| index.to_string());
-        let tried = try_all(numbers, &|number, more| {
-            let place = &all[number.parse::<usize>().unwrap()];
-            let changed = lengthened(&document, place, more);
-            page(&serde_json::from_value(changed).unwrap())
-        });
-        let at = |text: &String| all[text.parse::<usize>().unwrap()].way.join("/");
-        tried.accepted.iter().map(at).collect::<Vec<_>>()
-    };
+    let accepted_paths =
+        |table: &toml::Table, page: &dyn Fn(&toml::Table) -> Option<Vec<String>>| {
+            let document = serde_json::to_value(table).unwrap();
+            let mut text_places = Vec::new();
+            places(&document, &[], &mut text_places);
+            let numbers = (0..text_places.len()).map(|index| index.to_string());
+            let tried = try_all(numbers, &|number, more| {
+                let place = &text_places[number.parse::<usize>().unwrap()];
+                let changed = lengthened(&document, place, more);
+                page(&serde_json::from_value(changed).unwrap())
+            });
+            let at = |text: &String| text_places[text.parse::<usize>().unwrap()].way.join("/");
+            tried.accepted.iter().map(at).collect::<Vec<_>>()
+        };
     let text = toml::to_string(&wearer).unwrap();
-    let accepted = each(&session, &|session| page_of(session, &text));
+    let accepted = accepted_paths(&session, &|session| page_of(session, &text));
     println!("of the session: {accepted:?}");
     for wanted in ["title", "channel/0/name"] {
         assert!(accepted.iter().any(|path| path == wanted), "{wanted}");
     }
-    let accepted = each(&wearer, &|wearer| {
+    let accepted = accepted_paths(&wearer, &|wearer| {
         page_of(&session, &toml::to_string(wearer).unwrap())
     });
     println!("of the wearer file: {accepted:?}");

@@ -10,23 +10,23 @@ pub struct Place {
 }
 
 /// Collects every string and key of `value`, which is at `way`.
-pub fn places(value: &Value, way: &[String], all: &mut Vec<Place>) {
+pub fn places(value: &Value, way: &[String], text_places: &mut Vec<Place>) {
     let below = |name: String| [way, &[name]].concat();
     match value {
-        Value::String(_) => all.push(Place {
+        Value::String(_) => text_places.push(Place {
             way: way.to_vec(),
             is_key: false,
         }),
         Value::Array(items) => {
             for (at, item) in items.iter().enumerate() {
-                places(item, &below(at.to_string()), all);
+                places(item, &below(at.to_string()), text_places);
             }
         }
         Value::Object(items) => {
             for (name, item) in items {
                 let way = below(name.clone());
-                places(item, &way, all);
-                all.push(Place { way, is_key: true });
+                places(item, &way, text_places);
+                text_places.push(Place { way, is_key: true });
             }
         }
         _ => {}
@@ -35,13 +35,13 @@ pub fn places(value: &Value, way: &[String], all: &mut Vec<Place>) {
 
 /// Returns the document with `more` appended to the string or key at the place.
 pub fn lengthened(document: &Value, place: &Place, more: &str) -> Value {
-    let mut whole = document.clone();
+    let mut longer_document = document.clone();
     let (last, way) = place.way.split_last().unwrap();
     let pointer: String = way
         .iter()
         .map(|text| format!("/{}", escaped(text)))
         .collect();
-    let parent = whole.pointer_mut(&pointer).unwrap();
+    let parent = longer_document.pointer_mut(&pointer).unwrap();
     match (parent, place.is_key) {
         (Value::Object(items), true) => {
             let value = items.remove(last).unwrap();
@@ -52,7 +52,7 @@ pub fn lengthened(document: &Value, place: &Place, more: &str) -> Value {
             *own = format!("{}{more}", own.as_str().unwrap()).into();
         }
     }
-    whole
+    longer_document
 }
 
 fn escaped(name: &str) -> String {

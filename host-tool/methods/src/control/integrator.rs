@@ -113,8 +113,9 @@ impl<R: Real> Loop<R> {
 
     /// Returns the largest |σ| over all disturbances in [`Disturbance::ALL`].
     pub fn worst_sigma_of_all(&self, discretization: Discretization) -> R {
-        let each = Disturbance::ALL.map(|d| self.worst_sigma(discretization, d));
-        each.into_iter()
+        let sigmas = Disturbance::ALL.map(|d| self.worst_sigma(discretization, d));
+        sigmas
+            .into_iter()
             .fold(R::ZERO, |most, x| if x > most { x } else { most })
     }
 }

@@ -117,23 +117,23 @@ impl Form {
 /// Returns the parameters of a law with its add-ons, in the order in which
 /// [`Controller::from_parameters`] expects their values.
 pub fn parameters(form: Form, add_ons: AddOns) -> Vec<Parameter, PARAMETERS_MAX> {
-    let mut all = Vec::new();
+    let mut parameters = Vec::new();
     // At most 5 + 1 + 1 + 1 + 4 + 2: extending cannot fail.
-    all.extend(form.parameters().iter().copied());
-    all.extend([match add_ons.derivative {
+    parameters.extend(form.parameters().iter().copied());
+    parameters.extend([match add_ons.derivative {
         DerivativeKind::PseudoOfError | DerivativeKind::Pseudo => CUTOFF,
         DerivativeKind::RobustExact => ACCELERATION,
         DerivativeKind::RobustExactSecondOrder => JERK,
     }]);
-    all.extend(add_ons.feed_forward.then_some(LEAD));
-    all.extend(add_ons.delay.has_preview().then_some(PREVIEW));
+    parameters.extend(add_ons.feed_forward.then_some(LEAD));
+    parameters.extend(add_ons.delay.has_preview().then_some(PREVIEW));
     if add_ons.delay.has_smith() {
-        all.extend(SMITH);
+        parameters.extend(SMITH);
     }
     if add_ons.adaptation {
-        all.extend(ADAPTATION);
+        parameters.extend(ADAPTATION);
     }
-    all
+    parameters
 }
 
 impl<R: Real> Controller<R> {

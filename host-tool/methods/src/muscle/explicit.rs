@@ -81,14 +81,14 @@ impl Explicit for RungeKutta4 {
         let k2 = slope(SlopePosition::Middle, from.add_scaled(half, k1));
         let k3 = slope(SlopePosition::Middle, from.add_scaled(half, k2));
         let k4 = slope(SlopePosition::End, from.add_scaled(time, k3));
-        let both = |p: fn(State<R>) -> R| {
+        let average = |p: fn(State<R>) -> R| {
             let outer = p(k1) + p(k4);
             let inner = p(k2) + p(k3);
             (outer + inner + inner) * R::from_f64(1.0 / 6.0)
         };
         let mean = State {
-            c: both(|k| k.c),
-            f: both(|k| k.f),
+            c: average(|k| k.c),
+            f: average(|k| k.f),
         };
         from.add_scaled(time, mean)
     }

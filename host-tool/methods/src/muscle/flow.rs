@@ -146,8 +146,8 @@ fn cells<R: Arithmetic, D: Arithmetic>(muscle: &Muscle<D>) -> [(Cubic<R>, Cubic<
     let cubic = |[y0, m0]: [D; 2], [y1, m1]: [D; 2]| {
         let rise = y1 - y0;
         let [two, three] = [2.0, 3.0].map(D::from_f64);
-        let all = [y0, m0, three * rise - two * m0 - m1, m0 + m1 - two * rise];
-        all.map(|a| R::from_f64(a.to_f64()))
+        let coefficients = [y0, m0, three * rise - two * m0 - m1, m0 + m1 - two * rise];
+        coefficients.map(|a| R::from_f64(a.to_f64()))
     };
     let c_at = |node: usize| {
         let octaves = LOWEST * f64::from(1u32 << DENSITY) + node as f64;

@@ -93,8 +93,8 @@ impl<R: Arithmetic> Muscle<R> {
         if R::FLOATING {
             let [fixed, all] = self.over;
             let (lower, upper) = (self.k + c, fixed + all * c);
-            let both = R::ONE / (lower * upper);
-            let (x_over, tau_over) = (upper * both, lower * both);
+            let reciprocal = R::ONE / (lower * upper);
+            let (x_over, tau_over) = (upper * reciprocal, lower * reciprocal);
             return Point {
                 source: self.a * (c * x_over),
                 tau: upper * x_over,

@@ -13,11 +13,11 @@ const SLOPES: [f64; 3] = [0.1, 1.0, 30.0];
 const PERIODS: [f64; 5] = [2e-4, 1e-3, 2e-3, 5e-3, 11e-3];
 
 fn grid() -> impl Iterator<Item = Loop<f64>> {
-    let all = SLOPES
+    let pairs = SLOPES
         .into_iter()
         .flat_map(|slope| PERIODS.map(|h| (slope, h)));
-    let all = all.flat_map(|(slope, h)| K1.map(|k1| (slope, h, k1)));
-    all.flat_map(|(slope, h, k1)| {
+    let triples = pairs.flat_map(|(slope, h)| K1.map(|k1| (slope, h, k1)));
+    triples.flat_map(|(slope, h, k1)| {
         K2.map(|k2| Loop {
             k1: k1 * slope.sqrt(),
             k2: k2 * slope,

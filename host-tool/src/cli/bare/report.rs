@@ -165,10 +165,10 @@ impl Report {
     }
 }
 
-fn write_omitted_count(out: &mut String, what: &str, count: usize, most: usize) {
+fn write_omitted_count(out: &mut String, noun: &str, count: usize, most: usize) {
     if count > most {
         out.push_str(&format!(
-            "and {} more {what}; --json lists all\n",
+            "and {} more {noun}; --json lists all\n",
             count - most
         ));
     }

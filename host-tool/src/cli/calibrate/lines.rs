@@ -112,8 +112,8 @@ impl Lines {
         for error in std::mem::take(&mut self.nonsense).into_iter().take(TOLD) {
             self.queue_line(&refusal_json(&error.to_string()), false);
         }
-        let one = refusal_json(&early_refusal(1).to_string());
-        (0..count.min(TOLD)).for_each(|_| self.queue_line(&one, false));
+        let refusal = refusal_json(&early_refusal(1).to_string());
+        (0..count.min(TOLD)).for_each(|_| self.queue_line(&refusal, false));
         if count > TOLD {
             self.queue_line(
                 &refusal_json(&early_refusal(count - TOLD).to_string()),
@@ -144,26 +144,26 @@ impl Lines {
 
 /// Returns a view as a JSON line, with the orders that it allows.
 fn view_line(view: &View) -> Value {
-    let mut said = json!(view);
-    said["event"] = "view".into();
-    said["orders"] = json!(allowed_orders(view));
-    said
+    let mut line = json!(view);
+    line["event"] = "view".into();
+    line["orders"] = json!(allowed_orders(view));
+    line
 }
 
 /// Returns the orders that this view allows, without those that are always allowed.
 fn allowed_orders(view: &View) -> Vec<&'static str> {
-    let mut all = Vec::new();
+    let mut orders = Vec::new();
     match (view.question, view.phase) {
-        (Some(_), _) if view.step == Step::Points => all.push("moves"),
-        (Some(_), _) => all.extend(["yes", "no"]),
+        (Some(_), _) if view.step == Step::Points => orders.push("moves"),
+        (Some(_), _) => orders.extend(["yes", "no"]),
         (None, Phase::Ready) => {
-            all.extend(view.raise.map(|_| "raise"));
-            all.extend(view.again.map(|_| "again"));
-            all.extend((view.step == Step::Comfort).then_some("enough"));
+            orders.extend(view.raise.map(|_| "raise"));
+            orders.extend(view.again.map(|_| "again"));
+            orders.extend((view.step == Step::Comfort).then_some("enough"));
         }
         _ => {}
     }
-    all
+    orders
 }
 
 fn refusal_json(error: &str) -> Value {
@@ -190,13 +190,13 @@ impl Operator for Lines {
     }
 
     fn notify(&mut self, told: OperatorNotice<'_>, view: &View) {
-        let said = match told {
+        let message = match told {
             OperatorNotice::Recorded(entry) => {
                 json!({ "event": "recorded", "t_s": view.t_s, "entry": entry })
             }
             OperatorNotice::Refused(refusal) => refusal_json(&refusal.to_string()),
             OperatorNotice::Written => json!({ "event": "written" }),
         };
-        self.queue_line(&said, false);
+        self.queue_line(&message, false);
     }
 }

@@ -121,16 +121,16 @@ fn default_plan(args: &CalibrateArgs, channels: &str) -> anyhow::Result<String> 
 
 /// Parses channels such as "1,3-5" and removes duplicates; `None` if the text is invalid.
 fn parse_channels(text: &str) -> Option<Vec<u8>> {
-    let mut all = BTreeSet::new();
+    let mut channels = BTreeSet::new();
     for part in text.split(',') {
         let (from, to) = part.split_once('-').unwrap_or((part, part));
         let (from, to): (u8, u8) = (from.trim().parse().ok()?, to.trim().parse().ok()?);
         if from < 1 || to > 10 || from > to {
             return None;
         }
-        all.extend(from..=to);
+        channels.extend(from..=to);
     }
-    Some(all.into_iter().collect())
+    Some(channels.into_iter().collect())
 }
 
 #[cfg(test)]

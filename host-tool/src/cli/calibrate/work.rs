@@ -76,8 +76,8 @@ fn run_calibration(
     let (result, spent, _) = calibrate(port, &course, &mut journal, desk);
     let found = result.map_err(|error| map_signal_error(error, AGAIN))?;
     if !found.iter().any(ElectrodeResult::is_complete) {
-        let what = "move the electrodes, or raise `ceiling` if the wearer tolerates it";
-        return Err(CalibrationError::Nothing(incomplete_electrodes(plan, &found), what).into());
+        let advice = "move the electrodes, or raise `ceiling` if the wearer tolerates it";
+        return Err(CalibrationError::Nothing(incomplete_electrodes(plan, &found), advice).into());
     }
     Ok(CalibrationOutcome {
         file: out.to_owned(),
@@ -121,8 +121,8 @@ fn run_check(
     }
     let (result, drifts, spent) = check(port, wearer, &checked, &mut Journal::discarding(), desk);
     result.map_err(|error| map_signal_error(error, "check again"))?;
-    let both = plan.electrodes.iter().zip(&wearer.electrodes);
-    let rates = both.map(|(planned, electrode)| [planned.frequency_hz, electrode.frequency_hz]);
+    let pairs = plan.electrodes.iter().zip(&wearer.electrodes);
+    let rates = pairs.map(|(planned, electrode)| [planned.frequency_hz, electrode.frequency_hz]);
     Ok(CalibrationOutcome {
         file: file.to_owned(),
         simulated: head.simulated,
@@ -152,8 +152,8 @@ const AGAIN: &str = "continue with --resume";
 fn map_signal_error(error: CalibrationError, then: &str) -> anyhow::Error {
     match error {
         CalibrationError::Link(Error::Interrupted(signal)) => {
-            let what = format!("during the calibration: the device was stopped; {then}");
-            interrupt::EndedBySignal(signal, what).into()
+            let message = format!("during the calibration: the device was stopped; {then}");
+            interrupt::EndedBySignal(signal, message).into()
         }
         error => error.into(),
     }
@@ -170,15 +170,15 @@ impl CalibrationOutcome {
 
     fn to_text(&self) -> String {
         let (file, minutes) = (self.file.display(), self.spent.t_s / 60.0);
-        let what = match &self.result {
+        let summary = match &self.result {
             CalibrationResult::Calibrated(found) => {
                 let complete = found.iter().filter(|result| result.is_complete()).count();
-                let of = found.len();
+                let total = found.len();
                 let left = match &*self.left_out {
                     "" => String::new(),
                     left => format!(" ({left})"),
                 };
-                format!("{complete} of {of} electrodes are in {file}{left}")
+                format!("{complete} of {total} electrodes are in {file}{left}")
             }
             CalibrationResult::Checked(drifts) => {
                 let count = drifts.len();
@@ -198,26 +198,26 @@ impl CalibrationOutcome {
             true => "\nSimulated with an assumed wearer model: no evidence about people.",
             false => "",
         };
-        format!("{what}; {minutes:.1} min of device time, {given} presentations{simulated}")
+        format!("{summary}; {minutes:.1} min of device time, {given} presentations{simulated}")
     }
 
     fn to_json(&self) -> Value {
-        let mut said = json!({
+        let mut report = json!({
             "event": "done", "file": self.file, "device_s": self.spent.t_s,
             "presentations": self.spent.given, "simulated": self.simulated, "error": null,
         });
         match &self.result {
             CalibrationResult::Calibrated(found) => {
                 let complete = found.iter().filter(|result| result.is_complete()).count();
-                said["electrodes"] = complete.into();
-                said["of"] = found.len().into();
-                said["found"] = json!(found);
+                report["electrodes"] = complete.into();
+                report["of"] = found.len().into();
+                report["found"] = json!(found);
             }
             CalibrationResult::Checked(drifts) => {
-                said["checks"] = drifts.iter().map(drift_json).collect();
+                report["checks"] = drifts.iter().map(drift_json).collect();
             }
         }
-        said
+        report
     }
 }
 

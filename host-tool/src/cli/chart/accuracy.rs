@@ -177,8 +177,8 @@ fn text(chart: &Chart) -> String {
     for output_us in OUTPUTS_US {
         write_interval(&mut out, chart, output_us);
     }
-    let each = OUTPUTS_US.into_iter().zip(&chart.corners);
-    for (output_us, [cycles, worst_tick]) in each {
+    let corners = OUTPUTS_US.into_iter().zip(&chart.corners);
+    for (output_us, [cycles, worst_tick]) in corners {
         out.push_str(&format!(
             "Shipped setting at the corner of its ranges, force read every {} ms:\n  \
              {cycles} cycles per s, worst tick {worst_tick} cycles\n",

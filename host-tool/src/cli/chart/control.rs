@@ -259,17 +259,17 @@ fn chart_widened_wearers(
 /// Runs the default controller, whole and without each of its terms, on the earlier and the widened
 /// wearers.
 fn ablate(args: &Control, plan: Plan, output: Output) -> anyhow::Result<()> {
-    let whole = std::iter::once(Contender::Shipped);
-    let contenders: Vec<_> = whole.chain(Term::ALL.map(Contender::Ablated)).collect();
+    let shipped = std::iter::once(Contender::Shipped);
+    let contenders: Vec<_> = shipped.chain(Term::ALL.map(Contender::Ablated)).collect();
     let on = |wearers| run(Plan { wearers, ..plan }, contenders.clone(), output);
-    let both = [on(Wearers::Earlier)?, on(Wearers::Widened)?];
+    let results = [on(Wearers::Earlier)?, on(Wearers::Widened)?];
     write(
         &args.out.join("control_ablation.csv"),
-        &ablation_table::csv(&both),
+        &ablation_table::csv(&results),
     )?;
     output.print(
-        || ablation_table::text(&both).trim_end().to_owned(),
-        || ablation_table::json(&both),
+        || ablation_table::text(&results).trim_end().to_owned(),
+        || ablation_table::json(&results),
     )
 }
 
@@ -282,16 +282,16 @@ fn search(args: &Control, output: Output) -> anyhow::Result<()> {
     }
     let bar = output.bar("search");
     let training = Training::new()?;
-    let all = || {
+    let pairs = || {
         Form::ALL
             .into_iter()
             .flat_map(|form| Equipment::ALL.map(|e| (form, e)))
     };
-    let laws = (all().count() + 1) as f64;
+    let laws = (pairs().count() + 1) as f64;
     let default = training.search_default(args.evaluations, |part| bar.set(part / laws))?;
     let default = default.as_ref();
     let mut rows = Vec::new();
-    for (n, (form, equipment)) in all().enumerate() {
+    for (n, (form, equipment)) in pairs().enumerate() {
         let found = training.search(form, equipment, args.evaluations, |part| {
             bar.set((1.0 + n as f64 + part) / laws);
         })?;

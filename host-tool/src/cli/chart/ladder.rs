@@ -53,9 +53,9 @@ pub fn main(args: &LevelChart, output: Output) -> anyhow::Result<()> {
 
 /// Formats the report in at most 80 columns.
 fn text_report(args: &LevelChart, rows: &[Row]) -> String {
-    let share = |part: usize, whole: usize| match whole {
+    let share = |part: usize, total: usize| match total {
         0 => "-".to_owned(),
-        _ => format!("{:.1} % of {whole}", 100.0 * part as f64 / whole as f64),
+        _ => format!("{:.1} % of {total}", 100.0 * part as f64 / total as f64),
     };
     let mut out = format!(
         "{} random sessions of seed {}, {} muscles (simulated)\n{:<11}{:>9}{:>17}{:>17}{:>20}",

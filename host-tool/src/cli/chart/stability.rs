@@ -91,7 +91,7 @@ fn text_report(maps: &[Map], out: &Path) -> String {
 }
 
 fn json_report(maps: &[Map]) -> Value {
-    let one = |map: &Map| {
+    let entry = |map: &Map| {
         let found = map.agreement();
         let panel = |p: &studies::stability::Panel| {
             let rows: Vec<Vec<Option<f64>>> = (p.rows.iter())
@@ -113,5 +113,5 @@ fn json_report(maps: &[Map]) -> Value {
             "panels": map.panels.iter().map(panel).collect::<Vec<_>>(),
         })
     };
-    json!({ "maps": maps.iter().map(one).collect::<Vec<_>>() })
+    json!({ "maps": maps.iter().map(entry).collect::<Vec<_>>() })
 }

@@ -192,13 +192,13 @@ fn session_on_wearer(args: &New, wearer: &Path) -> anyhow::Result<String> {
     let file = worn::wearer_path_in_session(&args.session, wearer)
         .display()
         .to_string();
-    let said = (
+    let answers = (
         &*usual["title"],
         &*usual["seconds"],
         args.amplitude.as_deref(),
         &*usual["program"],
     );
-    let session = worn::compose(&read, &file, said).map_err(WrongUse)?;
+    let session = worn::compose(&read, &file, answers).map_err(WrongUse)?;
     Session::parse_with_wearers("session", &session, &|_| Ok(text.clone()))
         .map_err(|e| WrongUse(mistakes_text(&e)))?;
     Ok(session)
@@ -303,8 +303,8 @@ fn valid_session(answers: &Answers) -> Result<String, String> {
 
 /// Joins all mistakes into one line.
 fn mistakes_text(e: &SessionError) -> String {
-    let each = e.errors().map(|e| format!("E{} {e}", e.problem().number()));
-    each.collect::<Vec<_>>().join("; ")
+    let mistakes = e.errors().map(|e| format!("E{} {e}", e.problem().number()));
+    mistakes.collect::<Vec<_>>().join("; ")
 }
 
 fn compose(answers: &Answers) -> Result<String, String> {
@@ -340,10 +340,10 @@ fn compose(answers: &Answers) -> Result<String, String> {
             offset_us.floor()
         ));
     }
-    let each: Vec<_> = (1..=count)
+    let values: Vec<_> = (1..=count)
         .map(|index| (index, amplitude.clone()))
         .collect();
-    text += &played::compose(&answers["program"], &each, seconds, 50)?;
+    text += &played::compose(&answers["program"], &values, seconds, 50)?;
     Ok(text)
 }
 
@@ -359,10 +359,10 @@ mod tests {
     /// Every invalid answer is explained and asked again.
     #[test]
     fn questions_are_asked_until_a_session_comes_of_them() {
-        let said = "My \"first\"\n\n11\n3\nvoltage\n30\n31\n20\n1000\n250\n0\n50\n";
-        let mut told = Vec::new();
-        let answers = ask_questions(&New::default(), &mut said.as_bytes(), &mut told).unwrap();
-        let told = String::from_utf8(told).unwrap();
+        let typed = "My \"first\"\n\n11\n3\nvoltage\n30\n31\n20\n1000\n250\n0\n50\n";
+        let mut output = Vec::new();
+        let answers = ask_questions(&New::default(), &mut typed.as_bytes(), &mut output).unwrap();
+        let transcript = String::from_utf8(output).unwrap();
         for why in [
             "channels is 11",
             "E453",
@@ -370,7 +370,7 @@ mod tests {
             "`channel.train.width_us`",
             "`channel.train.frequency_hz`",
         ] {
-            assert!(told.contains(why), "{why}: {told}");
+            assert!(transcript.contains(why), "{why}: {transcript}");
         }
         let text = valid_session(&answers).unwrap();
         let session = Session::parse("new.toml", &text).unwrap();

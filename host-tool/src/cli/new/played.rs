@@ -28,7 +28,7 @@ pub(super) fn compose(
             )]
         }
         "on-off" => {
-            let each = (0_u32..).zip(channels).map(|(place, (channel, value))| {
+            let programs = (0_u32..).zip(channels).map(|(place, (channel, value))| {
                 format!(
                     "[[program]] # repeats until `duration_s`\nkind = \"on-off\"\n\
                      channels = [{channel}]\nvalue = {value} # mA or V\n\
@@ -38,10 +38,10 @@ pub(super) fn compose(
                     f64::from(place % 2) * TURN_S
                 )
             });
-            each.collect()
+            programs.collect()
         }
         "ramp" => {
-            let each = channels.iter().map(|(channel, value)| {
+            let programs = channels.iter().map(|(channel, value)| {
                 format!(
                     "[[program]]\nkind = \"ramp\"\nchannels = [{channel}]\npoints = [\n    \
                      {{ at_s = 0.0, value = 0.0 }},\n    {{ at_s = {:.3}, value = {value} }},\n    \
@@ -49,7 +49,7 @@ pub(super) fn compose(
                     seconds / 2.0
                 )
             });
-            each.collect()
+            programs.collect()
         }
         "cycle" => {
             let count = channels.len().max(1);

@@ -28,15 +28,15 @@ pub(super) fn compose(
         let offset_us = (1e6 / electrode.frequency_hz * part).floor();
         text += &channel(electrode, offset_us);
     }
-    let each = wearer.electrodes.iter().map(|electrode| {
+    let pairs = wearer.electrodes.iter().map(|electrode| {
         let threshold = f64::from(electrode.motor_threshold.get()) / 1e3;
         let value = amplitude.map_or_else(|| threshold.to_string(), str::to_owned);
         (electrode.channel.into(), value)
     });
-    let each: Vec<(u32, String)> = each.collect();
+    let channels: Vec<(u32, String)> = pairs.collect();
     // Setpoints twice within the host timeout.
     let rate_hz = (2_000 / u32::from(wearer.limits.host_timeout_ms).max(1)).max(50);
-    Ok(text + &super::played::compose(program, &each, seconds, rate_hz)?)
+    Ok(text + &super::played::compose(program, &channels, seconds, rate_hz)?)
 }
 
 fn channel(electrode: &Electrode, offset_us: f64) -> String {

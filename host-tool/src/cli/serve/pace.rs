@@ -140,21 +140,21 @@ impl Host {
             let Some(message) = self.from_host.push_until_delimiter(&mut rest) else {
                 continue;
             };
-            let said: Option<ToDevice> = message
+            let decoded_frame: Option<ToDevice> = message
                 .ok()
                 .and_then(|message| postcard::from_bytes(message).ok());
             self.from_host.clear();
-            if let Some(said) = said {
-                self.note_request(&said);
+            if let Some(frame) = decoded_frame {
+                self.note_request(&frame);
             }
         }
     }
 
-    fn note_request(&mut self, said: &ToDevice) {
-        match &said.request {
+    fn note_request(&mut self, frame: &ToDevice) {
+        match &frame.request {
             Request::Clear => self.timeout_us = timeout_us(&WearerSpec::default()),
             Request::Wearer(wearer) => self.timeout_us = timeout_us(wearer),
-            Request::Start => self.started = Some(said.seq),
+            Request::Start => self.started = Some(frame.seq),
             Request::Stop | Request::Hello { .. } => self.started = None,
             _ => {}
         }
@@ -166,10 +166,10 @@ impl Host {
             let Some(message) = self.from_device.push_until_delimiter(&mut rest) else {
                 continue;
             };
-            let said: Option<Response<'_>> = message
+            let response: Option<Response<'_>> = message
                 .ok()
                 .and_then(|message| postcard::from_bytes(message).ok());
-            let is_over = match said {
+            let is_over = match response {
                 Some(Response::Event { event, .. }) => matches!(
                     event,
                     Event::Stopping(_) | Event::Stopped(_) | Event::Faulted(_)

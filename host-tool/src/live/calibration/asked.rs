@@ -107,12 +107,12 @@ pub fn select_orders(asked: Vec<(Order, bool)>, is_on: bool) -> (Vec<Order>, usi
 /// Returns the refusal of `count` orders that came too early or together with another order.
 #[must_use]
 pub fn early_refusal(count: usize) -> Refusal {
-    let what = match count {
+    let subject = match count {
         1 => "this order".to_owned(),
         _ => format!("{count} orders"),
     };
     Refusal::NotNow(format!(
-        "{what} came before the present state was shown, or together with another order; give \
+        "{subject} came before the present state was shown, or together with another order; give \
          one order for each state"
     ))
 }
@@ -134,8 +134,8 @@ mod tests {
         assert_eq!(sifted(&asked, true), (two, 3000));
         asked.push((Order::TooMuch, false));
         asked.push((Order::TooMuch, false));
-        let all = vec![Order::TooMuch, Order::Lower, Order::Lower];
-        assert_eq!(sifted(&asked, true), (all, 3000));
+        let orders = vec![Order::TooMuch, Order::Lower, Order::Lower];
+        assert_eq!(sifted(&asked, true), (orders, 3000));
         asked.push((Order::Skip, false));
         assert_eq!(sifted(&asked, true).0[..2], [Order::TooMuch, Order::Skip]);
         assert_eq!(sifted(&asked, false).1, 3001);

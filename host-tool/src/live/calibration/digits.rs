@@ -4,8 +4,8 @@
 pub const ROWS: usize = 5;
 
 /// Returns a character of a number as five rows of three columns; `None` for any other character.
-const fn rows(of: char) -> Option<[&'static str; ROWS]> {
-    Some(match of {
+const fn rows(character: char) -> Option<[&'static str; ROWS]> {
+    Some(match character {
         '0' => ["███", "█ █", "█ █", "█ █", "███"],
         '1' => [" █ ", "██ ", " █ ", " █ ", "███"],
         '2' => ["███", "  █", "███", "█  ", "███"],

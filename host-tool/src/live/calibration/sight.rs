@@ -28,8 +28,8 @@ impl ScreenState {
     }
 
     /// Adds a note for a notice of the calibration, unless the screen shows its content anyway.
-    pub(super) fn add_notice(&mut self, told: OperatorNotice<'_>, view: &View) {
-        let (text, is_bad) = match told {
+    pub(super) fn add_notice(&mut self, notice: OperatorNotice<'_>, view: &View) {
+        let (text, is_bad) = match notice {
             OperatorNotice::Recorded(entry) => match entry_text(entry) {
                 Some(text) => {
                     let is_bad = matches!(entry, Entry::TooMuch { .. } | Entry::Stalled { .. });
@@ -57,8 +57,8 @@ fn entry_text(entry: &Entry) -> Option<String> {
             bound_n,
             ..
         } => {
-            let said = if *moved { "moved" } else { "no movement" };
-            format!("instrument: {said}, {deviation_n:.3} N, bound {bound_n:.3} N")
+            let verdict = if *moved { "moved" } else { "no movement" };
+            format!("instrument: {verdict}, {deviation_n:.3} N, bound {bound_n:.3} N")
         }
         Entry::Found { channel, step, .. } => format!("channel {channel}: {} found", step.name()),
         Entry::TooMuch { channel, level } => format!("channel {channel}: {level} was too much"),

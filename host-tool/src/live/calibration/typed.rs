@@ -46,8 +46,8 @@ impl PendingInput {
             self.quiet = 0;
         }
         self.rest.extend_from_slice(bytes);
-        let all = std::mem::take(&mut self.rest);
-        let mut rest = all.as_slice();
+        let input = std::mem::take(&mut self.rest);
+        let mut rest = input.as_slice();
         while !rest.is_empty() {
             let count = match parse_input(rest) {
                 InputStart::Key(count, code) => {
@@ -212,12 +212,12 @@ mod tests {
         for byte in 0..=u8::MAX {
             for before in [vec![byte], vec![byte, byte], vec![ESCAPE, b'[', byte]] {
                 let mut typed = PendingInput::default();
-                let all = [&before[..], &[3]].concat();
-                let keys = typed.parse_keys(&all, true);
+                let input = [&before[..], &[3]].concat();
+                let keys = typed.parse_keys(&input, true);
                 let is_end = |key: &KeyEvent| {
                     key.code == Esc || key.modifiers.contains(KeyModifiers::CONTROL)
                 };
-                assert!(keys.iter().any(is_end), "{all:?}");
+                assert!(keys.iter().any(is_end), "{input:?}");
             }
         }
     }

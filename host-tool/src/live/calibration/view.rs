@@ -85,8 +85,9 @@ fn status_line(view: &View) -> Line<'_> {
     };
     let style = Style::new().fg(Color::Black).bg(color);
     let badge = Span::styled(word, style.add_modifier(Modifier::BOLD));
-    let (electrode, of, channel, place) = (view.electrode, view.of, view.channel, &view.place);
-    let where_ = format!("  electrode {electrode} of {of}, channel {channel}: {place}");
+    let (electrode, electrodes, channel, place) =
+        (view.electrode, view.of, view.channel, &view.place);
+    let where_ = format!("  electrode {electrode} of {electrodes}, channel {channel}: {place}");
     let mut line = Line::from(vec![Span::raw(" "), badge]);
     if view.complains {
         line.push_span("  wearer reports: TOO MUCH".red().bold());
@@ -189,22 +190,22 @@ fn draw_done(frame: &mut Frame<'_>, area: Rect, view: &View) {
     let steps = Step::ALL.len();
     let before =
         view.electrode.saturating_sub(1) * steps + step_number(view.step).saturating_sub(1);
-    let all = (view.of * steps).max(1);
+    let total = (view.of * steps).max(1);
     let part = match view.phase {
         Phase::Done => 1.0,
-        _ => before as f64 / all as f64,
+        _ => before as f64 / total as f64,
     };
     let gauge = Gauge::default().ratio(part.clamp(0.0, 1.0));
     frame.render_widget(gauge.gauge_style(Color::Cyan), area);
 }
 
 fn footer(view: &View) -> [Line<'static>; 2] {
-    let key = |key: &'static str, what: &'static str, active: bool| {
+    let key = |key: &'static str, action: &'static str, active: bool| {
         let key = Span::styled(format!(" {key} "), Style::new().reversed());
-        let what = Span::raw(format!(" {what}  "));
+        let label = Span::raw(format!(" {action}  "));
         match active {
-            true => [key, what],
-            false => [key.dim(), what.dim()],
+            true => [key, label],
+            false => [key.dim(), label.dim()],
         }
     };
     let is_asked = view.question.is_some();

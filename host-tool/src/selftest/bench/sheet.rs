@@ -114,10 +114,10 @@ impl Answer {
 }
 
 impl Sheet {
-    /// Starts a sheet without answers; `who` is the operator, the date and the instruments.
+    /// Starts a sheet without answers; `details` is the operator, the date and the instruments.
     #[must_use]
-    pub fn begin(who: [&str; 3], device: Identity, pattern: &Pattern) -> Self {
-        let [operator, date, instruments] = who.map(ToOwned::to_owned);
+    pub fn begin(details: [&str; 3], device: Identity, pattern: &Pattern) -> Self {
+        let [operator, date, instruments] = details.map(ToOwned::to_owned);
         let mut sheet = Self {
             format: FORMAT,
             operator,
@@ -171,7 +171,7 @@ impl Sheet {
                 == (b.kind, b.simulated, &b.unique_id, &b.firmware, &b.schema)
         };
         if !is_same(&sheet.device, &next.device) {
-            let told = |identity: &Identity| {
+            let description = |identity: &Identity| {
                 let id = identity.unique_id.as_deref().unwrap_or("no number");
                 format!(
                     "{} {id}, firmware {}",
@@ -181,8 +181,8 @@ impl Sheet {
             };
             return Err(unfit(format!(
                 "it belongs to the {}, but this is the {}; connect that one, or give another --out",
-                told(&sheet.device),
-                told(&next.device)
+                description(&sheet.device),
+                description(&next.device)
             )));
         }
         if (sheet.channel, &sheet.pattern) != (next.channel, &next.pattern) {
@@ -209,11 +209,11 @@ impl Sheet {
     }
 
     fn update_verdict(&mut self, pattern: &Pattern) {
-        let all = steps(pattern);
+        let test_steps = steps(pattern);
         self.answers
-            .sort_by_key(|answer| all.iter().position(|step| step.id == answer.id));
+            .sort_by_key(|answer| test_steps.iter().position(|step| step.id == answer.id));
         let is_board = self.device.kind == DeviceKind::Board && !self.device.simulated;
-        let is_whole = all.iter().all(|step| self.has_answer(&step.id));
+        let is_whole = test_steps.iter().all(|step| self.has_answer(&step.id));
         self.verdict = if !is_board {
             Verdict::Simulated
         } else if self.answers.iter().any(|answer| !answer.holds) {
@@ -328,16 +328,16 @@ mod tests {
         let sheet = filled(board.clone(), None);
         sheet.write(&path).unwrap();
         assert_eq!(Sheet::resume(&path, &next, &pattern).unwrap(), sheet);
-        let told = |next: &Sheet| {
+        let refusal = |next: &Sheet| {
             Sheet::resume(&path, next, &pattern)
                 .unwrap_err()
                 .to_string()
         };
         let mut other = next.clone();
         other.device.unique_id = Some("ff".into());
-        assert!(told(&other).contains("that one"), "{}", told(&other));
+        assert!(refusal(&other).contains("that one"), "{}", refusal(&other));
         let simulated = Sheet::begin(["B", "", ""], device(DeviceKind::Chip, true), &pattern);
-        assert!(told(&simulated).starts_with("E786"));
+        assert!(refusal(&simulated).starts_with("E786"));
         let text = std::fs::read_to_string(&path).unwrap();
         for (was, is) in [
             ("\"measured\": 10.0", "\"measured\": 10.1"),
@@ -347,13 +347,13 @@ mod tests {
             assert!(text.contains(was), "{was}");
             std::fs::write(&path, text.replacen(was, is, 1)).unwrap();
             assert!(
-                told(&next).contains("was changed"),
+                refusal(&next).contains("was changed"),
                 "{was}: {}",
-                told(&next)
+                refusal(&next)
             );
         }
         std::fs::write(&path, &text[..text.len() / 2]).unwrap();
-        assert!(told(&next).contains("it is not a bench sheet"));
+        assert!(refusal(&next).contains("it is not a bench sheet"));
         std::fs::remove_dir_all(&folder).unwrap();
     }
 }

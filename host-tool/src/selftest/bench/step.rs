@@ -32,12 +32,12 @@ pub struct Step {
 /// Returns all steps of a pattern in the sequence in which they are measured.
 #[must_use]
 pub fn steps(pattern: &Pattern) -> Vec<Step> {
-    let mut all = vec![pump()];
+    let mut steps = vec![pump()];
     for load_ohm in LOADS_OHM {
-        all.extend(load_steps(pattern, load_ohm));
+        steps.extend(load_steps(pattern, load_ohm));
     }
-    all.extend([stop(), fall()]);
-    all
+    steps.extend([stop(), fall()]);
+    steps
 }
 
 /// Returns a step with 2 kΩ whose bounds are `apart` from the expected value.
@@ -67,9 +67,9 @@ fn pump() -> Step {
 fn load_steps(pattern: &Pattern, load_ohm: u32) -> [Step; 7] {
     let peak_v = pattern.peak_v(load_ohm);
     let across = "across the load";
-    let with = |name: &str, unit, expected, apart, what: &str, source| Step {
+    let with = |name: &str, unit, expected, apart, quantity: &str, source| Step {
         load_ohm,
-        what: format!("{across}: {what}"),
+        what: format!("{across}: {quantity}"),
         source,
         ..step_with_bounds(&format!("{load_ohm}-{name}"), unit, expected, apart)
     };
@@ -219,8 +219,8 @@ mod tests {
                 full_scale_ua: 100_000,
             },
         );
-        let all = steps(&pattern);
-        let [_, peak, first, ..] = &all[..] else {
+        let test_steps = steps(&pattern);
+        let [_, peak, first, ..] = &test_steps[..] else {
             panic!("steps");
         };
         assert_eq!((peak.expected, peak.unit), (10.0, "V"));
@@ -248,10 +248,10 @@ mod tests {
             ("inf V", "begin with a number"),
             ("1e999 V", "larger than"),
         ] {
-            let told = read_value(peak, typed).unwrap_err().to_string();
+            let message = read_value(peak, typed).unwrap_err().to_string();
             assert!(
-                told.starts_with("E785") && told.contains(why),
-                "{typed}: {told}"
+                message.starts_with("E785") && message.contains(why),
+                "{typed}: {message}"
             );
         }
     }
@@ -266,13 +266,13 @@ mod tests {
                 full_scale_mv: 60_000,
             },
         ] {
-            let all = steps(&Pattern::new(10, kind));
-            assert_eq!(all.len(), 1 + 3 * 7 + 2);
-            let mut ids: Vec<_> = all.iter().map(|step| &step.id).collect();
+            let test_steps = steps(&Pattern::new(10, kind));
+            assert_eq!(test_steps.len(), 1 + 3 * 7 + 2);
+            let mut ids: Vec<_> = test_steps.iter().map(|step| &step.id).collect();
             ids.sort();
             ids.dedup();
-            assert_eq!(ids.len(), all.len());
-            for step in &all {
+            assert_eq!(ids.len(), test_steps.len());
+            for step in &test_steps {
                 assert!((step.low..=step.high).contains(&step.expected), "{step:?}");
                 assert!(step.low < step.high && !step.source.is_empty(), "{step:?}");
             }
