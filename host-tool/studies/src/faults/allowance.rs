@@ -81,12 +81,12 @@ impl Resets for Lockstep {
 
 impl Resets for Board<()> {
     fn reset(&mut self, cause: ResetCause, sensors: &Sensors) -> Result<u64, FaultsError> {
-        let told = |e: BoardError| never_runs(e.to_string());
-        self.reset_with_cause(cause).map_err(told)?;
+        let failure = |e: BoardError| never_runs(e.to_string());
+        self.reset_with_cause(cause).map_err(failure)?;
         // Lets the host notice that the device has gone.
         self.run_to(self.cpu.cycle + 1_000 * CYCLES_PER_US)
-            .map_err(told)?;
-        self.boot(sensors).map_err(told)?;
+            .map_err(failure)?;
+        self.boot(sensors).map_err(failure)?;
         Ok(self.now_us())
     }
 
@@ -380,11 +380,11 @@ where
         if let Err(why) = played {
             fate.stopped = Some(why.to_string());
         }
-        let told = trial
+        let refusal = trial
             .refused
             .map_or_else(|| "nothing".to_owned(), |code| code.to_string());
         let drawn = format!(
-            "{} pieces, {} resets, {}; refused {told}",
+            "{} pieces, {} resets, {}; refused {refusal}",
             trial.pieces,
             trial.resets,
             trial.account.in_words(&allowed)

@@ -229,9 +229,9 @@ impl<D: Device> Bench<D> {
     }
 
     fn send_and_wait(&mut self, request: Request, us: u64) -> Result<(), FaultsError> {
-        let told = |e: io::Error| never_runs(e.to_string());
-        self.write_request(request).map_err(told)?;
-        self.advance(self.now_us + us).map_err(told)
+        let failure = |e: io::Error| never_runs(e.to_string());
+        self.write_request(request).map_err(failure)?;
+        self.advance(self.now_us + us).map_err(failure)
     }
 
     fn write_request(&mut self, request: Request) -> io::Result<()> {

@@ -113,12 +113,12 @@ impl<'k> BrokenAngle<'k> {
         }
     }
 
-    /// Returns whether the device must detect the fault. `said` is the smallest and the largest
+    /// Returns whether the device must detect the fault. `reported_deg` is the smallest and the largest
     /// angle reported since the fault, °.
-    pub fn must_be_detected(&self, said: Option<[f64; 2]>) -> bool {
+    pub fn must_be_detected(&self, reported_deg: Option<[f64; 2]>) -> bool {
         let late_us = self.late_us.unwrap_or(u64::MAX);
         let is_late = late_us > self.angle.stale_us + SOON_US;
-        is_late || said.is_some_and(|said| self.angle.is_beyond(said))
+        is_late || reported_deg.is_some_and(|range_deg| self.angle.is_beyond(range_deg))
     }
 
     pub fn in_words(&self, file: &str) -> String {

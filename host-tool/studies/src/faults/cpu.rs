@@ -123,11 +123,11 @@ impl Core {
         board: &mut Board<()>,
         random: &mut Random,
     ) -> Result<(String, Result<(), Stop>), FaultsError> {
-        let each = self
+        let counts = self
             .registers
             .iter()
             .map(|register| register.bits.count_ones());
-        let bits = u64::from(each.sum::<u32>());
+        let bits = u64::from(counts.sum::<u32>());
         let drawn = random.below(bits.max(1));
         let Some((register, bit)) = bit_of(&self.registers, drawn) else {
             return Err(FaultsError::Declaration(
@@ -136,7 +136,7 @@ impl Core {
         };
         let (pc, at) = (board.cpu.registers.r[15], board.cpu.cycle);
         let done = board.cpu.system.upset(register.address, 1 << bit, at);
-        let done = done.map_err(|Unmodelled(what)| Stop::Outside { pc, what });
+        let done = done.map_err(|Unmodelled(feature)| Stop::Outside { pc, what: feature });
         Ok((format!("{} bit {bit}", register.name), done))
     }
 }

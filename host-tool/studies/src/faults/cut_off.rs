@@ -132,30 +132,30 @@ impl CutOff {
         board.boot(&sensors)?;
         let now_us = board.now_us();
         let mut again = Bench::connect(board, now_us, sensors)?;
-        let told = again.reports().stages;
+        let stages = again.reports().stages;
         // A host that tries in spite of the report.
         again.configure(&self.session)?;
         let wanted = self.session.setpoints.at(0).to_request(None);
         again.start(0, wanted)?;
         again.run_to(again.now_us() + 50_000).map_err(never_runs)?;
-        Ok((told, again.has_driven_since(0)))
+        Ok((stages, again.has_driven_since(0)))
     }
 }
 
-/// Judges a case by the stages `told` that the board reports after the power failure: these must be
+/// Judges a case by the stages `reported` that the board reports after the power failure: these must be
 /// the table `old` or the new one, or be reported as unknown. `drives` is whether outputs became
 /// active.
-fn fate(told: Option<Stages>, old: Option<Stages>, drives: bool) -> CaseResult {
-    let is_old = told.is_some() && told == old;
-    let is_new = matches!(told, Some(Stages::Stored(table))
+fn fate(reported: Option<Stages>, old: Option<Stages>, drives: bool) -> CaseResult {
+    let is_old = reported.is_some() && reported == old;
+    let is_new = matches!(reported, Some(Stages::Stored(table))
         if table.stages == [Some(NEW); CHANNELS]);
-    let found = matches!(told, Some(Stages::Unknown(_)));
+    let found = matches!(reported, Some(Stages::Unknown(_)));
     let mut severe = Vec::new();
     if !found && !is_old && !is_new {
-        severe.push(format!("a third table: {told:?}"));
+        severe.push(format!("a third table: {reported:?}"));
     }
     if drives && !is_old {
-        severe.push(format!("driven by {told:?}"));
+        severe.push(format!("driven by {reported:?}"));
     }
     CaseResult {
         must_find: !is_old && !is_new,

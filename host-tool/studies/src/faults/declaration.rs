@@ -129,9 +129,10 @@ impl FromStr for Class {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, String> {
-        let mut all = Self::ALL.into_iter();
+        let mut classes = Self::ALL.into_iter();
         let names = || Self::ALL.map(Self::name).join(", ");
-        all.find(|class| class.name() == name)
+        classes
+            .find(|class| class.name() == name)
             .ok_or_else(|| format!("available: {}", names()))
     }
 }
@@ -261,22 +262,22 @@ impl Declaration {
     /// Fails with E619 if the file or a session in it is invalid.
     pub fn for_class(class: Class) -> Result<Self, FaultsError> {
         let name = format!("{class}.toml");
-        let told = |why: String| FaultsError::Declaration(format!("{name}: {why}"));
-        let (name, text) = file(&name).ok_or_else(|| told("no such file".to_owned()))?;
-        let of: CampaignFile = toml::from_str(text).map_err(|e| told(e.to_string()))?;
+        let failure = |why: String| FaultsError::Declaration(format!("{name}: {why}"));
+        let (name, text) = file(&name).ok_or_else(|| failure("no such file".to_owned()))?;
+        let campaign: CampaignFile = toml::from_str(text).map_err(|e| failure(e.to_string()))?;
         let mut sha256 = BTreeMap::from([hash((name, text))]);
         let mut read = |wanted: &String| {
             let (file, session) =
-                file(wanted).ok_or_else(|| told(format!("there is no scene `{wanted}`")))?;
+                file(wanted).ok_or_else(|| failure(format!("there is no scene `{wanted}`")))?;
             sha256.extend([hash((file, session))]);
-            SessionFile::parse(file, session).map_err(|e| told(e.lines()))
+            SessionFile::parse(file, session).map_err(|e| failure(e.lines()))
         };
-        let scene = read(&of.scene)?;
-        let scenes: Result<_, _> = of.more_scenes.iter().map(read).collect();
+        let scene = read(&campaign.scene)?;
+        let scenes: Result<_, _> = campaign.more_scenes.iter().map(read).collect();
         let scenes = scenes?;
         Ok(Self {
             class,
-            of,
+            of: campaign,
             scene,
             scenes,
             sha256,

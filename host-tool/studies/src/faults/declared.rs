@@ -164,14 +164,14 @@ impl DeclarationCase<'_> {
             supply: Some(StageSupply::Separate),
             stages: [Some(self.stages[0]); CHANNELS],
         };
-        let (whole, erased) = (table.to_words(uid), StageWords::default().map(|_| u32::MAX));
-        let mut copies = [whole; 2];
+        let (intact, erased) = (table.to_words(uid), StageWords::default().map(|_| u32::MAX));
+        let mut copies = [intact; 2];
         let place = random.below(2) as usize;
         match self.kind {
             "table erased" => copies = [erased; 2],
             "table half written" => copies[place] = erased,
             "table damaged" => {
-                let bit = random.below(32 * whole.len() as u64);
+                let bit = random.below(32 * intact.len() as u64);
                 copies[place][(bit / 32) as usize] ^= 1 << (bit % 32);
             }
             "table of another board" => {

@@ -46,8 +46,9 @@ impl Refills {
         let watched = stem.run_with_observer(Handlers::default(), &[], &mut |_| ())?;
         let mut refills = Self::default();
         let mut from = window.start;
-        let all = watched.device.observer.done.into_iter();
-        for item in all.filter(|range| window.contains(&range.start) && range.end <= window.end) {
+        let ranges = watched.device.observer.done.into_iter();
+        for item in ranges.filter(|range| window.contains(&range.start) && range.end <= window.end)
+        {
             refills.outside.push(from..item.start);
             from = item.end;
             refills.inside.push(item);
@@ -59,26 +60,27 @@ impl Refills {
     /// Returns the cycle at the fraction `part`, 0 to 1, of the total time within refills if
     /// `in_refill`, otherwise of the total time between refills.
     pub fn cycle(&self, part: f64, in_refill: bool) -> Cycle {
-        let all = if in_refill {
+        let ranges = if in_refill {
             &self.inside
         } else {
             &self.outside
         };
         let length = |range: &Range<Cycle>| range.end - range.start;
-        let mut left = (part * all.iter().map(length).sum::<Cycle>() as f64) as Cycle;
-        for range in all {
+        let mut left = (part * ranges.iter().map(length).sum::<Cycle>() as f64) as Cycle;
+        for range in ranges {
             if left < length(range) {
                 return range.start + left;
             }
             left -= length(range);
         }
-        all.last().map_or(0, |range| range.end)
+        ranges.last().map_or(0, |range| range.end)
     }
 
     /// Returns the share of time that refills take, 0 to 1.
     pub fn share(&self) -> f64 {
-        let sum = |all: &[Range<Cycle>]| {
-            all.iter()
+        let sum = |ranges: &[Range<Cycle>]| {
+            ranges
+                .iter()
                 .map(|range| range.end - range.start)
                 .sum::<Cycle>()
         };
@@ -119,6 +121,7 @@ pub(super) fn first_uses(
             .copied()
             .unwrap_or(FirstAccess::Read)
     };
-    let told = |pair: Option<(u32, usize)>| pair.map(|(byte, number)| (byte, first(number)));
-    Ok(numbers.into_iter().map(told).collect())
+    let first_access =
+        |pair: Option<(u32, usize)>| pair.map(|(byte, number)| (byte, first(number)));
+    Ok(numbers.into_iter().map(first_access).collect())
 }

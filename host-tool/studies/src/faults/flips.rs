@@ -185,7 +185,7 @@ impl Draws for Flips {
         let moment_us = drawn.cycle.saturating_sub(origin) / CYCLES_PER_US;
         let kind = &drawn.stratum.kind;
         let Some((byte, first)) = self.first_use(index)? else {
-            let what = format!("{kind}: the stack is empty");
+            let description = format!("{kind}: the stack is empty");
             let fate = CaseResult {
                 ended: CaseEnd::Untouched,
                 ..CaseResult::default()
@@ -193,7 +193,7 @@ impl Draws for Flips {
             return Ok(Case {
                 index,
                 moment_us,
-                what,
+                what: description,
                 fate,
             });
         };

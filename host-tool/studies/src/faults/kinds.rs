@@ -17,9 +17,11 @@ impl Kinds {
     /// Collects the kinds of the declaration that `boards` can simulate. `stream` makes the random
     /// numbers of this class independent of those of other classes.
     pub fn new(declaration: &Declaration, boards: &impl Boards, seed: u64, stream: u64) -> Self {
-        let of = &declaration.of;
-        let names = boards.select(&*of.kinds, &*of.native_kinds).to_vec();
-        let later = of.later.as_ref();
+        let campaign = &declaration.of;
+        let names = boards
+            .select(&*campaign.kinds, &*campaign.native_kinds)
+            .to_vec();
+        let later = campaign.later.as_ref();
         let later = later.map(|later| {
             (
                 *boards.select(&later.from, &later.native_from),
@@ -48,7 +50,7 @@ impl Kinds {
     pub fn in_words(&self) -> String {
         let later = self.later.iter();
         let later = later.map(|(from, kind)| format!("{kind} from case {from} on"));
-        let all: Vec<_> = self.names.iter().cloned().chain(later).collect();
-        all.join(", ")
+        let kinds: Vec<_> = self.names.iter().cloned().chain(later).collect();
+        kinds.join(", ")
     }
 }

@@ -74,8 +74,8 @@ impl<B: ForkableBoards> Link<B> {
         let (kind, mut random) = self.kinds.draw(index)?;
         let script = pick(&mut random, &self.scripts)?;
         let at = message(script, &mut random);
-        let said = script.said.writes();
-        let Write { t_us, bytes } = &said[at];
+        let writes = script.said.writes();
+        let Write { t_us, bytes } = &writes[at];
         let mut drawn = LinkCase {
             stream: script.said.clone(),
             written: Vec::new(),
@@ -87,11 +87,11 @@ impl<B: ForkableBoards> Link<B> {
             ),
             what: String::new(),
         };
-        let told = drawn.break_stream(kind, at, script, &mut random);
+        let details = drawn.break_stream(kind, at, script, &mut random);
         let asked = decode_request(bytes)
             .map_or_else(|| "no frame".to_owned(), |to_device| name(&to_device));
         let file = &script.file.name;
-        drawn.what = format!("{kind}: {file}, message {at}, {asked}{told}");
+        drawn.what = format!("{kind}: {file}, message {at}, {asked}{details}");
         Ok((script, drawn))
     }
 
@@ -117,9 +117,9 @@ impl<B: ForkableBoards> Link<B> {
         let mut bench = script.board(&self.boards, *moment_us)?;
         let (passed, played) = script.send_stream(&mut bench, stream, *out, on.end_us, &is_over);
         let end_us = bench.now_us();
-        let (whole, broken) = broken_frames(&passed, &sent);
+        let (intact, broken) = broken_frames(&passed, &sent);
         let mut truth = script.truth();
-        let owed = orders.expected_effects(&whole, *moment_us, end_us);
+        let owed = orders.expected_effects(&intact, *moment_us, end_us);
         allow_checks(&mut truth, owed.checks);
         truth.quiet = owed.quiet;
         let (mut fate, verdict) = judge_case(&mut bench, *moment_us, truth);
@@ -132,24 +132,24 @@ impl<B: ForkableBoards> Link<B> {
         let changed = first_difference(&script.whole, trace, *moment_us, end_us);
         fate.changed_us = changed.map(|at| at - moment_us);
         let is_applied =
-            B::IS_EXACT && broken > 0 && self.changes_output(script, &bench, &whole, end_us)?;
+            B::IS_EXACT && broken > 0 && self.changes_output(script, &bench, &intact, end_us)?;
         drawn.judge_detection(&mut fate, &bench, (broken > 0, owed.is_silenced));
         fate.found &= !is_applied;
         Ok(fate)
     }
 
     /// Returns whether the output differs from that of a board which receives only the intact
-    /// frames `whole`, at the same times.
+    /// frames `intact`, at the same times.
     fn changes_output(
         &self,
         script: &Script<B>,
         bench: &Bench<B::Board>,
-        whole: &[Write],
+        intact: &[Write],
         end_us: u64,
     ) -> Result<bool, FaultsError> {
         let mut other = script.board(&self.boards, 0)?;
-        let whole = Stream::new(whole.to_vec());
-        let (_, played) = script.send_stream(&mut other, &whole, None, end_us, &|_, _, _| false);
+        let stream = Stream::new(intact.to_vec());
+        let (_, played) = script.send_stream(&mut other, &stream, None, end_us, &|_, _, _| false);
         let differs = || {
             let traces = (&bench.recorder.trace, &other.recorder.trace);
             first_difference(traces.0, traces.1, 0, end_us).is_some()
@@ -188,10 +188,12 @@ impl LinkCase {
     /// Returns the time from which the device again receives all messages of the script unchanged,
     /// µs.
     fn resume_us<B: ForkableBoards>(&self, script: &Script<B>) -> u64 {
-        let (said, whole) = (self.stream.writes(), script.said.writes());
-        let pairs = said.iter().rev().zip(whole.iter().rev());
-        let same = pairs.take_while(|(one, other)| one == other).count();
-        let again = said.get(said.len() - same).or(said.last());
+        let (corrupted, whole) = (self.stream.writes(), script.said.writes());
+        let pairs = corrupted.iter().rev().zip(whole.iter().rev());
+        let same = pairs
+            .take_while(|(current, other)| current == other)
+            .count();
+        let again = corrupted.get(corrupted.len() - same).or(corrupted.last());
         let in_us = self.out.map_or(0, |(_, in_us)| in_us);
         let in_us = match in_us {
             0 | u64::MAX => 0, // the cable was never pulled, or for good
@@ -322,8 +324,8 @@ impl LinkCase {
     ) -> Vec<u8> {
         let mut bytes = Vec::new();
         while bytes.len() <= length {
-            let said = script.said.writes();
-            let frame = &said[random.below(said.len() as u64) as usize].bytes;
+            let writes = script.said.writes();
+            let frame = &writes[random.below(writes.len() as u64) as usize].bytes;
             let mut asked = decode_request(frame);
             if random.below(2) == 1
                 && let Some(asked) = &mut asked
@@ -344,10 +346,10 @@ impl LinkCase {
 /// Chooses one of the script's writes at random. In half of the choices, only writes up to `Start`
 /// and from `Stop` on are possible, so that these few are not rare.
 fn message<B: ForkableBoards>(script: &Script<B>, random: &mut Random) -> usize {
-    let (all, (start, _), (stop, _)) = (script.said.writes().len(), script.start, script.stop);
-    let around = start + 1 + (all - stop);
+    let (count, (start, _), (stop, _)) = (script.said.writes().len(), script.start, script.stop);
+    let around = start + 1 + (count - stop);
     match random.below(2) {
-        0 => random.below(all as u64) as usize,
+        0 => random.below(count as u64) as usize,
         _ => match random.below(around as u64) as usize {
             before if before <= start => before,
             after => stop + after - start - 1,
@@ -355,10 +357,10 @@ fn message<B: ForkableBoards>(script: &Script<B>, random: &mut Random) -> usize 
     }
 }
 
-fn pick<'a, T>(random: &mut Random, all: &'a [T]) -> Result<&'a T, FaultsError> {
-    let drawn = random.below(all.len().max(1) as u64) as usize;
+fn pick<'a, T>(random: &mut Random, items: &'a [T]) -> Result<&'a T, FaultsError> {
+    let drawn = random.below(items.len().max(1) as u64) as usize;
     let none = || FaultsError::Declaration("there are no scenes".into());
-    all.get(drawn).ok_or_else(none)
+    items.get(drawn).ok_or_else(none)
 }
 
 /// Returns whether a refusal code complains about the frame itself instead of its request.

@@ -31,12 +31,12 @@ impl MeasuredBits {
         0.5 * (self.range_deg[0] + self.range_deg[1])
     }
 
-    /// Returns whether `said`, the smallest and the largest reported angle, °, lies so far outside
+    /// Returns whether `reported_deg`, the smallest and the largest reported angle, °, lies so far outside
     /// the range that the device must take the sensor for broken. The margin includes one step of a
     /// converter.
-    pub fn is_beyond(&self, said: [f64; 2]) -> bool {
+    pub fn is_beyond(&self, reported_deg: [f64; 2]) -> bool {
         let [can_low, can_high] = self.converted_deg.unwrap_or([-327.68, 327.67]);
-        let [low, high] = said.map(|deg| deg.clamp(can_low, can_high));
+        let [low, high] = reported_deg.map(|deg| deg.clamp(can_low, can_high));
         let [least, most] = self.range_deg;
         low < least - MARGIN_DEG - 0.1 || high > most + MARGIN_DEG + 0.1
     }
@@ -46,7 +46,7 @@ impl MeasuredBits {
 /// arm.
 pub(super) fn angles(session: &Session) -> Vec<MeasuredBits> {
     let degrees = |mdeg: [i32; 2]| mdeg.map(|mdeg| f64::from(mdeg) * 1e-3);
-    let mut all = Vec::new();
+    let mut measurements = Vec::new();
     if let Some(joint) = &session.joint {
         let converted_deg = match joint.sensor {
             SensorSource::Adc {
@@ -58,14 +58,14 @@ pub(super) fn angles(session: &Session) -> Vec<MeasuredBits> {
             }
             SensorSource::Host => None,
         };
-        all.push(MeasuredBits {
+        measurements.push(MeasuredBits {
             index: 0,
             stale_us: 1000 * u64::from(joint.stale_after_ms),
             range_deg: degrees([joint.angle_min_mdeg, joint.angle_max_mdeg]),
             converted_deg,
         });
     }
-    all.extend(session.modulations.iter().map(|joint| MeasuredBits {
+    measurements.extend(session.modulations.iter().map(|joint| MeasuredBits {
         index: joint.spec.joint,
         stale_us: 1000 * u64::from(joint.spec.stale_after_ms),
         range_deg: degrees([joint.spec.angle_min_mdeg, joint.spec.angle_max_mdeg]),
@@ -75,12 +75,12 @@ pub(super) fn angles(session: &Session) -> Vec<MeasuredBits> {
         && let PostureSpec::Measured { stale_after_ms } = limb.spec.posture
     {
         let ranges = (0u8..).zip(limb.spec.ranges_mdeg);
-        all.extend(ranges.map(|(index, (least, most))| MeasuredBits {
+        measurements.extend(ranges.map(|(index, (least, most))| MeasuredBits {
             index,
             stale_us: 1000 * u64::from(stale_after_ms),
             range_deg: degrees([least, most]),
             converted_deg: None,
         }));
     }
-    all
+    measurements
 }

@@ -43,9 +43,9 @@ pub(super) struct Orders {
 }
 
 impl Orders {
-    /// Creates the rules for a session whose host sent the messages `said`.
-    pub fn from_session(session: &Session, said: &[Write], line_us: u64) -> Self {
-        let owner = said.last().and_then(|write| decode_request(&write.bytes));
+    /// Creates the rules for a session whose host sent the messages `writes`.
+    pub fn from_session(session: &Session, writes: &[Write], line_us: u64) -> Self {
+        let owner = writes.last().and_then(|write| decode_request(&write.bytes));
         Self {
             timeout_us: 1000 * u64::from(session.wearer.host_timeout_ms),
             fall_us: 1000 * u64::from(session.wearer.fall_ms),
@@ -59,19 +59,19 @@ impl Orders {
         self.timeout_us + self.fall_us + TWO_WINDOWS_US + self.line_us
     }
 
-    /// Returns whether the intact frames `whole` forbid any output from `from_us` until the device
+    /// Returns whether the intact frames `intact` forbid any output from `from_us` until the device
     /// is armed again.
-    pub fn forbids_output_from(&self, whole: &[Write], from_us: u64) -> bool {
-        let quiet = self.expected_effects(whole, 0, from_us).quiet;
+    pub fn forbids_output_from(&self, intact: &[Write], from_us: u64) -> bool {
+        let quiet = self.expected_effects(intact, 0, from_us).quiet;
         let last = quiet.last().filter(|last| last.until_us == u64::MAX);
         last.is_some_and(|last| last.from_us <= from_us)
     }
 
-    /// Returns the behaviour that the intact frames `whole` require up to `end_us`. Silences of the
+    /// Returns the behaviour that the intact frames `intact` require up to `end_us`. Silences of the
     /// host are reported only if they end stimulation after `moment_us`.
     pub fn expected_effects(
         &self,
-        whole: &[Write],
+        intact: &[Write],
         moment_us: u64,
         end_us: u64,
     ) -> ExpectedEffects {
@@ -92,7 +92,7 @@ impl Orders {
             t_us: end_us,
             bytes: Vec::new(),
         };
-        for Write { t_us, bytes } in whole.iter().chain([&end]) {
+        for Write { t_us, bytes } in intact.iter().chain([&end]) {
             let t_us = *t_us;
             if let Some(since) = alive_us.filter(|since| since + self.timeout_us + NEAR_US < t_us) {
                 is_silenced |= t_us >= moment_us;
@@ -164,9 +164,9 @@ const fn counts_as_keep_alive(request: &Request) -> bool {
     )
 }
 
-/// Returns whether the messages `said` contain a request that can start stimulation again, even
+/// Returns whether the messages `writes` contain a request that can start stimulation again, even
 /// after a fault.
-pub(super) fn may_restart(said: &[Write]) -> bool {
+pub(super) fn may_restart(writes: &[Write]) -> bool {
     let is = |write: &Write| {
         decode_request(&write.bytes).is_some_and(|asked| {
             matches!(
@@ -175,7 +175,7 @@ pub(super) fn may_restart(said: &[Write]) -> bool {
             )
         })
     };
-    said.iter().any(is)
+    writes.iter().any(is)
 }
 
 /// Divides the received frames `passed` into intact ones, which equal a frame of `sent` byte for
@@ -183,11 +183,11 @@ pub(super) fn may_restart(said: &[Write]) -> bool {
 pub(super) fn broken_frames(passed: &Stream, sent: &[&[u8]]) -> (Vec<Write>, usize) {
     let sent: std::collections::HashSet<&[u8]> = sent.iter().copied().collect();
     let read = passed.frames().into_iter();
-    let (whole, broken): (Vec<Write>, Vec<Write>) =
+    let (intact, broken): (Vec<Write>, Vec<Write>) =
         read.partition(|frame| sent.contains(&*frame.bytes));
     // A delimiter alone is no frame.
     let broken = broken.iter().filter(|frame| frame.bytes.len() > 1).count();
-    (whole, broken)
+    (intact, broken)
 }
 
 #[cfg(test)]
@@ -203,7 +203,7 @@ mod tests {
     };
 
     /// Encodes frames from times in ms, a session number, and a request.
-    fn frames(said: &[(u64, u16, Request)]) -> Vec<Write> {
+    fn frames(requests: &[(u64, u16, Request)]) -> Vec<Write> {
         let frame = |(ms, session, request): &(u64, u16, Request)| Write {
             t_us: 1_000 * ms,
             bytes: encode(&ToDevice {
@@ -214,16 +214,17 @@ mod tests {
             .unwrap()
             .to_vec(),
         };
-        said.iter().map(frame).collect()
+        requests.iter().map(frame).collect()
     }
 
     /// Returns the intervals without output in ms, and whether a silence ended stimulation.
-    fn quiet(said: &[(u64, u16, Request)]) -> (Vec<(f64, f64)>, bool) {
-        let owed = ORDERS.expected_effects(&frames(said), 0, 1_000_000);
+    fn quiet(requests: &[(u64, u16, Request)]) -> (Vec<(f64, f64)>, bool) {
+        let owed = ORDERS.expected_effects(&frames(requests), 0, 1_000_000);
         let ms = |us: u64| us as f64 * 1e-3;
-        let all = owed.quiet.iter();
+        let intervals = owed.quiet.iter();
         (
-            all.map(|quiet| (ms(quiet.from_us), ms(quiet.until_us.min(2_000_000))))
+            intervals
+                .map(|quiet| (ms(quiet.from_us), ms(quiet.until_us.min(2_000_000))))
                 .collect(),
             owed.is_silenced,
         )
@@ -262,8 +263,11 @@ mod tests {
             (30, 7, ARM),
             (60, 7, Request::Start),
         ];
-        let (all, is_silenced) = quiet(&soon);
-        assert_eq!((all.last(), is_silenced), (Some(&(435.0, 2000.0)), true));
+        let (intervals, is_silenced) = quiet(&soon);
+        assert_eq!(
+            (intervals.last(), is_silenced),
+            (Some(&(435.0, 2000.0)), true)
+        );
         let stopped = [&soon[..], &[(70, 7, STOP)]].concat();
         assert_eq!(quiet(&stopped).0.last(), Some(&(120.5, 2000.0)));
     }
@@ -271,8 +275,10 @@ mod tests {
     #[test]
     fn an_electrode_check_may_come_with_each_arming_anew() {
         const STOP: Request = Request::Stop;
-        let checks = |said: &[(u64, u16, Request)]| {
-            ORDERS.expected_effects(&frames(said), 0, 9_000_000).checks
+        let checks = |requests: &[(u64, u16, Request)]| {
+            ORDERS
+                .expected_effects(&frames(requests), 0, 9_000_000)
+                .checks
         };
         assert_eq!(checks(&[]), 0);
         let armed = [(10, 7, ARM), (11, 7, ARM), (12, 9, ARM)];
@@ -288,13 +294,13 @@ mod tests {
 
     #[test]
     fn frames_are_whole_to_the_byte_or_broken() {
-        let said = frames(&[(1, 7, ARM), (2, 7, Request::Start), (3, 7, Request::Stop)]);
-        let sent: Vec<&[u8]> = said.iter().map(|write| &*write.bytes).collect();
-        let mut passed = Stream::new(said.clone());
-        assert_eq!(broken_frames(&passed, &sent), (said.clone(), 0));
+        let writes = frames(&[(1, 7, ARM), (2, 7, Request::Start), (3, 7, Request::Stop)]);
+        let sent: Vec<&[u8]> = writes.iter().map(|write| &*write.bytes).collect();
+        let mut passed = Stream::new(writes.clone());
+        assert_eq!(broken_frames(&passed, &sent), (writes.clone(), 0));
         passed.flip_bits(1, &[9]);
         passed.add(4_000, vec![0]);
-        let whole = vec![said[0].clone(), said[2].clone()];
-        assert_eq!(broken_frames(&passed, &sent), (whole, 1));
+        let intact = vec![writes[0].clone(), writes[2].clone()];
+        assert_eq!(broken_frames(&passed, &sent), (intact, 1));
     }
 }

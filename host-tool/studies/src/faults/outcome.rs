@@ -66,7 +66,7 @@ impl Outcome {
     /// Summarises the cases of a class.
     #[must_use]
     pub fn from_cases(class: Class, cases: &[Case]) -> Self {
-        let all: Vec<&Case> = cases.iter().collect();
+        let counted_cases: Vec<&Case> = cases.iter().collect();
         let mut kinds = BTreeMap::<&str, Vec<&Case>>::new();
         for case in cases {
             kinds
@@ -84,7 +84,7 @@ impl Outcome {
         Self {
             listed: listed.cloned().collect(),
             kinds: kinds.collect(),
-            ..Self::count_cases(class, None, &all)
+            ..Self::count_cases(class, None, &counted_cases)
         }
     }
 
@@ -162,9 +162,10 @@ fn is_soon(fate: &CaseResult) -> bool {
 /// Returns the reason why the simulator stopped, without the place in the program where it did.
 fn reason(why: &str) -> String {
     let what = why.rsplit_once("stopped: ").map_or(why, |(_, what)| what);
-    let what = what.strip_prefix("not modelled: ").unwrap_or(what);
-    what.split(" is not modelled")
+    let detail = what.strip_prefix("not modelled: ").unwrap_or(what);
+    detail
+        .split(" is not modelled")
         .next()
-        .unwrap_or(what)
+        .unwrap_or(detail)
         .to_owned()
 }

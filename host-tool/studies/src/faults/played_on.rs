@@ -62,12 +62,14 @@ impl<'a> EndCondition<'a> {
         left: &[Write],
     ) -> bool {
         let (now_us, shown_us) = (bench.now_us(), self.shown_us);
-        let whole = || broken_frames(&Stream::new(passed.to_vec()), self.sent).0;
+        let intact_frames = || broken_frames(&Stream::new(passed.to_vec()), self.sent).0;
         now_us >= self.again_us + shown_us
             && bench.device.is_connected()
             && is_isolated_for(bench, shown_us)
             && !may_restart(left)
-            && self.orders.forbids_output_from(&whole(), now_us - shown_us)
+            && self
+                .orders
+                .forbids_output_from(&intact_frames(), now_us - shown_us)
     }
 }
 

@@ -16,10 +16,10 @@ impl Outcome {
         notes: &[String],
     ) -> laboratory::Outcome {
         let class = self.class;
-        let mut told = vec![SIMULATED.to_owned(), SEVERE.to_owned()];
-        told.extend_from_slice(notes);
-        told.extend(self.remarks());
-        told.extend(self.listed.iter().map(in_words));
+        let mut texts = vec![SIMULATED.to_owned(), SEVERE.to_owned()];
+        texts.extend_from_slice(notes);
+        texts.extend(self.remarks());
+        texts.extend(self.listed.iter().map(in_words));
         let harmless = self.drawn - self.severe;
         let count = declaration.count(device == "native");
         laboratory::Outcome {
@@ -57,7 +57,7 @@ impl Outcome {
             ],
             decides: Vec::new(),
             sheets: Vec::new(),
-            notes: told,
+            notes: texts,
         }
     }
 
@@ -110,14 +110,14 @@ impl Outcome {
             ),
         ];
         let class = self.class;
-        let of = match &self.kind {
+        let group = match &self.kind {
             None => class.to_string(),
             Some(kind) if kind.is_empty() => format!("{class}/others"),
             Some(kind) => format!("{class}/{kind}"),
         };
         let row = |(id, quantity, unit, ours): (&str, &str, &str, Option<f64>)| Row {
-            id: format!("{of}/{id}"),
-            quantity: format!("{of}: {quantity}"),
+            id: format!("{group}/{id}"),
+            quantity: format!("{group}: {quantity}"),
             unit: unit.to_owned(),
             paper: None,
             ours,
@@ -129,8 +129,8 @@ impl Outcome {
     }
 }
 
-/// Creates the share of the claim `id`, which holds in `holds` of `of` cases, with its confidence
+/// Creates the share of the claim `id`, which holds in `holds` of `cases` cases, with its confidence
 /// interval.
-fn part(id: &str, claim: &str, holds: u64, of: u64) -> Share {
-    Share::from_counts(id.to_owned(), claim.to_owned(), None, (holds, of))
+fn part(id: &str, claim: &str, holds: u64, cases: u64) -> Share {
+    Share::from_counts(id.to_owned(), claim.to_owned(), None, (holds, cases))
 }

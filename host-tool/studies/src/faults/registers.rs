@@ -34,11 +34,11 @@ impl Registers {
 
     /// Returns the number of bits in all registers that may be flipped.
     fn bits(&self) -> u64 {
-        let each = self
+        let counts = self
             .registers
             .iter()
             .map(|register| register.bits.count_ones());
-        each.sum::<u32>().into()
+        counts.sum::<u32>().into()
     }
 }
 

@@ -167,15 +167,15 @@ impl<B: ForkableBoards> Script<B> {
         drop(port);
         let heard = Arc::into_inner(heard).map(Mutex::into_inner);
         let heard = heard.map(|writes| writes.unwrap_or_else(PoisonError::into_inner));
-        let said = Stream::new(heard.unwrap_or_default());
-        let first_us = said.writes().first().map_or(0, |write| write.t_us);
+        let stream = Stream::new(heard.unwrap_or_default());
+        let first_us = stream.writes().first().map_or(0, |write| write.t_us);
         let mut bench = boards.boot(session, sensors)?;
         bench.run_to(first_us).map_err(never_runs)?;
         Ok(Self {
             file: file.clone(),
-            start: find(&said, "Start")?,
-            stop: find(&said, "Stop")?,
-            said,
+            start: find(&stream, "Start")?,
+            stop: find(&stream, "Stop")?,
+            said: stream,
             whole: Trace::default(),
             always: Vec::new(),
             sensors,
@@ -316,8 +316,8 @@ fn send_writes<D: FaultableDevice>(
     let mut cable = [(out_us, false), (in_us, true)].into_iter().peekable();
     let mut waiting = VecDeque::new();
     let writes = stream.writes();
-    let said = writes.partition_point(|write| write.t_us < end_us);
-    for (at, write) in writes[..said].iter().enumerate() {
+    let count = writes.partition_point(|write| write.t_us < end_us);
+    for (at, write) in writes[..count].iter().enumerate() {
         if write.t_us < begin_us {
             passed.push(write.clone()); // received before the fork
             continue;
@@ -390,18 +390,18 @@ pub(super) fn decode_request(frame: &[u8]) -> Option<ToDevice> {
 
 /// Returns the name of the request in a message, such as `Start`.
 pub(super) fn name(asked: &ToDevice) -> String {
-    let all = format!("{:?}", asked.request);
-    let end = all.find(|c: char| !c.is_alphanumeric());
-    all[..end.unwrap_or(all.len())].to_owned()
+    let text = format!("{:?}", asked.request);
+    let end = text.find(|c: char| !c.is_alphanumeric());
+    text[..end.unwrap_or(text.len())].to_owned()
 }
 
 /// Returns index and time of the first message whose request has the name `wanted`.
-fn find(said: &Stream, wanted: &str) -> Result<(usize, u64), FaultsError> {
+fn find(stream: &Stream, wanted: &str) -> Result<(usize, u64), FaultsError> {
     let is = |write: &Write| {
         decode_request(&write.bytes).is_some_and(|to_device| name(&to_device) == wanted)
     };
-    let found = said.writes().iter().position(is);
-    let write = found.map(|index| (index, said.writes()[index].t_us));
+    let found = stream.writes().iter().position(is);
+    let write = found.map(|index| (index, stream.writes()[index].t_us));
     let why = || format!("the recorded host never sends {wanted}");
     write.ok_or_else(|| FaultsError::NeverStimulates(why()))
 }

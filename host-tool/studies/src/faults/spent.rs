@@ -107,12 +107,12 @@ impl OutputTotals {
     /// Returns a description of each sum that exceeds `allowed` by more than timeout and resets
     /// excuse.
     pub fn findings(&self, allowed: &Allowed) -> Vec<String> {
-        let mut all = Vec::new();
+        let mut findings = Vec::new();
         for (resets, sum) in &self.ended {
             let beyond_us = allowed.timeout_us + RESET_US * resets;
             if sum.time_us > allowed.time_us + beyond_us {
                 let (time_ms, s) = (sum.time_us / 1_000, allowed.time_us / 1_000_000);
-                all.push(format!("{time_ms} ms of {s} s, {resets} resets"));
+                findings.push(format!("{time_ms} ms of {s} s, {resets} resets"));
             }
             for (channel, uc) in sum.doses(allowed) {
                 let Some((_, burst_uc, period_us)) = allowed.channels[channel] else {
@@ -121,14 +121,14 @@ impl OutputTotals {
                 let more_uc = burst_uc * (beyond_us / period_us + 1) as f64;
                 if uc > allowed.dose_uc + more_uc {
                     let number = channel + 1;
-                    all.push(format!(
+                    findings.push(format!(
                         "channel {number}: {uc:.1} uC of {:.0}, {resets} resets",
                         allowed.dose_uc
                     ));
                 }
             }
         }
-        all
+        findings
     }
 
     /// Returns the largest time and the largest charge of any interval, in words.

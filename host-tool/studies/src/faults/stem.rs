@@ -241,17 +241,17 @@ impl ForkSource {
     ) -> (CaseResult, Verdict) {
         let (at_us, end_us) = (stem.now_us(), moment_us + self.timing.runs_us);
         // Skips by count instead of time, because both report an event shortly after it happened.
-        let (trace, told) = (&mut fork.recorder.trace, &stem.recorder.trace);
+        let (trace, stem_trace) = (&mut fork.recorder.trace, &stem.recorder.trace);
         let before_end = |t: u64| t < end_us;
-        let levels = self.whole.levels.iter().skip(told.levels.len());
+        let levels = self.whole.levels.iter().skip(stem_trace.levels.len());
         trace
             .levels
             .extend(levels.filter(|level| before_end(level.0)));
-        let dac = self.whole.dac.iter().skip(told.dac.len());
+        let dac = self.whole.dac.iter().skip(stem_trace.dac.len());
         trace
             .dac
             .extend(dac.filter(|dac_write| before_end(dac_write.t_us)));
-        let trips = self.whole.trips.iter().skip(told.trips.len());
+        let trips = self.whole.trips.iter().skip(stem_trace.trips.len());
         trace
             .trips
             .extend(trips.filter(|trip_write| before_end(trip_write.t_us)));
@@ -312,12 +312,12 @@ impl Chip {
 pub(super) fn first_difference(a: &Trace, b: &Trace, from_us: u64, to_us: u64) -> Option<u64> {
     let within = |t: &u64| (from_us..to_us).contains(t);
     let levels = |trace: &Trace| {
-        let all = trace.levels.iter().map(|&(t, levels)| (t, levels.0));
-        all.filter(|(t, _)| within(t)).collect::<Vec<_>>()
+        let changes = trace.levels.iter().map(|&(t, levels)| (t, levels.0));
+        changes.filter(|(t, _)| within(t)).collect::<Vec<_>>()
     };
     let codes = |trace: &Trace| {
-        let all = trace.dac.iter().map(|w| (w.t_us, (w.channel, w.code)));
-        all.filter(|(t, _)| within(t)).collect::<Vec<_>>()
+        let writes = trace.dac.iter().map(|w| (w.t_us, (w.channel, w.code)));
+        writes.filter(|(t, _)| within(t)).collect::<Vec<_>>()
     };
     let levels = first_unlike(&levels(a), &levels(b));
     let codes = first_unlike(&codes(a), &codes(b));
@@ -328,8 +328,9 @@ pub(super) fn first_difference(a: &Trace, b: &Trace, from_us: u64, to_us: u64) -
 /// on and before `to_us`, µs; 0 if no difference lasts a microsecond, `None` if there is none.
 fn longest_difference(a: &Trace, b: &Trace, from_us: u64, to_us: u64) -> Option<u64> {
     let within = |trace: &Trace| {
-        let all = trace.levels.iter().copied();
-        all.filter(|(t, _)| (from_us..to_us).contains(t))
+        let changes = trace.levels.iter().copied();
+        changes
+            .filter(|(t, _)| (from_us..to_us).contains(t))
             .collect::<Vec<_>>()
     };
     let is_unlike = within(a) != within(b);
@@ -386,7 +387,10 @@ mod tests {
             levels,
             ..Trace::default()
         });
-        let of = |b| longest_difference(&whole, b, 5, 30);
-        assert_eq!([&whole, &glitch, &long].map(of), [None, Some(0), Some(2)]);
+        let longest = |b| longest_difference(&whole, b, 5, 30);
+        assert_eq!(
+            [&whole, &glitch, &long].map(longest),
+            [None, Some(0), Some(2)]
+        );
     }
 }

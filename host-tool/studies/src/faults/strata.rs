@@ -62,11 +62,11 @@ impl Area {
         match self {
             Self::Live(top) => format!("the used part of the stack, below {top:#010x}"),
             Self::Bytes(ranges) => {
-                let all = ranges.iter();
-                let all =
-                    all.map(|range| format!("{:#010x} to {:#010x}", range.start, range.end - 1));
+                let areas = ranges.iter();
+                let texts =
+                    areas.map(|range| format!("{:#010x} to {:#010x}", range.start, range.end - 1));
                 let bytes = self.bytes(0);
-                format!("{}, {bytes} bytes", all.collect::<Vec<_>>().join(", "))
+                format!("{}, {bytes} bytes", texts.collect::<Vec<_>>().join(", "))
             }
         }
     }
@@ -133,18 +133,18 @@ pub(super) fn locate_strata(
     written.iter().map(stratum).collect()
 }
 
-/// Returns the parts of the range `all` that lie in none of `others`.
-fn subtract_ranges(all: Range<u32>, mut others: Vec<Range<u32>>) -> Vec<Range<u32>> {
+/// Returns the parts of the range `area` that lie in none of `others`.
+fn subtract_ranges(area: Range<u32>, mut others: Vec<Range<u32>>) -> Vec<Range<u32>> {
     others.sort_by_key(|range| range.start);
-    let (mut left, mut from) = (Vec::new(), all.start);
-    for other in others.into_iter().filter(|range| range.start < all.end) {
+    let (mut left, mut from) = (Vec::new(), area.start);
+    for other in others.into_iter().filter(|range| range.start < area.end) {
         if other.start > from {
             left.push(from..other.start);
         }
         from = from.max(other.end);
     }
-    if from < all.end {
-        left.push(from..all.end);
+    if from < area.end {
+        left.push(from..area.end);
     }
     left
 }

@@ -190,9 +190,9 @@ fn halt_core(
     let us = random.log_between(100.0, 500_000.0) as u64;
     let stand = kind == "debugger, timers stand";
     if stand {
-        for (register, all) in FREEZE {
+        for (register, bits) in FREEZE {
             let Board { cpu, around, .. } = board;
-            let _ = around.write(register, Size::Word, all, cpu.cycle); // the register exists
+            let _ = around.write(register, Size::Word, bits, cpu.cycle); // the register exists
         }
     }
     board.debug_halt(true)?;

@@ -68,7 +68,7 @@ impl Outcome {
         let [played, isolated, again] =
             [CaseEnd::Played, CaseEnd::Isolated, CaseEnd::Reconverged].map(ended);
         let [written, untouched] = [CaseEnd::Overwritten, CaseEnd::Untouched].map(ended);
-        let mut all = vec![format!(
+        let mut remarks = vec![format!(
             "{played} cases were simulated to their end, {isolated} until the outputs were \
              disconnected for good, {again} until everything was as without the fault. Not \
              simulated: {written} in memory that is overwritten before it is read, and \
@@ -76,23 +76,23 @@ impl Outcome {
         )];
         if let Some(uc) = self.truncated_uc {
             let pulses = self.truncated;
-            all.push(format!(
+            remarks.push(format!(
                 "{pulses} pulses were truncated or prolonged by a fault, which is excused: they \
                  left at most {uc:.1} uC each (limit {MOST_TRUNCATED_UC} uC)."
             ));
         }
         if let Some(us) = self.shown_us {
-            all.push(format!(
+            remarks.push(format!(
                 "A flip of the pulse tape was on an output line for at most {us} us at a time."
             ));
         }
         if let Some(us) = self.slowest_us {
-            all.push(format!(
+            remarks.push(format!(
                 "The outputs were disconnected at most {us} us after the time that the device \
                  reports for its fault."
             ));
         }
-        all
+        remarks
     }
 
     /// Formats this class or kind as a table row.
@@ -160,11 +160,11 @@ pub(super) fn in_words(case: &Case) -> String {
         .isolated_us
         .map(|us| format!("disconnected {us} us after"));
     let latched = fate.latched.then(|| "a stage latched".to_owned());
-    let all = [unfound, other, fault, reset, changed, isolated, latched];
-    let all: Vec<String> = all.into_iter().flatten().collect();
+    let details = [unfound, other, fault, reset, changed, isolated, latched];
+    let details: Vec<String> = details.into_iter().flatten().collect();
     let mut text = format!(
         "  {index}: {what} at {moment_us} us\n     {}",
-        all.join(", ")
+        details.join(", ")
     );
     for severe in &fate.severe {
         text += &format!("\n     SEVERE {severe}");
@@ -247,10 +247,10 @@ mod tests {
 
     #[test]
     fn no_line_is_longer_than_80_columns() {
-        let case = |index, what: &str, fate| Case {
+        let case = |index, description: &str, fate| Case {
             index,
             moment_us: 0,
-            what: what.to_owned(),
+            what: description.to_owned(),
             fate,
         };
         let found = CaseResult {
@@ -296,9 +296,9 @@ mod tests {
                 ..CaseResult::default()
             },
         };
-        let told = |cases: &[Case]| Outcome::from_cases(Class::Flips, cases).lines();
+        let report = |cases: &[Case]| Outcome::from_cases(Class::Flips, cases).lines();
         let cases: Vec<_> = (0..6).map(|k| case(k, k > 3)).collect();
-        let text = told(&cases);
+        let text = report(&cases);
         for (index, is_told) in [true, true, true, false, true, true].iter().enumerate() {
             assert_eq!(text.contains(&format!("\n  {index}: ")), *is_told, "{text}");
         }
@@ -307,6 +307,6 @@ mod tests {
             text.ends_with("  1 more of kind: --out DIR lists them (result.html)"),
             "{text}"
         );
-        assert!(!told(&cases[..3]).contains("more of"));
+        assert!(!report(&cases[..3]).contains("more of"));
     }
 }

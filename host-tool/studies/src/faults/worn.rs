@@ -107,19 +107,23 @@ impl<B: ForkableBoards> SensorScenario<B> {
             true => Some(&self.converted),
             false => self.read.get(&drawn.angle.index),
         };
-        let (fault, whole) = (
+        let (fault, intact) = (
             drawn.fault.unwrap_or(SensorFault::Stuck),
             BrokenSensor::never_broken(),
         );
-        let read = read.unwrap_or(&whole);
+        let read = read.unwrap_or(&intact);
         let mut broken = read.broken_from(begin_us, fault, drawn.moment_us);
         worn.world.broken_joint = drawn.angle.is_converted().then(|| broken.clone());
-        let (said, done) = match worn.play(self, next, drawn, &mut broken) {
+        let (reported_deg, done) = match worn.play(self, next, drawn, &mut broken) {
             Ok((said, ended)) => (said, Ok(ended)),
             Err(lost) => (None, Err(lost)),
         };
         let bench = worn.into_bench()?;
-        Ok(PlayedCase { bench, said, done })
+        Ok(PlayedCase {
+            bench,
+            said: reported_deg,
+            done,
+        })
     }
 
     /// Returns a copy of board and wearer from the last stored time up to `to_us`, the index of the
@@ -210,7 +214,7 @@ impl<B: ForkableBoards> BoardWithWearer<B> {
         broken: &mut BrokenSensor,
     ) -> io::Result<(Option<[f64; 2]>, CaseEnd)> {
         let script = &scene.script;
-        let (mut said, heeded_us) = (None, heeded_us(script));
+        let (mut reported_deg, heeded_us) = (None, heeded_us(script));
         let mut late: Vec<(u64, Vec<u8>)> = Vec::new();
         for (next, write) in script.said.writes().iter().enumerate().skip(next) {
             while let Some(first) = late
@@ -224,17 +228,18 @@ impl<B: ForkableBoards> BoardWithWearer<B> {
             self.run_to(write.t_us)?;
             let is_known = !scene.to_the_end && self.is_isolated_for_good();
             if is_known && !may_restart(&script.said.writes()[next..]) {
-                return Ok((said, CaseEnd::Isolated));
+                return Ok((reported_deg, CaseEnd::Isolated));
             }
             if write.t_us + SOON_US < heeded_us {
-                said = (self.world.broken_joint.as_ref().unwrap_or(broken)).reported_range_deg();
+                reported_deg =
+                    (self.world.broken_joint.as_ref().unwrap_or(broken)).reported_range_deg();
             }
             late.extend(self.send_write(script, write, &mut |t_us, joint, deg| {
                 drawn.replace_measurement(t_us, joint, deg, broken)
             })?);
         }
         self.run_to(script.end_us())?;
-        Ok((said, CaseEnd::Played))
+        Ok((reported_deg, CaseEnd::Played))
     }
 
     /// Sends one message of the host. If it contains an angle, `read` receives its time, µs, the

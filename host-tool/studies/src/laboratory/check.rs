@@ -30,12 +30,12 @@ impl Declaration {
         let mut written = DeclarationText::new(text);
         let (read, mut mistakes) = written.read();
         if let Some(read) = &read {
-            let mut told = DeclarationMistakes {
+            let mut collector = DeclarationMistakes {
                 written: &written,
                 all: mistakes,
             };
-            told.check_all(read);
-            mistakes = told.all;
+            collector.check_all(read);
+            mistakes = collector.all;
         }
         (read, mistakes)
     }
@@ -49,15 +49,15 @@ struct DeclarationMistakes<'w> {
 
 impl DeclarationMistakes<'_> {
     /// Adds a mistake in `field` of element `nth` of `list`.
-    fn add_in_list(&mut self, (list, nth, field): (&str, usize, &str), what: &str) {
+    fn add_in_list(&mut self, (list, nth, field): (&str, usize, &str), message: &str) {
         let line = self.written.line(list, nth, field);
-        self.all.push(Mistake::at(line, what));
+        self.all.push(Mistake::at(line, message));
     }
 
     /// Adds a mistake in a top-level field.
-    fn add_in_root(&mut self, field: &str, what: &str) {
+    fn add_in_root(&mut self, field: &str, message: &str) {
         let line = self.written.line_of(field);
-        self.all.push(Mistake::at(line, what));
+        self.all.push(Mistake::at(line, message));
     }
 
     fn check_all(&mut self, d: &Declaration) {
@@ -71,8 +71,8 @@ impl DeclarationMistakes<'_> {
         for nth in 0..d.printed.len() {
             self.printed(d, nth);
         }
-        for what in d.protocol.mistakes() {
-            self.add_in_root("protocol", &what);
+        for message in d.protocol.mistakes() {
+            self.add_in_root("protocol", &message);
         }
         if self.written.is_empty("protocol", "stop") {
             self.add_in_root(
@@ -86,11 +86,11 @@ impl DeclarationMistakes<'_> {
         let Some(claim) = d.claims.get(nth) else {
             return;
         };
-        let say = |what: &str| format!("claim `{}`: {what}", claim.id);
+        let say = |text: &str| format!("claim `{}`: {text}", claim.id);
         match &claim.what {
             ClaimKind::Compared(compared) => {
-                for (field, what) in compared_mistakes(d, compared) {
-                    self.add_in_list(("claim", nth, field), &say(&what));
+                for (field, message) in compared_mistakes(d, compared) {
+                    self.add_in_list(("claim", nth, field), &say(&message));
                 }
             }
             ClaimKind::Combined { all, none } => {
@@ -99,14 +99,14 @@ impl DeclarationMistakes<'_> {
                     for id in ids {
                         let is_known = before.iter().any(|other| other.id == *id);
                         if !is_known && !self.written.is_unread_claim(id) {
-                            let what = say(&format!("there is no claim `{id}` before this one"));
-                            self.add_in_list(("claim", nth, field), &what);
+                            let message = say(&format!("there is no claim `{id}` before this one"));
+                            self.add_in_list(("claim", nth, field), &message);
                         }
                     }
                 }
                 if all.is_empty() && none.is_empty() {
-                    let what = say("has nothing to judge; give `measure`, `all` or `none`");
-                    self.add_in_list(("claim", nth, "id"), &what);
+                    let message = say("has nothing to judge; give `measure`, `all` or `none`");
+                    self.add_in_list(("claim", nth, "id"), &message);
                 }
             }
         }
@@ -116,33 +116,33 @@ impl DeclarationMistakes<'_> {
         let Some(printed) = d.printed.get(nth) else {
             return;
         };
-        let say = |what: &str| format!("printed value ({}): {what}", printed.source);
-        if let Some(what) = unknown_measure(d, &printed.measure) {
-            self.add_in_list(("printed", nth, "measure"), &say(&what));
+        let say = |text: &str| format!("printed value ({}): {text}", printed.source);
+        if let Some(message) = unknown_measure(d, &printed.measure) {
+            self.add_in_list(("printed", nth, "measure"), &say(&message));
         }
         for (factor, levels) in &printed.only {
-            for what in levels
+            for message in levels
                 .iter()
                 .filter_map(|level| unknown_level(d, factor, level))
             {
-                self.add_in_list(("printed", nth, "where"), &say(&what));
+                self.add_in_list(("printed", nth, "where"), &say(&message));
             }
             if levels.is_empty() {
-                let what = say(&format!("`where` lists no level of `{factor}`"));
-                self.add_in_list(("printed", nth, "where"), &what);
+                let message = say(&format!("`where` lists no level of `{factor}`"));
+                self.add_in_list(("printed", nth, "where"), &message);
             }
         }
         if printed.values.is_empty() || !printed.values.iter().all(|value| value.is_finite()) {
-            let what = say("`values` is empty or contains a number that is not finite");
-            self.add_in_list(("printed", nth, "values"), &what);
+            let message = say("`values` is empty or contains a number that is not finite");
+            self.add_in_list(("printed", nth, "values"), &message);
         }
     }
 
     fn check_names(&mut self, d: &Declaration) {
         let is_plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
         if d.name.is_empty() || !d.name.chars().all(is_plain) {
-            let what = format!("name is `{}`; allowed: a–z, 0–9 and -", d.name);
-            self.add_in_root("name", &what);
+            let message = format!("name is `{}`; allowed: a–z, 0–9 and -", d.name);
+            self.add_in_root("name", &message);
         }
         let known: Vec<_> = measure::MEASURES.iter().map(|measure| measure.id).collect();
         for name in d
@@ -150,44 +150,47 @@ impl DeclarationMistakes<'_> {
             .iter()
             .filter(|text| measure::find_measure(text).is_none())
         {
-            let what = format!("no measure `{name}`; available: {}", known.join(", "));
-            self.add_in_root("measures", &what);
+            let message = format!("no measure `{name}`; available: {}", known.join(", "));
+            self.add_in_root("measures", &message);
         }
         if d.measures.is_empty() {
             self.add_in_root("measures", "measures is empty; name at least one measure");
         }
-        for (_, what) in find_duplicates("measure", d.measures.iter().map(|measure| &**measure)) {
-            self.add_in_root("measures", &what);
+        for (_, message) in find_duplicates("measure", d.measures.iter().map(|measure| &**measure))
+        {
+            self.add_in_root("measures", &message);
         }
-        for (nth, what) in find_duplicates("claim", d.claims.iter().map(|claim| &*claim.id)) {
-            self.add_in_list(("claim", nth, "id"), &what);
+        for (nth, message) in find_duplicates("claim", d.claims.iter().map(|claim| &*claim.id)) {
+            self.add_in_list(("claim", nth, "id"), &message);
         }
         let drawn = d.drawn.iter().map(|draw| &*draw.field);
         let fields = drawn.chain(d.grid.iter().map(|grid| &*grid.field));
-        for (nth, what) in find_duplicates("field", fields) {
+        for (nth, message) in find_duplicates("field", fields) {
             match nth.checked_sub(d.drawn.len()) {
-                None => self.add_in_list(("draw", nth, "field"), &what),
-                Some(nth) => self.add_in_list(("grid", nth, "field"), &what),
+                None => self.add_in_list(("draw", nth, "field"), &message),
+                Some(nth) => self.add_in_list(("grid", nth, "field"), &message),
             }
         }
     }
 
     fn check_factors(&mut self, d: &Declaration) {
-        for (nth, what) in find_duplicates("factor", d.factors.iter().map(|factor| &*factor.name)) {
-            self.add_in_list(("factor", nth, "name"), &what);
+        for (nth, message) in
+            find_duplicates("factor", d.factors.iter().map(|factor| &*factor.name))
+        {
+            self.add_in_list(("factor", nth, "name"), &message);
         }
         for (nth, factor) in d.factors.iter().enumerate() {
             if factor.levels.is_empty() {
                 let name = &factor.name;
-                let what = format!(
+                let message = format!(
                     "factor `{name}` has no level; give at least one, or remove the factor"
                 );
-                self.add_in_list(("factor", nth, "name"), &what);
+                self.add_in_list(("factor", nth, "name"), &message);
             }
             let levels = factor.levels.iter().map(|level| &*level.name);
-            for (at, what) in find_duplicates(&format!("level of `{}`", factor.name), levels) {
+            for (at, message) in find_duplicates(&format!("level of `{}`", factor.name), levels) {
                 let line = self.written.line_of_level(nth, at);
-                self.all.push(Mistake::at(line, &what));
+                self.all.push(Mistake::at(line, &message));
             }
         }
         let names_session = |(_, factor): &(usize, &super::declaration::Factor)| {
@@ -196,12 +199,12 @@ impl DeclarationMistakes<'_> {
         let mut naming = d.factors.iter().enumerate().filter(names_session);
         if let Some((_, first)) = naming.next() {
             for (nth, factor) in naming {
-                let (one, other) = (&first.name, &factor.name);
-                let what = format!(
-                    "`{one}` and `{other}` both name sessions, but a condition has only one; name \
+                let (first_name, other) = (&first.name, &factor.name);
+                let message = format!(
+                    "`{first_name}` and `{other}` both name sessions, but a condition has only one; name \
                      all sessions in one factor"
                 );
-                self.add_in_list(("factor", nth, "name"), &what);
+                self.add_in_list(("factor", nth, "name"), &message);
             }
         }
     }
@@ -229,12 +232,12 @@ impl DeclarationMistakes<'_> {
                         let name = &level.name;
                         let by = self.written.line(list, nth, "field");
                         let by = by.map_or(String::new(), |line| format!(", line {line},"));
-                        let what = format!(
+                        let message = format!(
                             "level `{name}` changes `{own}`, but the {list} of `{field}`{by} would \
                              overwrite it; remove one of the two"
                         );
                         let line = self.written.line_of_level(at, place);
-                        self.all.push(Mistake::at(line, &what));
+                        self.all.push(Mistake::at(line, &message));
                     }
                 }
             }
@@ -246,8 +249,8 @@ impl DeclarationMistakes<'_> {
         let conditions = conditions.fold(1, usize::saturating_mul);
         let trials = conditions.saturating_mul(d.protocol.rounds());
         if trials > MOST_TRIALS {
-            let what = format!("{trials} trials; allowed: at most {MOST_TRIALS}");
-            self.add_in_root("protocol", &what);
+            let message = format!("{trials} trials; allowed: at most {MOST_TRIALS}");
+            self.add_in_root("protocol", &message);
         }
         for (nth, drawn) in d
             .drawn
@@ -258,39 +261,39 @@ impl DeclarationMistakes<'_> {
             let RandomField {
                 field, low, high, ..
             } = drawn;
-            let what = format!(
+            let message = format!(
                 "draw `{field}` goes from {low} to {high}; low must be below high, above 0 for a \
                  logarithm, and both must be whole for whole numbers"
             );
-            self.add_in_list(("draw", nth, "low"), &what);
+            self.add_in_list(("draw", nth, "low"), &message);
         }
         for (nth, grid) in d.grid.iter().enumerate() {
             if grid.values.is_empty() || !grid.values.iter().all(|value| value.is_finite()) {
-                let what = format!(
+                let message = format!(
                     "grid `{}`: `values` is empty or contains a number that is not finite",
                     grid.field
                 );
-                self.add_in_list(("grid", nth, "values"), &what);
+                self.add_in_list(("grid", nth, "values"), &message);
             }
         }
         let points = d.grid.iter().map(|grid| grid.values.len() as u64);
         let points = points.fold(1_u64, u64::saturating_mul);
         if points.saturating_mul(d.draws) > MOST_DRAWS || d.draws == 0 {
             let draws = d.draws;
-            let what = format!(
+            let message = format!(
                 "{draws} draws at each of {points} grid points; allowed: 1 to {MOST_DRAWS} in all"
             );
-            self.add_in_root("draws", &what);
+            self.add_in_root("draws", &message);
         }
     }
 }
 
-/// Returns the index of every name that occurred before, with a message; `what` is the noun for it.
-fn find_duplicates<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Vec<(usize, String)> {
+/// Returns the index of every name that occurred before, with a message; `noun` is the noun for it.
+fn find_duplicates<'a>(noun: &str, names: impl Iterator<Item = &'a str>) -> Vec<(usize, String)> {
     let mut seen = HashSet::new();
     let again = names.enumerate().filter(|(_, name)| !seen.insert(*name));
-    let told = again.map(|(nth, name)| (nth, format!("{what} `{name}` appears twice")));
-    told.collect()
+    let messages = again.map(|(nth, name)| (nth, format!("{noun} `{name}` appears twice")));
+    messages.collect()
 }
 
 /// Returns whether the dotted path `field` equals `table` or continues it.
@@ -333,33 +336,33 @@ fn unknown_level(d: &Declaration, factor: &str, level: &str) -> Option<String> {
 
 /// Returns the mistakes of a comparison between levels, each with the field that is wrong.
 fn compared_mistakes(d: &Declaration, c: &LevelComparison) -> Vec<(&'static str, String)> {
-    let measure = unknown_measure(d, &c.measure).map(|what| ("measure", what));
-    let mut told: Vec<_> = measure.into_iter().collect();
+    let measure = unknown_measure(d, &c.measure).map(|message| ("measure", message));
+    let mut mistakes: Vec<_> = measure.into_iter().collect();
     match d.factors.iter().any(|known| known.name == c.factor) {
-        false => told.push(("factor", format!("no factor `{}`", c.factor))),
+        false => mistakes.push(("factor", format!("no factor `{}`", c.factor))),
         true => {
             for (field, level) in [("this", &c.this), ("than", &c.than)] {
                 let unknown = unknown_level(d, &c.factor, level);
-                told.extend(unknown.map(|what| (field, what)));
+                mistakes.extend(unknown.map(|message| (field, message)));
             }
         }
     }
     for (factor, level) in &c.only {
         let unknown = unknown_level(d, factor, level);
-        told.extend(unknown.map(|what| ("where", what)));
+        mistakes.extend(unknown.map(|message| ("where", message)));
     }
     if c.this == c.than {
-        told.push(("than", format!("compares `{}` with itself", c.this)));
+        mistakes.push(("than", format!("compares `{}` with itself", c.this)));
     }
     if c.only.contains_key(&c.factor) {
-        let what = format!(
+        let message = format!(
             "`where` fixes `{}`, the factor that the claim compares",
             c.factor
         );
-        told.push(("where", what));
+        mistakes.push(("where", message));
     }
     if !c.by.is_finite() || c.by < 0.0 {
-        told.push(("by", format!("by is {}; allowed: 0 or more", c.by)));
+        mistakes.push(("by", format!("by is {}; allowed: 0 or more", c.by)));
     }
-    told
+    mistakes
 }

@@ -110,13 +110,13 @@ impl Share {
     /// all belong to one wearer.
     #[must_use]
     pub fn is_single(&self) -> bool {
-        let one = || {
+        let has_single_interval = || {
             let part = self.holds as f64 / self.of as f64;
-            let one = statistics::wilson_share(part, 1, LEVEL).ok()?;
+            let interval = statistics::wilson_share(part, 1, LEVEL).ok()?;
             let (low, high) = self.low.zip(self.high)?;
-            Some((low - one.low).abs() < 1e-9 && (high - one.high).abs() < 1e-9)
+            Some((low - interval.low).abs() < 1e-9 && (high - interval.high).abs() < 1e-9)
         };
-        self.of == 1 || (self.of > 0 && one() == Some(true))
+        self.of == 1 || (self.of > 0 && has_single_interval() == Some(true))
     }
 
     /// Returns the share in percent as text, for example "7.5 %", or "no case".
@@ -177,13 +177,13 @@ fn share<'a>(
     place: &str,
     cases: impl Iterator<Item = (&'a Case, &'a bool)>,
 ) -> Share {
-    let (mut holds, mut of, mut wearers) = (0, 0, BTreeSet::new());
+    let (mut holds, mut total, mut wearers) = (0, 0, BTreeSet::new());
     for ((unit, _), is) in cases {
-        (holds, of) = (holds + u64::from(*is), of + 1);
+        (holds, total) = (holds + u64::from(*is), total + 1);
         wearers.insert(*unit);
     }
     let wearers = wearers.len() as u64;
-    let successes = holds as f64 * wearers as f64 / (of as f64).max(1.0);
+    let successes = holds as f64 * wearers as f64 / (total as f64).max(1.0);
     let interval = statistics::wilson_share(successes, wearers, LEVEL).ok();
     Share {
         id: claim.id.clone(),
@@ -191,7 +191,7 @@ fn share<'a>(
         claim: claim.says.clone(),
         paper: claim.paper,
         holds,
-        of,
+        of: total,
         low: interval.map(|share| share.low),
         high: interval.map(|share| share.high),
     }
@@ -252,27 +252,28 @@ fn pairs(experiment: &Experiment, c: &LevelComparison) -> Vec<(OtherFactors, usi
         .collect()
 }
 
-/// Returns for each case whether all claims in `all` hold and no claim in `none` does. Cases in
+/// Returns for each case whether all claims in `required` hold and no claim in `none` does. Cases in
 /// which one of these claims was not judged are left out.
 fn combine_claims(
     known: &BTreeMap<&str, BTreeMap<Case, bool>>,
-    all: &[String],
+    required: &[String],
     none: &[String],
 ) -> BTreeMap<Case, bool> {
     let own = |id: &String| known.get(&**id);
-    let first = all.iter().chain(none).find_map(own);
+    let first = required.iter().chain(none).find_map(own);
     let holds = |case: &Case, ids: &[String], wanted: bool| {
-        let each = ids
+        let verdicts = ids
             .iter()
             .map(|id| own(id)?.get(case).map(|holds| *holds == wanted));
-        each.collect::<Option<Vec<bool>>>()
-            .map(|each| each.iter().all(|is| *is))
+        verdicts
+            .collect::<Option<Vec<bool>>>()
+            .map(|flags| flags.iter().all(|is| *is))
     };
     let cases = first.into_iter().flat_map(BTreeMap::keys);
     cases
         .filter_map(|case| {
-            let (all, none) = (holds(case, all, true)?, holds(case, none, false)?);
-            Some((case.clone(), all && none))
+            let (has_required, none) = (holds(case, required, true)?, holds(case, none, false)?);
+            Some((case.clone(), has_required && none))
         })
         .collect()
 }

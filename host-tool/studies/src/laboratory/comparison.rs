@@ -118,7 +118,7 @@ impl Comparison {
     /// point alone: 5.92° against 9.55° (…); in the paper: 10.7° against 17.6°."
     #[must_use]
     pub fn sentence(&self) -> String {
-        let both = |[this, than]: [f64; 2]| {
+        let phrase = |[this, than]: [f64; 2]| {
             let unit = match &*self.unit {
                 "°" => "°".to_owned(),
                 unit => format!(" {unit}"),
@@ -126,12 +126,12 @@ impl Comparison {
             format!("{}{unit} against {}{unit}", digits(this), digits(than))
         };
         let pairs = self.pairs.iter().map(|pair| match &*pair.levels {
-            "" => both([pair.this, pair.than]),
-            levels => format!("{} ({levels})", both([pair.this, pair.than])),
+            "" => phrase([pair.this, pair.than]),
+            levels => format!("{} ({levels})", phrase([pair.this, pair.than])),
         });
         let paper = self
             .paper
-            .map(|paper| format!("; in the paper: {}", both(paper)));
+            .map(|paper| format!("; in the paper: {}", phrase(paper)));
         format!(
             "{} with {} against {}: {}{}.",
             self.quantity,

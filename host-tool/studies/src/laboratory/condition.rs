@@ -47,7 +47,7 @@ impl Condition {
         });
         let places: Vec<Vec<((usize, usize), &Level)>> = places.collect();
         let mut refused = Vec::new();
-        let mut all = Vec::new();
+        let mut conditions = Vec::new();
         for index in 0..count as u64 {
             let levels = crossed(index, places.iter().map(|levels| &**levels));
             let other = levels
@@ -56,11 +56,11 @@ impl Condition {
             let session = other.unwrap_or(&d.session).to_owned();
             let mut base = sessions.get(&*session).cloned().unwrap_or_default();
             for (place, level) in &levels {
-                let told = level.change(&mut base).into_iter();
-                refused.extend(told.map(|what| (*place, what)));
+                let reasons = level.change(&mut base).into_iter();
+                refused.extend(reasons.map(|reason| (*place, reason)));
             }
             let levels = levels.iter().map(|(_, level)| level.name.clone()).collect();
-            all.push(Self {
+            conditions.push(Self {
                 levels,
                 base,
                 session,
@@ -70,7 +70,7 @@ impl Condition {
         refused.sort();
         refused.dedup();
         match refused.is_empty() {
-            true => Ok(all),
+            true => Ok(conditions),
             false => Err(refused),
         }
     }
@@ -182,18 +182,18 @@ fn known_elbow(wearer: &Wearer, body: &mut Table) -> Result<Vec<&'static str>, S
 /// declaration.
 pub(super) fn relative_to_session(session: &str, file: &str) -> String {
     let folder = Path::new(session).parent().unwrap_or(Path::new(""));
-    let mut whole = PathBuf::new();
+    let mut path = PathBuf::new();
     for part in folder.join(file).components() {
-        let last = whole.components().next_back();
+        let last = path.components().next_back();
         match (part, last) {
             (Component::ParentDir, Some(Component::Normal(_))) => {
-                whole.pop();
+                path.pop();
             }
             (Component::CurDir, _) => {}
-            (part, _) => whole.push(part),
+            (part, _) => path.push(part),
         }
     }
-    whole.display().to_string()
+    path.display().to_string()
 }
 
 /// Returns the readable name of a condition: the names of its levels, separated by commas.
@@ -209,13 +209,13 @@ impl Level {
     /// be changed.
     fn change(&self, session: &mut Table) -> Vec<String> {
         let unset = self.unset.iter().map(|field| unset(session, field));
-        let mut told: Vec<String> = unset.filter_map(Result::err).collect();
+        let mut reasons: Vec<String> = unset.filter_map(Result::err).collect();
         let set = self
             .set
             .iter()
             .map(|pair| set(session, pair.0, pair.1.clone()));
-        told.extend(set.filter_map(Result::err));
-        told
+        reasons.extend(set.filter_map(Result::err));
+        reasons
     }
 }
 

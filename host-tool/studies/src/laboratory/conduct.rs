@@ -70,7 +70,7 @@ impl Experiment {
         operator: &mut dyn Operator,
     ) -> Result<Course, LaboratoryError> {
         let steps = self.declaration.protocol.steps(self.conditions.len(), seed);
-        let of = steps
+        let total = steps
             .iter()
             .filter(|step| matches!(step, Step::Trial(_)))
             .count();
@@ -80,7 +80,7 @@ impl Experiment {
         let mut worn = TrialDevice::new(wearer, &sessions, (device, seed))?;
         let mut course = Course {
             trials: Vec::new(),
-            of,
+            of: total,
             ended: None,
         };
         for step in steps {
@@ -95,7 +95,7 @@ impl Experiment {
                     if let Some(file) = files.get(place.condition) {
                         self.trial(dir, (&mut worn, file), place, &mut course, operator)?;
                     }
-                    operator.progress(course.trials.len() as f64 / of as f64);
+                    operator.progress(course.trials.len() as f64 / total as f64);
                     course.ended.is_none()
                 }
             };
@@ -138,7 +138,7 @@ impl Experiment {
             measured,
         });
         course.ended = match (crossed, recorded.error) {
-            (Some(what), _) => Some(ProtocolEnd::Criterion(what)),
+            (Some(criterion), _) => Some(ProtocolEnd::Criterion(criterion)),
             (None, Some(error)) => Some(ProtocolEnd::Run(error)),
             (None, None) => None,
         };
@@ -199,7 +199,7 @@ impl Stop {
         let above: fn(f64, f64) -> bool = |value, limit| value > limit;
         let below: fn(f64, f64) -> bool = |value, limit| value < limit;
         let angle = sample.measured_deg;
-        let all = [
+        let limits = [
             (
                 "the angle rose above",
                 "°",
@@ -216,10 +216,10 @@ impl Stop {
                 beyond(force, self.force_above_n, above),
             ),
         ];
-        all.into_iter().find_map(|(what, unit, crossed)| {
+        limits.into_iter().find_map(|(phrase, unit, crossed)| {
             let (value, limit) = crossed?;
             Some(format!(
-                "{what} {limit}{unit} ({value:.1}{unit}) at {t_s:.2} s"
+                "{phrase} {limit}{unit} ({value:.1}{unit}) at {t_s:.2} s"
             ))
         })
     }

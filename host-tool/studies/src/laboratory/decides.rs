@@ -74,16 +74,16 @@ pub(super) fn deciding_fields(
         let numbers: Vec<Vec<f64>> = units.map(|unit| numbers(&unit)).collect();
         let holds: Vec<bool> = wearers.into_values().collect();
         let fields = declaration.drawn.iter().enumerate().map(|(nth, drawn)| {
-            let own = numbers.iter().filter_map(|all| all.get(nth).copied());
+            let own = numbers.iter().filter_map(|values| values.get(nth).copied());
             (&*drawn.field, own.collect())
         });
-        let of = |wanted: bool| holds.iter().filter(|is| **is == wanted).count();
-        let enough = of(true).min(of(false)) >= LEAST_WEARERS;
+        let count = |wanted: bool| holds.iter().filter(|is| **is == wanted).count();
+        let enough = count(true).min(count(false)) >= LEAST_WEARERS;
         DecidingClaim {
             id: claim.id.clone(),
             claim: claim.says.clone(),
-            holds: of(true),
-            fails: of(false),
+            holds: count(true),
+            fails: count(false),
             enough,
             fields: match enough {
                 true => compare_fields(&fields.collect::<Vec<_>>(), &holds),
@@ -99,10 +99,10 @@ pub(super) fn deciding_fields(
 fn by_wearer(cases: Option<&BTreeMap<Case, bool>>, draws: u64) -> BTreeMap<u64, bool> {
     let mut counts: BTreeMap<u64, (usize, usize)> = BTreeMap::new();
     for ((unit, _), is) in cases.into_iter().flatten() {
-        let (holds, of) = counts.entry(unit % draws.max(1)).or_default();
-        (*holds, *of) = (*holds + usize::from(*is), *of + 1);
+        let (holds, total) = counts.entry(unit % draws.max(1)).or_default();
+        (*holds, *total) = (*holds + usize::from(*is), *total + 1);
     }
-    let most = |(wearer, (holds, of))| (wearer, 2 * holds >= of);
+    let most = |(wearer, (holds, total))| (wearer, 2 * holds >= total);
     counts.into_iter().map(most).collect()
 }
 
@@ -119,7 +119,7 @@ fn numbers(unit: &Unit) -> Vec<f64> {
 /// Compares each field between the wearers in whom the claim `holds` and the others. A field has
 /// one value per wearer, in the order of `holds`. Fields that do not vary are left out.
 pub(super) fn compare_fields(fields: &[(&str, Vec<f64>)], holds: &[bool]) -> Vec<Field> {
-    let one = |(name, numbers): &(&str, Vec<f64>)| {
+    let comparison = |(name, numbers): &(&str, Vec<f64>)| {
         let group = |wanted: bool| -> Vec<f64> {
             let own = numbers.iter().zip(holds).filter(|(_, is)| **is == wanted);
             own.map(|(number, _)| *number).collect()
@@ -137,23 +137,23 @@ pub(super) fn compare_fields(fields: &[(&str, Vec<f64>)], holds: &[bool]) -> Vec
             thirds: thirds(numbers, holds),
         })
     };
-    let mut all: Vec<Field> = fields.iter().filter_map(one).collect();
-    let p: Vec<f64> = all.iter().map(|field| field.p).collect();
+    let mut comparisons: Vec<Field> = fields.iter().filter_map(comparison).collect();
+    let p: Vec<f64> = comparisons.iter().map(|field| field.p).collect();
     // If the correction fails, no field has a p either.
-    for (field, p_holm) in all.iter_mut().zip(holm(&p).unwrap_or_default()) {
+    for (field, p_holm) in comparisons.iter_mut().zip(holm(&p).unwrap_or_default()) {
         (field.p_holm, field.decides) = (p_holm, p_holm < LEVEL);
     }
-    all
+    comparisons
 }
 
 /// Sorts the wearers by value and divides them into thirds; returns the share of wearers in whom
 /// the claim holds, 0 to 1, in each third.
 fn thirds(numbers: &[f64], holds: &[bool]) -> [f64; 3] {
-    let mut all: Vec<(f64, bool)> = numbers.iter().copied().zip(holds.iter().copied()).collect();
-    all.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    let mut pairs: Vec<(f64, bool)> = numbers.iter().copied().zip(holds.iter().copied()).collect();
+    pairs.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     let share = |third: usize| {
-        let (from, to) = (third * all.len() / 3, (third + 1) * all.len() / 3);
-        let own = all.get(from..to).unwrap_or_default();
+        let (from, to) = (third * pairs.len() / 3, (third + 1) * pairs.len() / 3);
+        let own = pairs.get(from..to).unwrap_or_default();
         own.iter().filter(|(_, is)| *is).count() as f64 / own.len().max(1) as f64
     };
     [0, 1, 2].map(share)

@@ -199,7 +199,7 @@ impl TryFrom<ClaimFields> for Claim {
                 only: f.only.unwrap_or_default(),
             })
         };
-        let what = match compared() {
+        let kind = match compared() {
             Some(_) if combines => {
                 return Err(format!(
                     "claim `{id}` both compares levels and combines claims (`all`, `none`); do one"
@@ -225,7 +225,7 @@ impl TryFrom<ClaimFields> for Claim {
             id,
             says: f.says,
             paper: f.paper,
-            what,
+            what: kind,
         })
     }
 }
@@ -265,14 +265,14 @@ pub enum Relation {
 }
 
 impl Relation {
-    /// Returns whether `this` has this relation to `that`, with `by` as the margin.
+    /// Returns whether `this` has this relation to `reference`, with `by` as the margin.
     #[must_use]
-    pub fn holds(self, this: f64, that: f64, by: f64) -> bool {
+    pub fn holds(self, this: f64, reference: f64, by: f64) -> bool {
         match self {
-            Self::Less => this < that - by,
-            Self::More => this > that + by,
-            Self::NoMore => this <= that + by,
-            Self::NoLess => this >= that - by,
+            Self::Less => this < reference - by,
+            Self::More => this > reference + by,
+            Self::NoMore => this <= reference + by,
+            Self::NoLess => this >= reference - by,
         }
     }
 }
@@ -323,14 +323,14 @@ impl Declaration {
     /// level.
     #[must_use]
     pub fn sessions(&self) -> Vec<(&str, Option<(usize, usize)>)> {
-        let mut all = vec![(&*self.session, None)];
+        let mut sessions = vec![(&*self.session, None)];
         for (f, factor) in self.factors.iter().enumerate() {
             for (l, level) in factor.levels.iter().enumerate() {
                 let named = level.session.as_deref();
-                let new = named.filter(|text| !all.iter().any(|(known, _)| known == text));
-                all.extend(new.map(|name| (name, Some((f, l)))));
+                let new = named.filter(|text| !sessions.iter().any(|(known, _)| known == text));
+                sessions.extend(new.map(|name| (name, Some((f, l)))));
             }
         }
-        all
+        sessions
     }
 }

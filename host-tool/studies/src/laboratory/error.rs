@@ -198,8 +198,8 @@ impl LaboratoryError {
                 all => (all.join(", "), "conditions {} yield sessions"),
             };
             let make = make.replace("{}", &names);
-            let what = format!("{make} that no device would arm: {reason}");
-            Mistake::at(None, &what)
+            let message = format!("{make} that no device would arm: {reason}");
+            Mistake::at(None, &message)
         };
         Self::Condition {
             file: file.to_owned(),
@@ -209,9 +209,9 @@ impl LaboratoryError {
 
     /// Creates the error for a declaration file at `path` that cannot be read.
     pub(crate) fn unreadable(path: &Path, error: &Self) -> Self {
-        let what = format!("the file cannot be read: {}", error.reason());
+        let message = format!("the file cannot be read: {}", error.reason());
         let file = path.file_name().unwrap_or(path.as_os_str());
-        Self::declaration(&file.to_string_lossy(), vec![Mistake::at(None, &what)])
+        Self::declaration(&file.to_string_lossy(), vec![Mistake::at(None, &message)])
     }
 
     /// Returns the message for use within another message. The error number is left out if a
@@ -230,8 +230,8 @@ impl LaboratoryError {
 /// Joins all mistakes of a session to one text. Line numbers are left out, because the session was
 /// generated and the user has no file in which to look them up.
 pub(super) fn describe_mistakes(error: &SessionError) -> String {
-    let all: Vec<String> = error.errors().map(SessionError::summary).collect();
-    all.join("\n  ")
+    let summaries: Vec<String> = error.errors().map(SessionError::summary).collect();
+    summaries.join("\n  ")
 }
 
 /// One mistake in a declaration, with its line if that is known.
@@ -244,9 +244,9 @@ pub struct Mistake {
 impl Mistake {
     /// Creates a mistake in `line`, counted from 1; `None` if the line is unknown.
     #[must_use]
-    pub fn at(line: Option<usize>, what: &str) -> Self {
-        let what = what.to_owned();
-        Self { line, what }
+    pub fn at(line: Option<usize>, message: &str) -> Self {
+        let text = message.to_owned();
+        Self { line, what: text }
     }
 }
 
@@ -260,6 +260,6 @@ impl fmt::Display for Mistake {
 }
 
 fn list(mistakes: &[Mistake]) -> String {
-    let all: Vec<String> = mistakes.iter().map(ToString::to_string).collect();
-    all.join("\n  ")
+    let lines: Vec<String> = mistakes.iter().map(ToString::to_string).collect();
+    lines.join("\n  ")
 }

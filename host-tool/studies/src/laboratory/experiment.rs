@@ -68,8 +68,8 @@ impl Experiment {
         let read = RefCell::new(BTreeMap::new());
         let wearer = |name: &str| sources::read_cached(&read, name, texts);
         let conditions = Condition::all(&declaration, &sources::tables(&sessions, &wearer)?);
-        let mut conditions =
-            conditions.map_err(|all| unchangeable_fields(&declaration, (file, text), &all))?;
+        let mut conditions = conditions
+            .map_err(|levels| unchangeable_fields(&declaration, (file, text), &levels))?;
         let mut wearers: Vec<(String, String)> = Vec::new();
         for worn in conditions
             .iter_mut()
@@ -82,7 +82,7 @@ impl Experiment {
         let mut hashes = vec![sum((file, text))];
         let others = sessions.iter().chain(&wearers);
         hashes.extend(others.map(|(name, text)| sum((name, text))));
-        let whole = Self {
+        let experiment = Self {
             declaration,
             asked: file.to_owned(),
             text: text.to_owned(),
@@ -93,15 +93,15 @@ impl Experiment {
             hashes,
         };
         // Reports every mistake before anything runs.
-        let declared = whole.sessions(&[])?;
-        whole.check_wearable(file)?;
-        let drawn = whole.unit(whole.declaration.seed, 1, 0);
-        for files in [declared, whole.sessions(&drawn.fields)?] {
+        let declared = experiment.sessions(&[])?;
+        experiment.check_wearable(file)?;
+        let drawn = experiment.unit(experiment.declaration.seed, 1, 0);
+        for files in [declared, experiment.sessions(&drawn.fields)?] {
             let sessions: Vec<_> = files.into_iter().map(|file| file.session).collect();
-            whole.check_worn(&sessions)?;
-            whole.check_stop(&sessions)?;
+            experiment.check_worn(&sessions)?;
+            experiment.check_stop(&sessions)?;
         }
-        Ok(whole)
+        Ok(experiment)
     }
 
     /// Replaces the wearer files of all sessions by `file`, whose content is `text`. Fields of a
@@ -166,11 +166,13 @@ impl Experiment {
     /// refer.
     fn check_stop(&self, sessions: &[Session]) -> Result<(), LaboratoryError> {
         let stop = self.declaration.protocol.stop;
-        let all = self.conditions.iter().zip(sessions);
-        let unmet = all.flat_map(|(condition, session)| {
+        let pairs = self.conditions.iter().zip(sessions);
+        let unmet = pairs.flat_map(|(condition, session)| {
             let name = condition.name();
             let unmet = stop.unusable_criteria(session).into_iter();
-            unmet.map(move |(field, what)| format!("`{field}` in `{name}`, which has no {what}"))
+            unmet.map(move |(field, quantity)| {
+                format!("`{field}` in `{name}`, which has no {quantity}")
+            })
         });
         match unmet.collect::<Vec<_>>() {
             unmet if unmet.is_empty() => Ok(()),
@@ -292,7 +294,7 @@ impl Experiment {
         files: &[SessionFile],
         trials: &[(usize, Trial)],
     ) -> Vec<TrialMeasures> {
-        let of = |(c, file): (usize, &SessionFile)| {
+        let condition_means = |(c, file): (usize, &SessionFile)| {
             let own = trials.iter().filter(|(condition, _)| *condition == c);
             let own: Vec<TrialMeasures> = own
                 .map(|(_, trial)| self.measure_trial(file, trial))
@@ -305,7 +307,7 @@ impl Experiment {
             };
             (0..self.measures().count()).map(mean).collect()
         };
-        files.iter().enumerate().map(of).collect()
+        files.iter().enumerate().map(condition_means).collect()
     }
 
     /// Computes every measure of the declaration from one trial.
@@ -323,11 +325,11 @@ fn unchangeable_fields(
     refused: &[IneffectiveLevel],
 ) -> LaboratoryError {
     let written = DeclarationText::new(text);
-    let mistake = |((f, l), what): &IneffectiveLevel| {
+    let mistake = |((f, l), reason): &IneffectiveLevel| {
         let level = d.factors.get(*f).and_then(|factor| factor.levels.get(*l));
         let name = level.map_or("", |level| &level.name);
         let line = written.line_of_level(*f, *l);
-        Mistake::at(line, &format!("level `{name}`: {what}"))
+        Mistake::at(line, &format!("level `{name}`: {reason}"))
     };
     LaboratoryError::Fields {
         file: file.to_owned(),

@@ -90,8 +90,8 @@ impl DrawClaim {
             .filter_map(|(verdict, drawn)| Some(((*verdict)?, *drawn)))
             .collect();
         let holds: Vec<bool> = known.iter().map(|pair| pair.0).collect();
-        let of = |wanted: bool| holds.iter().filter(|hold| **hold == wanted).count();
-        let enough = of(true).min(of(false)) >= LEAST_WEARERS;
+        let count = |wanted: bool| holds.iter().filter(|hold| **hold == wanted).count();
+        let enough = count(true).min(count(false)) >= LEAST_WEARERS;
         let fields = ranges.iter().enumerate().map(|(place, range)| {
             let own = known.iter().filter_map(|(_, drawn)| drawn.get(place));
             (&*range.field, own.copied().collect())
@@ -99,8 +99,8 @@ impl DrawClaim {
         DecidingClaim {
             id: self.id.clone(),
             claim: self.says.clone(),
-            holds: of(true),
-            fails: of(false),
+            holds: count(true),
+            fails: count(false),
             enough,
             fields: match enough {
                 true => compare_fields(&fields.collect::<Vec<_>>(), &holds),

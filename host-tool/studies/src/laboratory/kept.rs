@@ -31,14 +31,17 @@ pub fn differs(
     is_cut: bool,
 ) -> Result<Option<Difference>, LaboratoryError> {
     for &file in compared_files(is_cut) {
-        let (mut one, mut other) = (lines(&record.join(file))?, lines(&again.join(file))?);
+        let (mut recorded, mut other) = (lines(&record.join(file))?, lines(&again.join(file))?);
         if is_cut {
-            let whole = one.iter().take_while(|line| line.ends_with('\n')).count();
-            one.truncate(whole);
-            other.truncate(whole);
+            let count = recorded
+                .iter()
+                .take_while(|line| line.ends_with('\n'))
+                .count();
+            recorded.truncate(count);
+            other.truncate(count);
         }
-        let mut all = 0..one.len().max(other.len());
-        if let Some(line) = all.find(|&line| one.get(line) != other.get(line)) {
+        let mut indices = 0..recorded.len().max(other.len());
+        if let Some(line) = indices.find(|&line| recorded.get(line) != other.get(line)) {
             let line = line + 1;
             return Ok(Some(Difference {
                 trial: None,
@@ -63,8 +66,9 @@ impl Experiment {
     /// Returns names and SHA-256 of the experiment's files, as the plan of a record lists them.
     #[must_use]
     pub fn declared_files(&self) -> Vec<DeclaredFile> {
-        let each = self.hashes.iter().cloned();
-        each.map(|(file, sha256)| DeclaredFile { file, sha256 })
+        let hashes = self.hashes.iter().cloned();
+        hashes
+            .map(|(file, sha256)| DeclaredFile { file, sha256 })
             .collect()
     }
 
@@ -94,20 +98,20 @@ impl Experiment {
     /// Fails if a file is missing or its SHA-256 has changed.
     pub fn from_record(dir: &Path, declared: &[DeclaredFile]) -> Result<Self, LaboratoryError> {
         let mut texts = Vec::new();
-        for (place, one) in declared.iter().enumerate() {
-            let path = dir.join(one.copy_path(place));
+        for (place, entry) in declared.iter().enumerate() {
+            let path = dir.join(entry.copy_path(place));
             let refuse = |reason: String| LaboratoryError::Kept {
                 file: path.display().to_string(),
                 reason,
             };
             let text = input::read_text(&path, input::LONGEST_TYPED);
             let text = text.map_err(|error| refuse(error.to_string()))?;
-            if sha256(text.as_bytes()) != one.sha256 {
+            if sha256(text.as_bytes()) != entry.sha256 {
                 return Err(refuse(
                     "its SHA-256 differs from that in the record".to_owned(),
                 ));
             }
-            texts.push((&*one.file, text));
+            texts.push((&*entry.file, text));
         }
         let refuse = |reason: &str| LaboratoryError::Kept {
             file: dir.display().to_string(),
@@ -116,7 +120,7 @@ impl Experiment {
         let (first, sessions) = texts
             .split_first()
             .ok_or_else(|| refuse("it has no declaration"))?;
-        let whole = Self::new(first.0, &first.1, &|name| {
+        let experiment = Self::new(first.0, &first.1, &|name| {
             let own = sessions.iter().find(|(file, _)| *file == name);
             let own = own.map(|(_, text)| text.clone());
             let other = "its sessions and wearer files are not those that its declaration names";
@@ -127,8 +131,8 @@ impl Experiment {
             Some((file.to_owned(), text.clone()))
         };
         match sessions.iter().find_map(worn) {
-            Some((file, text)) => whole.with_wearer(&file, &text),
-            None => Ok(whole),
+            Some((file, text)) => experiment.with_wearer(&file, &text),
+            None => Ok(experiment),
         }
     }
 }

@@ -239,12 +239,12 @@ impl PaperClaim<'_> {
     /// all parts do. Parts with at most one independent case do not count.
     #[must_use]
     pub fn standing(&self) -> ClaimStanding {
-        let of = |wanted| {
+        let has_verdict = |wanted| {
             let mut counted = self.parts.iter().filter_map(|share| share.verdict());
             counted.any(|verdict| verdict == wanted)
         };
         let worst = [Verdict::Unlike, Verdict::Undecided, Verdict::Like];
-        match worst.into_iter().find(|verdict| of(*verdict)) {
+        match worst.into_iter().find(|verdict| has_verdict(*verdict)) {
             Some(worst) => ClaimStanding::Judged(worst),
             None if self.parts.iter().any(|share| share.is_single()) => ClaimStanding::Single,
             None => ClaimStanding::Unjudged,

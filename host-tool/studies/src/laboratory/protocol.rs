@@ -83,7 +83,7 @@ impl Stop {
         ]
         .into_iter()
         .filter(|(_, limit, is_there, _)| limit.is_some() && !is_there)
-        .map(|(name, _, _, what)| (name, what))
+        .map(|(name, _, _, quantity)| (name, quantity))
         .collect()
     }
 }
@@ -164,29 +164,29 @@ impl Protocol {
             repetition,
             condition,
         };
-        let all = rounds.flat_map(|r| (0..conditions).map(move |c| place(r, c)));
-        let mut all: Vec<Place> = all.collect();
+        let places = rounds.flat_map(|r| (0..conditions).map(move |c| place(r, c)));
+        let mut places: Vec<Place> = places.collect();
         if self.order == Order::Random {
             // Fisher–Yates shuffle, from the last element on.
             let stream = word(word(seed, ORDER), block as u64);
-            for last in (1..all.len()).rev() {
+            for last in (1..places.len()).rev() {
                 let other = word(stream, last as u64) % (last as u64 + 1);
-                all.swap(last, other as usize);
+                places.swap(last, other as usize);
             }
         }
-        all
+        places
     }
 
     /// Returns a message for every invalid setting.
     pub(super) fn mistakes(&self) -> Vec<String> {
-        let mut told = Vec::new();
+        let mut mistakes = Vec::new();
         if self.blocks == 0 || self.repetitions == 0 {
-            let what = "protocol: a block is empty; blocks and repetitions must be 1 or more";
-            told.push(what.to_owned());
+            let message = "protocol: a block is empty; blocks and repetitions must be 1 or more";
+            mistakes.push(message.to_owned());
         }
         for (name, rest_s) in [("rest_s", self.rest_s), ("block_rest_s", self.block_rest_s)] {
             if !(0.0..=86_400.0).contains(&rest_s) {
-                told.push(format!(
+                mistakes.push(format!(
                     "protocol: {name} is {rest_s} s; allowed: 0 to 86400 s"
                 ));
             }
@@ -203,18 +203,18 @@ impl Protocol {
         ];
         for (name, limit) in limits {
             if limit.is_some_and(|limit| !limit.is_finite()) {
-                told.push(format!("protocol: stop: {name} must be a finite number"));
+                mistakes.push(format!("protocol: stop: {name} must be a finite number"));
             }
         }
         if above
             .zip(below)
             .is_some_and(|(above, below)| above <= below)
         {
-            let what = "protocol: stop: every angle would end the protocol; angle_above_deg must \
+            let message = "protocol: stop: every angle would end the protocol; angle_above_deg must \
                         be larger than angle_below_deg";
-            told.push(what.to_owned());
+            mistakes.push(message.to_owned());
         }
-        told
+        mistakes
     }
 }
 

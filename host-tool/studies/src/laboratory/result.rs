@@ -174,10 +174,10 @@ impl Outcome {
             let (field, low, high, source) = (&drawn.field, drawn.low, drawn.high, &drawn.source);
             format!("Drawn at random: {field} from {low} to {high} ({source}).")
         });
-        let told = (&[MEANING, CASES][..], drawn.collect());
+        let notes = (&[MEANING, CASES][..], drawn.collect());
         Self {
             decides: deciding_fields(experiment, (seed, draws), units),
-            ..Self::build(experiment, (seed, draws), units, simulated, told)
+            ..Self::build(experiment, (seed, draws), units, simulated, notes)
         }
     }
 
@@ -208,8 +208,8 @@ impl Outcome {
             let field = grid.field;
             format!("The grid applies only to sweeps: here {field} has the session's value.")
         });
-        let told = (&[PLAYED][..], grid.collect());
-        let mut outcome = Self::build(&played, (seed, rounds_of), &rounds, simulated, told);
+        let notes = (&[PLAYED][..], grid.collect());
+        let mut outcome = Self::build(&played, (seed, rounds_of), &rounds, simulated, notes);
         outcome.declared.draws = 0;
         outcome.declared.as_declared = false;
         outcome.declared.device = Some(device.to_owned());
@@ -243,12 +243,12 @@ impl Outcome {
         (meaning, more): (&[&str], Vec<String>),
     ) -> Self {
         let declaration = &experiment.declaration;
-        let said = match simulated {
+        let notice = match simulated {
             Some(true) => Some(SIMULATED),
             Some(false) => None,
             None => Some(UNKNOWN),
         };
-        let said = said.iter().chain(meaning).map(|text| (*text).to_owned());
+        let notes = notice.iter().chain(meaning).map(|text| (*text).to_owned());
         let assumed = declaration.assumed.iter().cloned();
         let printed = declaration.printed.iter().filter_map(|printed| {
             let (measure, mean, source) = (&printed.measure, printed.mean()?, &printed.source);
@@ -287,7 +287,7 @@ impl Outcome {
             shares: shares(experiment, draws, units),
             decides: Vec::new(),
             sheets: Vec::new(),
-            notes: said.chain(assumed).chain(more).collect(),
+            notes: notes.chain(assumed).chain(more).collect(),
         }
     }
 
@@ -341,7 +341,7 @@ fn rows(experiment: &Experiment, draws: u64, units: &Units) -> Vec<Row> {
 /// Returns a note for each measure that no wearer has in a condition, although wearers were
 /// simulated in it.
 fn missing_measures(experiment: &Experiment, units: &Units) -> Vec<String> {
-    let mut told = Vec::new();
+    let mut notes = Vec::new();
     for (m, measure) in experiment.measures().enumerate() {
         let lacks = |(c, _): &(usize, &Condition)| {
             let measured = units.values().filter_map(|unit| unit.get(*c)?.get(m));
@@ -354,7 +354,7 @@ fn missing_measures(experiment: &Experiment, units: &Units) -> Vec<String> {
             .map(|(_, condition)| format!("`{}`", condition.name()));
         let names: Vec<String> = names.collect();
         if !names.is_empty() {
-            told.push(format!(
+            notes.push(format!(
                 "{} ({}) has no value in {}: the session lacks the joint, wall or force, or no \
                  wearer reached it. Claims about it are not judged.",
                 measure.id,
@@ -363,11 +363,12 @@ fn missing_measures(experiment: &Experiment, units: &Units) -> Vec<String> {
             ));
         }
     }
-    told
+    notes
 }
 
 fn printed(declaration: &Declaration, levels: &[String], measure: &str) -> Option<f64> {
-    let mut all = declaration.printed_of(levels);
-    all.find(|printed_value| printed_value.measure == measure)?
+    let mut printed_values = declaration.printed_of(levels);
+    printed_values
+        .find(|printed_value| printed_value.measure == measure)?
         .mean()
 }

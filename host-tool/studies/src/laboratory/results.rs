@@ -80,10 +80,10 @@ impl NamedResult {
 /// Returns a row for every measure and claim that occurs in any of the results, in order of first
 /// occurrence.
 #[must_use]
-pub fn result_rows(all: &[NamedResult]) -> Vec<ResultRow> {
+pub fn result_rows(results: &[NamedResult]) -> Vec<ResultRow> {
     let mut rows: Vec<ResultRow> = Vec::new();
     let mut places: HashMap<String, usize> = HashMap::new();
-    for (position, result) in all.iter().enumerate() {
+    for (position, result) in results.iter().enumerate() {
         let claims = result.outcome.shares.iter().map(|share| {
             let id = format!("claim {} {}", share.id, share.at);
             let at = Some(&share.at).filter(|at| !at.is_empty());
@@ -111,7 +111,7 @@ pub fn result_rows(all: &[NamedResult]) -> Vec<ResultRow> {
                     id,
                     quantity,
                     unit: unit.to_owned(),
-                    values: vec![None; all.len()],
+                    values: vec![None; results.len()],
                 });
                 rows.len() - 1
             });
@@ -133,8 +133,8 @@ fn number(row: &Row) -> ResultValue {
 /// Returns the differences between the declaration of the first result and that of each other
 /// result.
 #[must_use]
-pub fn declaration_differences(all: &[NamedResult]) -> Vec<FileDifference> {
-    let mut numbered = all.iter().enumerate();
+pub fn declaration_differences(results: &[NamedResult]) -> Vec<FileDifference> {
+    let mut numbered = results.iter().enumerate();
     let Some((_, first)) = numbered.next() else {
         return Vec::new();
     };
@@ -200,14 +200,14 @@ fn short(value: f64) -> String {
 
 /// Returns a table of the numbers that differ, for a terminal of 80 columns.
 #[must_use]
-pub fn results_text(all: &[NamedResult]) -> String {
+pub fn results_text(results: &[NamedResult]) -> String {
     let mut text = "\nResults (median; 5th to 95th percentile)\n".to_owned();
-    for (position, result) in all.iter().enumerate() {
+    for (position, result) in results.iter().enumerate() {
         let (name, outcome) = (&result.name, &result.outcome);
         let drawn = format!("seed {}, {} draws", outcome.seed, outcome.declared.draws);
         text += &format!("{:>2}  {name}: {}, {drawn}\n", position + 1, outcome.name);
     }
-    let rows = result_rows(all);
+    let rows = result_rows(results);
     let differing: Vec<&ResultRow> = rows.iter().filter(|row| row.differs()).collect();
     for row in differing.iter().take(MOST_ROWS) {
         text += &format!(
@@ -218,25 +218,25 @@ pub fn results_text(all: &[NamedResult]) -> String {
             text += &format!("{:>4}  {cell}\n", position + 1);
         }
     }
-    let (count, of) = (differing.len(), rows.len());
+    let (count, total) = (differing.len(), rows.len());
     let shown = match count > MOST_ROWS {
         true => format!("; the first {MOST_ROWS} are above, the page has all"),
         false => String::new(),
     };
-    text += &format!("\n{count} of {of} numbers differ{shown}.\n");
-    let differences = declaration_differences(all);
-    let told = differences
+    text += &format!("\n{count} of {total} numbers differ{shown}.\n");
+    let differences = declaration_differences(results);
+    let texts = differences
         .iter()
         .map(|file_difference| format!("\n{}", file_difference.text()));
-    text += &told.collect::<String>();
+    text += &texts.collect::<String>();
     text.trim_end().to_owned()
 }
 
 /// Returns the contents of the comparison page: every number, in bold where it differs from the
 /// first result, and the differences between the declarations.
 #[must_use]
-pub fn results_body(all: &[NamedResult]) -> Html {
-    let names = all.iter().map(|result| {
+pub fn results_body(results: &[NamedResult]) -> Html {
+    let names = results.iter().map(|result| {
         let outcome = &result.outcome;
         let (seed, draws) = (outcome.seed, outcome.declared.draws);
         html!(
@@ -247,7 +247,7 @@ pub fn results_body(all: &[NamedResult]) -> Html {
             result.name
         )
     });
-    let rows = result_rows(all).into_iter().map(|row| {
+    let rows = result_rows(results).into_iter().map(|row| {
         let cells = row.cells();
         let cells = cells.iter().map(|cell| match *cell == cells[0] {
             true => html!("<td>{}</td>", cell),
@@ -260,7 +260,7 @@ pub fn results_body(all: &[NamedResult]) -> Html {
             cells
         )
     });
-    let heads = (1..=all.len()).map(|number| html!("<th>{}</th>", number));
+    let heads = (1..=results.len()).map(|number| html!("<th>{}</th>", number));
     let table = html!(
         "<table><thead><tr><th>Quantity</th>{}</tr></thead><tbody>\n{}</tbody></table>\n\
          <p class=\"note\">Each cell: median (5th to 95th percentile, number of values); for a \
@@ -269,7 +269,7 @@ pub fn results_body(all: &[NamedResult]) -> Html {
         heads.collect::<Html>(),
         rows.collect::<Html>()
     );
-    let differences = declaration_differences(all);
+    let differences = declaration_differences(results);
     let files: Html = differences.iter().map(FileDifference::html).collect();
     let files = match files.is_empty() {
         true => files,

@@ -17,10 +17,10 @@ pub(super) fn sessions(
     text: &str,
     texts: Texts<'_>,
 ) -> (Vec<(String, String)>, Vec<Mistake>) {
-    let (mut all, mut mistakes) = (Vec::new(), Vec::new());
+    let (mut pairs, mut mistakes) = (Vec::new(), Vec::new());
     for (session, level) in d.sessions() {
         match texts(session) {
-            Ok(own) if is_session(&own) => all.push((session.to_owned(), own)),
+            Ok(own) if is_session(&own) => pairs.push((session.to_owned(), own)),
             // The message must not show the contents of an unrelated file.
             Ok(_) => {
                 let why = "it has neither `channel` nor `setpoints`, so it is not a session";
@@ -31,7 +31,7 @@ pub(super) fn sessions(
             }
         }
     }
-    (all, mistakes)
+    (pairs, mistakes)
 }
 
 /// Returns whether a text looks like a session file, because it has a channel or setpoints.
@@ -63,11 +63,11 @@ fn missing_session(
         ))
     });
     let of_level = of_level.unwrap_or_default();
-    let what = format!(
+    let message = format!(
         "the session `{session}`{of_level} cannot be read: {why}; its path is relative to the \
          declaration's folder"
     );
-    Mistake::at(line, &what)
+    Mistake::at(line, &message)
 }
 
 /// Returns the text of the file `name` from the cache `before`, or reads it and adds it to the
@@ -99,6 +99,6 @@ pub(super) fn tables<'s>(
         })?;
         Ok(text.parse().unwrap_or_default())
     };
-    let each = sessions.iter();
-    each.map(|pair| Ok((&*pair.0, table(pair)?))).collect()
+    let pairs = sessions.iter();
+    pairs.map(|pair| Ok((&*pair.0, table(pair)?))).collect()
 }

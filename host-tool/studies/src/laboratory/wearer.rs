@@ -34,14 +34,14 @@ impl<'a> TrialDevice<'a> {
         sessions: &[Session],
         (device, seed): (&'a DeviceName, u64),
     ) -> Result<Self, LaboratoryError> {
-        let all = match wearer {
+        let shared = match wearer {
             Wearer::Same if !device.is_port() => shared_session(sessions)?,
             _ => None,
         };
         Ok(Self {
             device,
             seed,
-            all,
+            all: shared,
             kept: None,
         })
     }
@@ -66,7 +66,7 @@ impl<'a> TrialDevice<'a> {
             }
             (None, all) => {
                 let (worn, seed) = match all {
-                    Some(all) => (all, self.seed),
+                    Some(shared) => (shared, self.seed),
                     None => (session, noise(self.seed, place)),
                 };
                 let mut port = self.device.open(worn, seed)?;

@@ -30,14 +30,16 @@ impl Experiment {
                 let alone = refused_fields(condition, &unit.fields);
                 if alone.is_empty() {
                     // No field alone is refused, only all of them together.
-                    let what = format!(
+                    let reason = format!(
                         "the wearer with {}: {together}",
                         describe_fields(&unit.fields)
                     );
-                    refused.entry(None).or_insert((condition.name(), what));
+                    refused.entry(None).or_insert((condition.name(), reason));
                 }
-                for (nth, what) in alone {
-                    refused.entry(Some(nth)).or_insert((condition.name(), what));
+                for (nth, reason) in alone {
+                    refused
+                        .entry(Some(nth))
+                        .or_insert((condition.name(), reason));
                 }
             }
         }
@@ -45,9 +47,9 @@ impl Experiment {
             for end in ends(drawn) {
                 let field = [(drawn.field.clone(), end)];
                 for condition in &self.conditions {
-                    for (_, what) in refused_fields(condition, &field) {
+                    for (_, reason) in refused_fields(condition, &field) {
                         let refused = refused.entry(Some(nth));
-                        refused.or_insert((condition.name(), what));
+                        refused.or_insert((condition.name(), reason));
                     }
                 }
             }
@@ -56,11 +58,12 @@ impl Experiment {
             return Ok(());
         }
         let written = DeclarationText::new(&self.text);
-        let mistake = |(nth, (condition, what)): (&Option<usize>, &(String, String))| {
-            let (line, who) = nth.map_or((None, String::new()), |nth| self.asked_by(&written, nth));
+        let mistake = |(nth, (condition, reason)): (&Option<usize>, &(String, String))| {
+            let (line, origin) =
+                nth.map_or((None, String::new()), |nth| self.asked_by(&written, nth));
             Mistake::at(
                 line,
-                &format!("{who}{what} (in the condition `{condition}`)"),
+                &format!("{origin}{reason} (in the condition `{condition}`)"),
             )
         };
         let mistakes = refused.iter().map(mistake).collect();
@@ -81,19 +84,19 @@ impl Experiment {
 /// Returns the fields to which the condition refuses the given value even without the other fields:
 /// index of the field, and reason.
 fn refused_fields(condition: &Condition, fields: &[(String, Value)]) -> Vec<(usize, String)> {
-    let each = fields.chunks(1).enumerate();
-    let refused = each.filter_map(|(nth, one)| {
-        let why = condition.session_with(one).err()?;
-        Some((nth, format!("{}: {why}", describe_fields(one))))
+    let chunks = fields.chunks(1).enumerate();
+    let refused = chunks.filter_map(|(nth, chunk)| {
+        let why = condition.session_with(chunk).err()?;
+        Some((nth, format!("{}: {why}", describe_fields(chunk))))
     });
     refused.collect()
 }
 
 /// Returns fields and values as text, for example "`body.push_nm` = 0.6, `body.delay_ms` = 25".
 fn describe_fields(fields: &[(String, Value)]) -> String {
-    let each = fields.iter();
-    let each: Vec<String> = each
+    let pairs = fields.iter();
+    let texts: Vec<String> = pairs
         .map(|(field, value)| format!("`{field}` = {value}"))
         .collect();
-    each.join(", ")
+    texts.join(", ")
 }

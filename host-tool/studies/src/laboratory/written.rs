@@ -83,12 +83,12 @@ impl<'t> DeclarationText<'t> {
     pub(super) fn read(&mut self) -> (Option<Declaration>, Vec<Mistake>) {
         let broken = std::mem::take(&mut self.broken);
         if !broken.is_empty() {
-            let told = broken.iter().map(|error| self.mistake_at(error, 0));
-            return (None, told.collect());
+            let mistakes = broken.iter().map(|error| self.mistake_at(error, 0));
+            return (None, mistakes.collect());
         }
         if self.root.get_ref().contains_key("channel") {
-            let what = "this is a session file, not a declaration; play it with `flexor run`";
-            return (None, vec![Mistake::at(self.line_of("channel"), what)]);
+            let message = "this is a session file, not a declaration; play it with `flexor run`";
+            return (None, vec![Mistake::at(self.line_of("channel"), message)]);
         }
         let mut root = self.root.clone();
         let table = root.get_mut();
@@ -100,7 +100,7 @@ impl<'t> DeclarationText<'t> {
         let claims = self.read_list(table, "claim", &mut errors);
         let printed = self.read_list(table, "printed", &mut errors);
         let rest: Option<Declaration> = self.read_table(root.into_inner(), 0, &mut errors);
-        let whole = rest.filter(|_| has_factors).map(|rest| Declaration {
+        let declaration = rest.filter(|_| has_factors).map(|rest| Declaration {
             factors,
             drawn,
             grid,
@@ -108,7 +108,7 @@ impl<'t> DeclarationText<'t> {
             printed,
             ..rest
         });
-        (whole, errors)
+        (declaration, errors)
     }
 
     /// Removes the list `list` from `table` and parses each of its elements; adds a mistake for
@@ -119,23 +119,23 @@ impl<'t> DeclarationText<'t> {
         list: &'static str,
         errors: &mut Vec<Mistake>,
     ) -> Vec<T> {
-        let Some(DeValue::Array(each)) = table.get(list).map(Spanned::get_ref) else {
+        let Some(DeValue::Array(elements)) = table.get(list).map(Spanned::get_ref) else {
             return Vec::new(); // parsing the rest reports a value that is no list
         };
-        let mut all = Vec::new();
-        for (place, one) in each.iter().enumerate() {
-            let at = one.span().start;
-            let read = match one.get_ref() {
+        let mut values = Vec::new();
+        for (place, element) in elements.iter().enumerate() {
+            let at = element.span().start;
+            let read = match element.get_ref() {
                 DeValue::Table(table) => self.read_table(table.clone(), at, errors),
-                _ => self.read_value(one.clone(), at, errors),
+                _ => self.read_value(element.clone(), at, errors),
             };
             match read {
-                Some(one) => all.push(one),
+                Some(value) => values.push(value),
                 None => self.unread.push((list, place)),
             }
         }
         table.remove(list);
-        all
+        values
     }
 
     /// Parses a table that starts at byte `at` of the text. Each part that fails is reported and
@@ -151,7 +151,7 @@ impl<'t> DeclarationText<'t> {
         loop {
             let value = Spanned::new(at..at, DeValue::Table(table.clone()));
             let error = match read(ValueDeserializer::from(value)) {
-                Ok(whole) => return taken.is_empty().then_some(whole),
+                Ok(parsed) => return taken.is_empty().then_some(parsed),
                 Err(error) => error,
             };
             let lacks = |field: &String| error.message() == format!("missing field `{field}`");
@@ -195,8 +195,10 @@ fn remove_at(table: &mut DeTable<'_>, offset: usize, deep: bool) -> Option<Strin
     let within = match value {
         DeValue::Table(inner) if deep => remove_at(inner, offset, deep),
         DeValue::Array(list) if deep => {
-            let before = list.iter_mut().filter(|one| one.span().start <= offset);
-            before.last().and_then(|one| match one.get_mut() {
+            let before = list
+                .iter_mut()
+                .filter(|element| element.span().start <= offset);
+            before.last().and_then(|element| match element.get_mut() {
                 DeValue::Table(inner) => remove_at(inner, offset, deep),
                 _ => None,
             })

@@ -146,15 +146,15 @@ impl Campaign {
                 (points, plant, course, is_first(i))
             })
         });
-        let all: Vec<_> = nominal.into_iter().chain(drawn).collect();
-        let mut cases = Vec::with_capacity(all.len());
-        for some in all.chunks(4 * rayon::current_num_threads()) {
+        let tasks: Vec<_> = nominal.into_iter().chain(drawn).collect();
+        let mut cases = Vec::with_capacity(tasks.len());
+        for some in tasks.chunks(4 * rayon::current_num_threads()) {
             let done = some.par_iter().map(|(points, plant, course, is_first)| {
                 let exercise = Exercise::new(plant.clone(), *points, *course)?;
                 case(&exercise, &contenders, *is_first)
             });
             cases.extend(done.collect::<Result<Vec<_>, _>>()?);
-            progress(cases.len() as f64 / all.len() as f64);
+            progress(cases.len() as f64 / tasks.len() as f64);
         }
         let drawn = cases.split_off(Points::ALL.len());
         Ok(Self {
@@ -187,8 +187,8 @@ impl Campaign {
     /// searched, °.
     pub fn optimum(&self, points: Points) -> (f64, f64) {
         let cases = self.cases_with(points).into_iter();
-        let all: Vec<f64> = cases.filter_map(|c| c.optimum).collect();
-        (mean(&all), percentile(&all, 0.95))
+        let optima: Vec<f64> = cases.filter_map(|c| c.optimum).collect();
+        (mean(&optima), percentile(&optima, 0.95))
     }
 
     /// Returns by how much a contender is better than the optimum at most, °. A positive result
@@ -229,15 +229,16 @@ impl Campaign {
     /// Returns the index of the contender with the smallest mean RMSE among those for which `among`
     /// holds; 0 if there is none.
     pub fn best(&self, points: Points, among: impl Fn(&Contender) -> bool) -> usize {
-        let of = |n: &usize| mean(&self.rmse(points, *n));
+        let mean_rmse = |n: &usize| mean(&self.rmse(points, *n));
         let some = (0..self.contenders.len()).filter(|n| among(&self.contenders[*n]));
-        some.min_by(|a, b| of(a).total_cmp(&of(b))).unwrap_or(0)
+        some.min_by(|a, b| mean_rmse(a).total_cmp(&mean_rmse(b)))
+            .unwrap_or(0)
     }
 
     pub fn score(&self, points: Points, contender: usize) -> Score {
         let cases = self.tracked(points, contender);
         let rmse = |c: &Case| c.outcomes[contender].rmse;
-        let all: Vec<f64> = cases.iter().map(|c| rmse(c)).collect();
+        let errors: Vec<f64> = cases.iter().map(|c| rmse(c)).collect();
         let regrets = cases.iter().filter_map(|c| Some(rmse(c) - c.optimum?));
         let regrets: Vec<f64> = regrets.collect();
         let reaching = cases.iter().filter(|c| c.unreachable < WHOLLY);
@@ -247,14 +248,14 @@ impl Campaign {
         let pid = self.best_pid(points);
         let theirs: Vec<f64> = cases.iter().map(|c| c.outcomes[pid].rmse).collect();
         Score {
-            mean: mean(&all),
-            p95: percentile(&all, 0.95),
+            mean: mean(&errors),
+            p95: percentile(&errors, 0.95),
             regret: mean(&regrets),
             regret_p95: percentile(&regrets, 0.95),
             reaching: mean(&reaching),
             reaching_p95: percentile(&reaching, 0.95),
             nominal: nominal.map_or(f64::NAN, rmse),
-            against_pid: paired(&all, &theirs),
+            against_pid: paired(&errors, &theirs),
         }
     }
 }

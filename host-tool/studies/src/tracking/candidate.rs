@@ -132,9 +132,9 @@ pub(super) struct Genome {
     pub choices: [f64; 6],
 }
 
-fn pick<T: Copy>(all: &[T], place: f64) -> T {
-    let n = (place * all.len() as f64) as usize;
-    all[n.min(all.len() - 1)]
+fn pick<T: Copy>(options: &[T], place: f64) -> T {
+    let n = (place * options.len() as f64) as usize;
+    options[n.min(options.len() - 1)]
 }
 
 impl Genome {
@@ -172,7 +172,7 @@ impl Genome {
     }
 
     /// Returns the value of each of these parameters at its position, by its name.
-    pub fn values(&self, all: &[Parameter]) -> BTreeMap<String, f64> {
+    pub fn values(&self, parameters: &[Parameter]) -> BTreeMap<String, f64> {
         let place = |p: &Parameter| self.places.get(p.name).copied().unwrap_or(0.5);
         let value = |p: &Parameter| {
             if p.is_log {
@@ -181,14 +181,17 @@ impl Genome {
                 p.low + (p.high - p.low) * place(p)
             }
         };
-        all.iter().map(|p| (p.name.to_owned(), value(p))).collect()
+        parameters
+            .iter()
+            .map(|p| (p.name.to_owned(), value(p)))
+            .collect()
     }
 
     /// Converts parameter values to positions between their bounds. A parameter without a known
     /// value is in the middle.
     pub fn from_values<'a>(
         known: impl Fn(&str) -> Option<f64>,
-        all: impl IntoIterator<Item = &'a Parameter>,
+        parameters: impl IntoIterator<Item = &'a Parameter>,
     ) -> Self {
         let place = |p: &Parameter| {
             let Some(x) = known(p.name) else { return 0.5 };
@@ -200,7 +203,7 @@ impl Genome {
             place.clamp(0.0, 1.0)
         };
         Self {
-            places: all.into_iter().map(|p| (p.name, place(p))).collect(),
+            places: parameters.into_iter().map(|p| (p.name, place(p))).collect(),
             // Pseudo-derivative of the error, Smith, 2 ms, 200 ms, both on.
             choices: [0.0, 0.6, 0.0, 0.9, 0.0, 0.0],
         }
@@ -208,7 +211,7 @@ impl Genome {
 
     /// Returns every parameter that any form with any add-ons has, sorted by name.
     pub fn parameters() -> Vec<Parameter> {
-        let mut all: Vec<Parameter> = Vec::new();
+        let mut collected: Vec<Parameter> = Vec::new();
         for form in Form::ALL {
             for derivative in DerivativeKind::ALL {
                 let add_ons = AddOns {
@@ -217,12 +220,12 @@ impl Genome {
                     delay: DelayCompensation::PreviewAndSmith,
                     adaptation: true,
                 };
-                all.extend(parameters(form, add_ons));
+                collected.extend(parameters(form, add_ons));
             }
         }
-        all.sort_by_key(|p| p.name);
-        all.dedup_by_key(|p| p.name);
-        all
+        collected.sort_by_key(|p| p.name);
+        collected.dedup_by_key(|p| p.name);
+        collected
     }
 
     /// Returns the genome with which the search for a form begins: the parameters of the default
@@ -232,9 +235,9 @@ impl Genome {
         let known = numbers_of(&wearer::shipped(Points::Two));
         let number = |name: &str| known.iter().find(|(n, _)| *n == name).map(|(_, x)| *x);
         // The form's own bounds replace other bounds of the same name.
-        let mut all = Self::parameters();
-        all.extend(form.parameters());
-        Self::from_values(number, &all)
+        let mut parameters = Self::parameters();
+        parameters.extend(form.parameters());
+        Self::from_values(number, &parameters)
     }
 }
 

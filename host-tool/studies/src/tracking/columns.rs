@@ -12,14 +12,14 @@ pub(crate) fn names<T>(columns: &[Column<T>]) -> String {
 }
 
 /// Returns the numbers of one row for a CSV file, each preceded by a comma.
-pub(crate) fn cells<T>(columns: &[Column<T>], of: &T) -> String {
-    let cell = |(_, number): &Column<T>| format!(",{:.3}", number(of));
+pub(crate) fn cells<T>(columns: &[Column<T>], row: &T) -> String {
+    let cell = |(_, number): &Column<T>| format!(",{:.3}", number(row));
     columns.iter().map(cell).collect()
 }
 
 /// Adds the numbers of one row to a JSON object, under the names of their columns.
-pub(crate) fn add_to_json<T>(columns: &[Column<T>], of: &T, line: &mut Value) {
+pub(crate) fn add_to_json<T>(columns: &[Column<T>], row: &T, line: &mut Value) {
     for (name, number) in columns {
-        line[*name] = number(of).into();
+        line[*name] = number(row).into();
     }
 }

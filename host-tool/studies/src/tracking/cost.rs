@@ -40,7 +40,7 @@ impl Cost {
     /// fixed point. They exclude what all contenders have in common: setpoint track, feed-forward
     /// and mapping to amplitudes. Returns `None` for an ablation, which is not measured.
     pub fn contender_cycles(&self, contender: &Contender) -> Option<Cycles> {
-        let (whole, alone, differentiator) = match contender {
+        let (full_law, alone, differentiator) = match contender {
             Contender::Searched(_, c) => {
                 let derivative = c.add_ons.derivative;
                 let alone = AddOns {
@@ -64,12 +64,12 @@ impl Cost {
             let name = name.to_string();
             self.0.iter().find(|row| row.name == name).map(|r| r.mean)
         };
-        let (whole, alone, differentiator) = (mean(whole)?, mean(alone)?, mean(differentiator)?);
+        let (total, alone, differentiator) = (mean(full_law)?, mean(alone)?, mean(differentiator)?);
         Some(Cycles {
-            whole,
+            whole: total,
             law: alone.saturating_sub(differentiator),
             differentiator,
-            add_ons: whole.saturating_sub(alone),
+            add_ons: total.saturating_sub(alone),
         })
     }
 }

@@ -31,13 +31,13 @@ fn angle(degrees: f64) -> Angle {
 }
 
 pub(super) fn volts(amplitudes: &[(u8, Amplitude)]) -> Volts {
-    let mut all = [0.0; 3];
+    let mut voltages = [0.0; 3];
     for (channel, amplitude) in amplitudes {
-        if let Some(slot) = all.get_mut(usize::from(*channel)) {
+        if let Some(slot) = voltages.get_mut(usize::from(*channel)) {
             *slot = f64::from(amplitude.get()) / 1000.0;
         }
     }
-    all
+    voltages
 }
 
 /// A driver that records the amplitudes of another driver.

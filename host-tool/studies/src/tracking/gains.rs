@@ -129,8 +129,11 @@ pub fn read(table: &str) -> Result<Vec<Row>, GainsError> {
 }
 
 fn unreadable(line: u64, field: &str) -> GainsError {
-    let what = format!("`{field}` cannot be read");
-    GainsError { line, what }
+    let message = format!("`{field}` cannot be read");
+    GainsError {
+        line,
+        what: message,
+    }
 }
 
 /// Returns the lines of a table, each with its number from 1.
@@ -159,12 +162,13 @@ fn numbers(text: &str) -> Result<BTreeMap<String, f64>, &'static str> {
 
 /// Returns the option that is written as `text`, or `field` as an error if there is none.
 fn named<T: Copy>(
-    all: &[T],
+    options: &[T],
     written: impl Fn(T) -> String,
     text: &str,
     field: &'static str,
 ) -> Result<T, &'static str> {
-    all.iter()
+    options
+        .iter()
         .copied()
         .find(|candidate| written(*candidate) == text)
         .ok_or(field)

@@ -142,9 +142,9 @@ fn run(
 
 /// Returns the mean of the angles in each pulse period; `angles` has one per millisecond.
 fn by_period(angles: impl Iterator<Item = f64>) -> Vec<f64> {
-    let all: Vec<f64> = angles.collect();
+    let samples: Vec<f64> = angles.collect();
     let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
-    all.chunks(PULSE_EVERY_MS).map(mean).collect()
+    samples.chunks(PULSE_EVERY_MS).map(mean).collect()
 }
 
 /// Returns how one pulse with 1 N·m more steady torque changes the mean angle of its own and of
@@ -202,16 +202,16 @@ impl Torques {
     fn slope(&self, effort: f64) -> f64 {
         let place = ((effort + 1.0) / Self::WIDTH) as usize;
         let n = place.min(Self::STEPS - 1);
-        let all = (self.0[Self::STEPS] - self.0[0]) / 2.0;
-        ((self.0[n + 1] - self.0[n]) / Self::WIDTH).max(LEAST_SLOPE * all)
+        let mean_slope = (self.0[Self::STEPS] - self.0[0]) / 2.0;
+        ((self.0[n + 1] - self.0[n]) / Self::WIDTH).max(LEAST_SLOPE * mean_slope)
     }
 
     /// Returns two efforts around the one for this torque, whose torques differ by about a
     /// thirtieth of the whole range, and that difference, N·m.
     fn around(&self, torque_nm: f64) -> (f64, f64, f64) {
-        let all = self.0[Self::STEPS] - self.0[0];
+        let range_nm = self.0[Self::STEPS] - self.0[0];
         let low = self.0.partition_point(|t| *t < torque_nm).saturating_sub(1);
-        let higher = |t: &f64| *t < self.0[low] + all / 30.0;
+        let higher = |t: &f64| *t < self.0[low] + range_nm / 30.0;
         let high = self.0.partition_point(higher).min(Self::STEPS);
         let more = self.0[high] - self.0[low];
         (Self::effort(low), Self::effort(high), more)
@@ -327,8 +327,8 @@ impl Banded {
             let entries = &mut rest[0];
             for lag in (1..entries.len()).rev() {
                 let other = &done[row - lag];
-                let both = entries[lag + 1..].iter().zip(&other[1..]);
-                let sum: f64 = both.map(|(a, b)| a * b).sum();
+                let pairs = entries[lag + 1..].iter().zip(&other[1..]);
+                let sum: f64 = pairs.map(|(a, b)| a * b).sum();
                 entries[lag] = (entries[lag] - sum) / other[0];
             }
             let sum: f64 = entries[1..].iter().map(|e| e * e).sum();

@@ -316,14 +316,14 @@ pub fn search_text(rows: &[Row], default: Option<&Default>, evaluations: usize) 
 
 /// Formats the results of a search as JSON; `evaluations` is the number of evaluations per law.
 pub fn search_json(rows: &[Row], default: Option<&Default>, evaluations: usize) -> Value {
-    let one = |(equipment, found): &Row| {
+    let entry = |(equipment, found): &Row| {
         json!({
             "law": found.candidate.form.name(), "equipment": equipment.name(),
             "training_rmse_deg": found.cost, "numbers": found.candidate.values,
         })
     };
     json!({
-        "evaluations": evaluations, "laws": rows.iter().map(one).collect::<Vec<_>>(),
+        "evaluations": evaluations, "laws": rows.iter().map(entry).collect::<Vec<_>>(),
         "device_default": default.map(|found| json!({
             "training_rmse_deg": found.cost, "numbers": found.candidate,
         })),

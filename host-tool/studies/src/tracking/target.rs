@@ -98,9 +98,9 @@ impl Course {
             Self::Smooth { seed } => {
                 let mut draws = Draws::new(seed, 0, 3);
                 let weights = [(); 4].map(|()| draws.uniform(0.2, 1.0));
-                let all: f64 = weights.iter().sum();
+                let total: f64 = weights.iter().sum();
                 let part = |w: f64| {
-                    let amplitude = 40.0 * w / all;
+                    let amplitude = 40.0 * w / total;
                     (amplitude, draws.uniform(0.05, 0.4), draws.uniform(0.0, TAU))
                 };
                 sines(&weights.map(part), ms)

@@ -56,10 +56,10 @@ pub fn nominal() -> FingerSpec {
 pub fn model(points: Points, lead_ms: u16) -> WearerModel {
     let finger = nominal();
     let micro = |x: f64| (x * 1e6).round() as u32;
-    let one = finger.flexor_torque_nm;
+    let single_nm = finger.flexor_torque_nm;
     let flexion_nm = match points {
-        Points::One => one,
-        Points::Two => finger.pair.map_or(one, |pair| pair.torque_nm[0]),
+        Points::One => single_nm,
+        Points::Two => finger.pair.map_or(single_nm, |pair| pair.torque_nm[0]),
     };
     WearerModel {
         rest_mdeg: (finger.rest_deg * 1000.0) as i32,
@@ -82,7 +82,7 @@ pub fn joint(law: LawSpec, points: Points, hold: HoldPolicy) -> JointSpec {
         threshold: millivolts(threshold_v),
         max: millivolts(site.max_v),
     };
-    let whole = |site: Site| from(site, site.threshold_v);
+    let point = |site: Site| from(site, site.threshold_v);
     let [a, b] = [finger.flexor_a, finger.flexor_b];
     let own = [a.threshold_v, b.threshold_v];
     let [half_a, half_b] = finger.pair.map_or(own, |pair| pair.threshold_v);
@@ -91,10 +91,10 @@ pub fn joint(law: LawSpec, points: Points, hold: HoldPolicy) -> JointSpec {
         law_period_ms: law.default_period_ms(),
         cutoff_mhz: law.default_cutoff_mhz(),
         flexors: match points {
-            Points::One => [whole(a)].into_iter().collect(),
+            Points::One => [point(a)].into_iter().collect(),
             Points::Two => [from(a, half_a), from(b, half_b)].into_iter().collect(),
         },
-        extensor: whole(finger.extensor),
+        extensor: point(finger.extensor),
         hold,
         angle_min_mdeg: RANGE_MDEG.0,
         angle_max_mdeg: RANGE_MDEG.1,

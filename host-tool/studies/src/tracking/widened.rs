@@ -61,7 +61,7 @@ pub fn failures(
         .copied()
         .filter(|c| outcome(c).refused.is_none())
         .collect();
-    let all: Vec<f64> = tracked.iter().map(|c| outcome(c).rmse).collect();
+    let errors: Vec<f64> = tracked.iter().map(|c| outcome(c).rmse).collect();
     let theirs: Vec<f64> = tracked.iter().map(|c| c.outcomes[pid].rmse).collect();
     let ripples = tracked.iter().filter_map(|c| outcome(c).ripple);
     let rms: Vec<f64> = ripples.clone().map(|r| r.rms_deg).collect();
@@ -71,14 +71,14 @@ pub fn failures(
         refused: refused.clone().count(),
         refused_needlessly: refused.filter(needless).count(),
         failed: tracked.iter().filter(|c| outcome(c).has_failed()).count(),
-        mean: mean(&all),
-        median: percentile(&all, 0.5),
-        p95: percentile(&all, 0.95),
-        worst: percentile(&all, 1.0),
+        mean: mean(&errors),
+        median: percentile(&errors, 0.5),
+        p95: percentile(&errors, 0.95),
+        worst: percentile(&errors, 1.0),
         ripple_p95: percentile(&rms, 0.95),
         swing_p95: percentile(&swings, 0.95),
         restless: rms.iter().filter(|r| **r > RIPPLE_DEG).count(),
-        over_pid: paired(&all, &theirs),
+        over_pid: paired(&errors, &theirs),
     }
 }
 

@@ -196,8 +196,8 @@ impl Score {
         let (measured, took) = (experiment.means(&files, &alone), begin.elapsed());
         if is_checked {
             let begin = Instant::now();
-            let whole = experiment.play(unit, &files, &mut |_| ())?;
-            let expected = experiment.means(&files, &whole);
+            let device_trials = experiment.play(unit, &files, &mut |_| ())?;
+            let expected = experiment.means(&files, &device_trials);
             let mut checked = self.checked.lock().unwrap_or_else(PoisonError::into_inner);
             checked.units += 1;
             checked.whole += begin.elapsed();
@@ -208,12 +208,13 @@ impl Score {
                     .get(c)
                     .map(|condition| condition.name())
             };
-            let unlike = |(c, what)| LaboratoryError::Unequal {
+            let unlike = |(c, description)| LaboratoryError::Unequal {
                 unit: unit.index,
                 condition: name(c).unwrap_or_default(),
-                what,
+                what: description,
             };
-            difference(&whole, &alone).map_or(Ok(()), |difference| Err(unlike(difference)))?;
+            difference(&device_trials, &alone)
+                .map_or(Ok(()), |difference| Err(unlike(difference)))?;
             if measured != expected {
                 return Err(unlike((0, "a measure".to_owned())));
             }
@@ -292,29 +293,34 @@ impl Part {
 
 /// Returns the index of the first condition whose trials differ between the simulations with and
 /// without the device, and the difference in words; `None` if all are equal.
-fn difference(whole: &[(usize, Trial)], alone: &[(usize, Trial)]) -> Option<(usize, String)> {
-    if whole.len() != alone.len() {
+fn difference(
+    device_trials: &[(usize, Trial)],
+    alone: &[(usize, Trial)],
+) -> Option<(usize, String)> {
+    if device_trials.len() != alone.len() {
         return Some((0, "the number of trials".to_owned()));
     }
-    let mut pairs = whole.iter().zip(alone);
-    pairs.find_map(|((c, whole), (_, alone))| {
-        let samples = whole.samples.iter().zip(&alone.samples);
+    let mut pairs = device_trials.iter().zip(alone);
+    pairs.find_map(|((c, device_trial), (_, alone))| {
+        let samples = device_trial.samples.iter().zip(&alone.samples);
         let sample = samples.into_iter().find(|(a, b)| a != b);
-        let what = match sample {
+        let description = match sample {
             Some((whole, alone)) => in_words(&whole, &alone),
-            None if whole.samples.len() != alone.samples.len() => "the number of samples".into(),
-            None if whole.events != alone.events => "an event".into(),
-            None if whole.pulses != alone.pulses => "the number of pulses".into(),
-            None if whole.counters != alone.counters => "a counter".into(),
+            None if device_trial.samples.len() != alone.samples.len() => {
+                "the number of samples".into()
+            }
+            None if device_trial.events != alone.events => "an event".into(),
+            None if device_trial.pulses != alone.pulses => "the number of pulses".into(),
+            None if device_trial.counters != alone.counters => "a counter".into(),
             None => return None,
         };
-        Some((*c, what))
+        Some((*c, description))
     })
 }
 
-fn in_words(whole: &Sample, alone: &Sample) -> String {
-    let t_s = whole.t_s;
-    match (whole.true_deg, alone.true_deg) {
+fn in_words(device_sample: &Sample, alone: &Sample) -> String {
+    let t_s = device_sample.t_s;
+    match (device_sample.true_deg, alone.true_deg) {
         (Some(a), Some(b)) if a != b => {
             format!("the true angle at {t_s} s is {a}° with the device, {b}° without it")
         }

@@ -47,9 +47,9 @@ fn every_drawn_body_moves_as_on_the_whole_device() {
             let unit = experiment.unit(5, 4, index);
             let files = experiment.sessions(&unit.fields).unwrap();
             let alone = score.play(&experiment, &unit, &files).unwrap().unwrap();
-            let whole = experiment.play(&unit, &files, &mut |_| ()).unwrap();
-            assert_eq!(difference(&whole, &alone), None, "{wearer} {index}");
-            assert_eq!(whole[0].1.samples.len(), alone[0].1.samples.len());
+            let device_trials = experiment.play(&unit, &files, &mut |_| ()).unwrap();
+            assert_eq!(difference(&device_trials, &alone), None, "{wearer} {index}");
+            assert_eq!(device_trials[0].1.samples.len(), alone[0].1.samples.len());
         }
         score
             .measure_unit(&experiment, &experiment.unit(5, 4, 3), true)
@@ -80,9 +80,12 @@ fn a_sweep_stops_at_what_the_whole_device_does_not_do() {
     if let (_, BodyEvent::Pulse(pulse)) = &mut late.parts[0].touches[place] {
         pulse.t_us += 1;
     }
-    let told = swept(&late, "late").unwrap_err();
-    assert!(told.starts_with("E612 unit 0, the session:"), "{told}");
-    assert!(told.contains("the true angle at"), "{told}");
+    let message = swept(&late, "late").unwrap_err();
+    assert!(
+        message.starts_with("E612 unit 0, the session:"),
+        "{message}"
+    );
+    assert!(message.contains("the true angle at"), "{message}");
     let mut lost = score(&experiment);
     lost.parts[0].touches.remove(place);
     assert!(swept(&lost, "lost").unwrap_err().starts_with("E612 unit 0"));
@@ -91,8 +94,8 @@ fn a_sweep_stops_at_what_the_whole_device_does_not_do() {
     let mut samples = changed.to_vec();
     samples[50].amplitudes[0] = Some(1.0);
     *changed = samples.into();
-    let told = swept(&other, "other").unwrap_err();
-    assert!(told.contains("telemetry at"), "{told}");
+    let message = swept(&other, "other").unwrap_err();
+    assert!(message.contains("telemetry at"), "{message}");
 }
 
 #[test]

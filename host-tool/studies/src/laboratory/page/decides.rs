@@ -39,17 +39,17 @@ fn meaning() -> String {
 }
 
 fn rows_of(claim: &DecidingClaim) -> Html {
-    let all = claim.holds + claim.fails;
+    let total = claim.holds + claim.fails;
     let name = html!(
         "<th scope=\"row\">{}: {} of {} wearers</th>",
         claim.claim,
         claim.holds,
-        all
+        total
     );
     let mut fields: Vec<&Field> = claim.fields.iter().filter(|field| field.decides).collect();
     let strength = |field: &Field| (field.superiority - 0.5).abs();
     fields.sort_by(|a, b| strength(b).total_cmp(&strength(a)));
-    let said = match () {
+    let conclusion = match () {
         () if !claim.enough => "too few wearers on one side: no conclusion",
         () if fields.is_empty() => "no field was found that decides it",
         () => {
@@ -59,7 +59,7 @@ fn rows_of(claim: &DecidingClaim) -> Html {
             return rows.collect();
         }
     };
-    html!("<tr>{}<td colspan=\"6\">{}</td></tr>\n", name, said)
+    html!("<tr>{}<td colspan=\"6\">{}</td></tr>\n", name, conclusion)
 }
 
 fn row(name: &Html, field: &Field) -> Html {

@@ -169,8 +169,11 @@ fn draw_course(panel: &mut Panel, trial: &Trial) {
         let ground = Mark::Area(everywhere, inside, Paint::Tint(MUTED));
         panel.ground.push(ground);
     }
-    let mut line = |of: fn(&Sample) -> Option<f64>, color, width| {
-        let points = trial.samples.iter().filter_map(|s| Some((s.t_s, of(&s)?)));
+    let mut line = |quantity: fn(&Sample) -> Option<f64>, color, width| {
+        let points = trial
+            .samples
+            .iter()
+            .filter_map(|s| Some((s.t_s, quantity(&s)?)));
         let lines = shorten(points, POINTS).into_iter();
         let lines = lines.map(|points| Mark::Line(points, stroke(color, width)));
         panel.marks.extend(lines);
@@ -220,7 +223,7 @@ pub(super) fn measures(outcome: &Outcome) -> Html {
         ),
     ];
     // Each measure is a figure of its own: together they would not fit on a sheet of paper.
-    let one = |(nth, panel): (usize, Panel)| {
+    let picture = |(nth, panel): (usize, Panel)| {
         let legend = legend.map(|(key, name)| (key, name.to_owned()));
         let drawn = Figure {
             description: format!("In each condition: {}", panel.title),
@@ -230,7 +233,7 @@ pub(super) fn measures(outcome: &Outcome) -> Html {
         };
         figure(&drawn.svg(), "")
     };
-    panels.enumerate().map(one).collect()
+    panels.enumerate().map(picture).collect()
 }
 
 /// Draws the rows of the measure with this identifier; `None` if they have no values.

@@ -25,7 +25,7 @@ fn counted(outcome: &Outcome) -> String {
     if outcome.declared.draws == 0 {
         return trials_summary(&claims);
     }
-    let of = |wanted: ClaimStanding| -> Vec<String> {
+    let summaries = |wanted: ClaimStanding| -> Vec<String> {
         let own = claims
             .iter()
             .filter(|paper_claim| paper_claim.standing() == wanted);
@@ -38,13 +38,13 @@ fn counted(outcome: &Outcome) -> String {
         ClaimStanding::Single,
         ClaimStanding::Unjudged,
     ];
-    let lists = lists.map(|standing| match of(standing).as_slice() {
+    let lists = lists.map(|standing| match summaries(standing).as_slice() {
         [] => String::new(),
         // On a large grid, the last line of the table shows this.
         _ if is_large(outcome) => String::new(),
         all => format!("; {}: {}", standing.in_words(), all.join("; ")),
     });
-    let like = of(ClaimStanding::Judged(Verdict::Like)).len();
+    let like = summaries(ClaimStanding::Judged(Verdict::Like)).len();
     let grid = match outcome.is_grid() {
         true => " at every point of the grid",
         false => "",
@@ -83,31 +83,31 @@ fn trials_summary(claims: &[PaperClaim<'_>]) -> String {
     // Cases that agree with the paper, and all cases, of the parts that are judged.
     let as_printed = |claim: &PaperClaim<'_>| {
         let parts = claim.parts.iter();
-        parts.fold((0, 0), |(like, of), share| match share.paper {
-            Some(false) => (like + share.of - share.holds, of + share.of),
-            _ => (like + share.holds, of + share.of),
+        parts.fold((0, 0), |(like, total), share| match share.paper {
+            Some(false) => (like + share.of - share.holds, total + share.of),
+            _ => (like + share.holds, total + share.of),
         })
     };
-    let all: Vec<(u64, u64)> = claims.iter().map(as_printed).collect();
-    let count = |is: fn(&(u64, u64)) -> bool| all.iter().filter(|pair| is(pair)).count();
+    let tallies: Vec<(u64, u64)> = claims.iter().map(as_printed).collect();
+    let count = |is: fn(&(u64, u64)) -> bool| tallies.iter().filter(|pair| is(pair)).count();
     let (every, none) = (
-        count(|(like, of)| *of > 1 && like == of),
-        count(|(like, of)| *of > 1 && *like == 0),
+        count(|(like, total)| *total > 1 && like == total),
+        count(|(like, total)| *total > 1 && *like == 0),
     );
     let (single, unknown) = (count(|(_, of)| *of == 1), count(|(_, of)| *of == 0));
-    let some = all.len() - every - none - single - unknown;
+    let some = tallies.len() - every - none - single - unknown;
     let rest = [
         (single, "with a single case, not counted"),
         (unknown, "not judged"),
     ];
-    let rest = rest.map(|(n, what)| match n {
+    let rest = rest.map(|(n, phrase)| match n {
         0 => String::new(),
-        n => format!("; {n} {what}"),
+        n => format!("; {n} {phrase}"),
     });
     format!(
         "{} in every case of these trials, with {some} in some cases and with {none} in no \
          case{}. No wearers were randomly generated, so the result does not extend to others.",
-        agreement(every, all.len()),
+        agreement(every, tallies.len()),
         rest.concat()
     )
 }

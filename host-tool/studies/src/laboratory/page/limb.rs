@@ -64,15 +64,15 @@ pub(super) fn section<'a>(rows: &'a Rows<'a>) -> Html {
             .collect()
     };
     let rows: Vec<Vec<(&ShownCondition, Option<Limb<'_>>)>> = rows.iter().map(row).collect();
-    let all = || rows.iter().flatten().filter_map(|(_, limb)| limb.as_ref());
-    let Some(first) = all().next() else {
+    let shown_limbs = || rows.iter().flatten().filter_map(|(_, limb)| limb.as_ref());
+    let Some(first) = shown_limbs().next() else {
         return Html::default();
     };
     let columns = rows.iter().map(Vec::len).max().unwrap_or(1);
     let cell = WIDTH / columns as f64;
     let scale = ((cell - WORDS) / first.kind.size().0).min(LARGEST);
     let drawn = scale * first.kind.size().0;
-    let lowest = all().map(Limb::lowest).fold(0.0, f64::max);
+    let lowest = shown_limbs().map(Limb::lowest).fold(0.0, f64::max);
     let high = (scale * lowest).max(4.0 * LINE) + 12.0;
     let mut canvas = Canvas::default();
     let mut y = draw_legend(
@@ -112,19 +112,22 @@ pub(super) fn section<'a>(rows: &'a Rows<'a>) -> Html {
         y += LINE + 6.0 + high;
     }
     figure(
-        &canvas.svg((WIDTH, y), &description(all())),
+        &canvas.svg((WIDTH, y), &description(shown_limbs())),
         &caption(first),
     )
 }
 
 /// Returns a description with every angle, for screen readers.
 fn description<'a>(limbs: impl Iterator<Item = &'a Limb<'a>>) -> String {
-    let each = limbs.map(|limb| {
+    let texts = limbs.map(|limb| {
         let words: Vec<String> = limb.angle_labels().map(|(_, words)| words).into();
         format!("{}: {}", limb.trial.name, words.join(", "))
     });
-    let each: Vec<String> = each.collect();
-    format!("Drawing of the limb in each condition. {}", each.join("; "))
+    let texts: Vec<String> = texts.collect();
+    format!(
+        "Drawing of the limb in each condition. {}",
+        texts.join("; ")
+    )
 }
 
 fn caption(limb: &Limb<'_>) -> String {
@@ -133,11 +136,11 @@ fn caption(limb: &Limb<'_>) -> String {
         .identity
         .as_ref()
         .is_none_or(|identity| identity.simulated);
-    let what = match is_simulated {
+    let origin = match is_simulated {
         true => "Simulated: angles are those of a simulated limb's sensor.",
         false => "Angles are those of the sensor.",
     };
-    format!("{what} The limb and the electrode positions are schematic; numbers are channels.")
+    format!("{origin} The limb and the electrode positions are schematic; numbers are channels.")
 }
 
 fn keys(limb: &Limb<'_>) -> Vec<(Key, String)> {

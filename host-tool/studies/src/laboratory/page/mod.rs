@@ -91,7 +91,7 @@ type Rows<'a> = Vec<Vec<(&'a ShownCondition, Option<&'a Trial>)>>;
 fn page(outcome: &Outcome, trials: &[&Trial]) -> String {
     let rows = rows(outcome, trials);
     let cut_short = outcome.cut_short.iter();
-    let cut_short = cut_short.map(|what| html!("<p class=\"result\">{}</p>\n", what));
+    let cut_short = cut_short.map(|reason| html!("<p class=\"result\">{}</p>\n", reason));
     let mut body = cut_short.collect::<Html>();
     body += html!(
         "<p class=\"result\">{}</p>\n<p class=\"facts\">{}</p>\n",
@@ -100,8 +100,8 @@ fn page(outcome: &Outcome, trials: &[&Trial]) -> String {
     );
     let claims = match grid::is_large(outcome) {
         true => {
-            let all = collapsible("All shares with their intervals", shares_table(outcome));
-            grid::section(outcome) + all
+            let details = collapsible("All shares with their intervals", shares_table(outcome));
+            grid::section(outcome) + details
         }
         false => figure(&shares(outcome), "") + shares_table(outcome),
     };
@@ -161,20 +161,20 @@ fn rows<'a>(outcome: &'a Outcome, trials: &[&'a Trial]) -> Rows<'a> {
 
 /// Returns every condition that has a recorded trial, with that trial.
 fn shown<'a, 'r>(rows: &'r Rows<'a>) -> impl Iterator<Item = (&'a ShownCondition, &'a Trial)> + 'r {
-    let all = rows.iter().flatten();
-    all.filter_map(|(shown, trial)| Some((*shown, (*trial)?)))
+    let cells = rows.iter().flatten();
+    cells.filter_map(|(shown, trial)| Some((*shown, (*trial)?)))
 }
 
 /// Returns a line about the origin of the numbers: paper, seed, number of wearers, and whether they
 /// are simulated.
 fn facts(outcome: &Outcome) -> Html {
     let drawn = match (outcome.declared.draws, &outcome.declared.drawn) {
-        (draws, Some(what)) => format!("{draws} random {what}"),
+        (draws, Some(noun)) => format!("{draws} random {noun}"),
         (0, None) => "no random wearers".to_owned(),
         (1, None) => "1 random wearer".to_owned(),
         (draws, None) => format!("{draws} random wearers"),
     };
-    let who = match outcome.simulated {
+    let notice = match outcome.simulated {
         Some(true) if outcome.declared.drawn.is_some() => {
             html!(" · <b>Simulated: models of chip and output stages, no board and no people.</b>")
         }
@@ -187,7 +187,7 @@ fn facts(outcome: &Outcome) -> Html {
         outcome.declared.source,
         outcome.seed,
         drawn,
-        who
+        notice
     )
 }
 

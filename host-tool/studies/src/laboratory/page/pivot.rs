@@ -12,14 +12,14 @@ pub(super) fn kinds_table(outcome: &Outcome) -> Html {
         let (kind, measure) = row.quantity.split_once(": ")?;
         Some((kind.to_owned(), measure.to_owned()))
     };
-    let all: Option<Vec<_>> = outcome.rows.iter().map(parts).collect();
-    let (Some(all), true) = (all, outcome.declared.drawn.is_some()) else {
+    let pairs: Option<Vec<_>> = outcome.rows.iter().map(parts).collect();
+    let (Some(pairs), true) = (pairs, outcome.declared.drawn.is_some()) else {
         return Html::default();
     };
-    let kinds = distinct(all.iter().map(|pair| &pair.0));
-    let measures = distinct(all.iter().map(|pair| &pair.1));
+    let kinds = distinct(pairs.iter().map(|pair| &pair.0));
+    let measures = distinct(pairs.iter().map(|pair| &pair.1));
     let cell = |kind: &str, measure: &str| {
-        let place = all
+        let place = pairs
             .iter()
             .position(|pair| pair.0 == kind && pair.1 == measure);
         place.map(|at| &outcome.rows[at])
@@ -61,9 +61,9 @@ pub(super) fn kinds_table(outcome: &Outcome) -> Html {
 }
 
 /// Returns each of these texts once, in the order of first occurrence.
-fn distinct<'a>(all: impl Iterator<Item = &'a String>) -> Vec<&'a String> {
+fn distinct<'a>(texts: impl Iterator<Item = &'a String>) -> Vec<&'a String> {
     let mut found: Vec<&String> = Vec::new();
-    for text in all {
+    for text in texts {
         if !found.contains(&text) {
             found.push(text);
         }

@@ -15,8 +15,8 @@ const ALONE: f64 = 260.0;
 const MULTIPLE: f64 = 170.0;
 
 /// Renders every sheet in its order, each with heading and caption.
-pub(super) fn sheets(all: &[Sheet]) -> Html {
-    all.iter().map(sheet).collect()
+pub(super) fn sheets(items: &[Sheet]) -> Html {
+    items.iter().map(sheet).collect()
 }
 
 fn sheet(item: &Sheet) -> Html {
@@ -56,8 +56,10 @@ const HEADS: f64 = 24.0;
 /// yields `-0`.
 fn shaded(matrix: &Matrix, description: &str) -> Svg {
     let mut canvas = Canvas::default();
-    let all = matrix.rows.iter().flat_map(|(_, cells)| cells);
-    let largest = all.fold(0.0_f64, |most, value| most.max(*value)).max(1e-9);
+    let values = matrix.rows.iter().flat_map(|(_, cells)| cells);
+    let largest = values
+        .fold(0.0_f64, |most, value| most.max(*value))
+        .max(1e-9);
     let place = |column: usize, row: usize| {
         let left = NAMES + CELL.0 * column as f64;
         (left, HEADS + CELL.1 * row as f64)
@@ -171,8 +173,8 @@ fn panel(plot: &Plot, height: f64, is_first: bool) -> Panel {
     }
     let mut panel = Panel::new(&plot.title, axis(&plot.x), y, height);
     if let Some([from, to]) = plot.aside {
-        let all = (f64::NEG_INFINITY, f64::INFINITY);
-        let ground = Mark::Area((from, to), all, Paint::Tint(MUTED));
+        let full_height = (f64::NEG_INFINITY, f64::INFINITY);
+        let ground = Mark::Area((from, to), full_height, Paint::Tint(MUTED));
         panel.ground.push(ground);
     }
     panel.ground.extend(plot.bands.iter().map(band));
@@ -206,11 +208,11 @@ fn band(item: &Band) -> Mark {
 fn bar(item: &Bar) -> Vec<Mark> {
     let ([left, right], color) = (item.x, color(item.series));
     let middle = 0.5 * (left + right);
-    let whole = Mark::Area((left, right), (0.0, item.value), Paint::Tint(color));
+    let area = Mark::Area((left, right), (0.0, item.value), Paint::Tint(color));
     let ends = vec![(left, item.value), (right, item.value)];
     let end = Mark::Line(ends, stroke(color, 2.0));
     let range = item.range.map(|ends| interval(middle, ends, color));
-    [Some(whole), Some(end), range]
+    [Some(area), Some(end), range]
         .into_iter()
         .flatten()
         .collect()

@@ -104,10 +104,10 @@ fn share_row(share: &Share, (name, is_grid): (&Html, bool), verdict: &str) -> Ht
 /// Tabulates paper's value, our value and interval of each result. The column of the paper or of
 /// the interval is left out if no row has one.
 pub(super) fn rows_table(outcome: &Outcome) -> Html {
-    let all = &outcome.rows;
-    let has_paper = all.iter().any(|row| row.paper.is_some());
-    let has_range = all.iter().any(|row| row.low.is_some());
-    let rows = all.iter().map(|row| {
+    let entries = &outcome.rows;
+    let has_paper = entries.iter().any(|row| row.paper.is_some());
+    let has_range = entries.iter().any(|row| row.low.is_some());
+    let rows = entries.iter().map(|row| {
         let paper = has_paper.then(|| format_value(row.paper, &row.unit));
         let end =
             |value: f64| large_t(&row.quantity, value).map_or_else(|| digits(value), str::to_owned);
@@ -142,13 +142,13 @@ pub(super) fn rows_table(outcome: &Outcome) -> Html {
     let heads = heads.into_iter().filter(|head| head.1).map(|head| head.0);
     let heads: Vec<&str> = ["Quantity", "Unit"].into_iter().chain(heads).collect();
     let table = table(&[&heads[..], &[count]].concat(), rows.collect());
-    let has_large = all.iter().any(|row| {
+    let has_large = entries.iter().any(|row| {
         let numbers = [row.ours, row.low, row.high].into_iter().flatten();
         numbers
             .into_iter()
             .any(|value| large_t(&row.quantity, value).is_some())
     });
-    let has_ones = all.iter().any(|row| row.unit.is_empty());
+    let has_ones = entries.iter().any(|row| row.unit.is_empty());
     let notes = [
         (
             has_ones,

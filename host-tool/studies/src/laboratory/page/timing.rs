@@ -33,9 +33,9 @@ pub(super) fn section(rows: &Rows<'_>) -> Html {
             (true, _) => unseen.push(trial),
         }
     }
-    let note = |what: &str, of: &[&Trial]| match of {
+    let note = |title: &str, trials: &[&Trial]| match trials {
         [] => Html::default(),
-        all => html!("<p class=\"note\">{}: {}.</p>\n", what, names(all)),
+        all => html!("<p class=\"note\">{}: {}.</p>\n", title, names(all)),
     };
     let drawn: Html = patterns.iter().map(|alike| drawing(alike)).collect();
     let drawn = match drawn.is_empty() {

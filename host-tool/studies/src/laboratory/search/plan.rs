@@ -42,13 +42,13 @@ impl Search {
     /// # Errors
     /// Returns every mistake, with the name of its field.
     pub fn new(declared: SearchDeclaration) -> Result<Self, Vec<String>> {
-        let mut told = Vec::new();
-        ranges(&declared, &mut told);
-        fitting(&declared, &mut told);
+        let mut mistakes = Vec::new();
+        ranges(&declared, &mut mistakes);
+        fitting(&declared, &mut mistakes);
         let mut exact = |name: &str, value: f64| {
             let milli = Milli::exactly(value).filter(|milli| milli.0 > 0);
             if milli.is_none() {
-                told.push(format!(
+                mistakes.push(format!(
                     "{name} is {value}; allowed: multiples of 0.001 above 0"
                 ));
             }
@@ -75,12 +75,12 @@ impl Search {
             sites,
             stair,
         };
-        if told.is_empty() {
-            check_levels(&search, &mut told);
+        if mistakes.is_empty() {
+            check_levels(&search, &mut mistakes);
         }
-        match told.is_empty() {
+        match mistakes.is_empty() {
             true => Ok(search),
-            false => Err(told),
+            false => Err(mistakes),
         }
     }
 
@@ -92,22 +92,22 @@ impl Search {
         &self,
         limit_of: impl Fn(u8) -> Option<(Milli, &'a str)>,
     ) -> Vec<String> {
-        let mut told = Vec::new();
+        let mut messages = Vec::new();
         let highest = self.levels().last().unwrap_or_default();
         for site in &self.sites {
             let (channel, top) = (site.channel, site.amplitude(highest));
             match limit_of(channel) {
-                None => told.push(format!(
+                None => messages.push(format!(
                     "channel {channel} is not in the session, or waits for a trigger"
                 )),
-                Some((limit, unit)) if top > limit => told.push(format!(
+                Some((limit, unit)) if top > limit => messages.push(format!(
                     "the staircase would reach {top} {unit} on channel {channel}, above the \
                      wearer's limit of {limit} {unit}"
                 )),
                 Some(_) => {}
             }
         }
-        told
+        messages
     }
 
     /// Returns the declaration as written in the file.
@@ -140,12 +140,12 @@ impl Search {
     #[must_use]
     pub fn false_alarm(&self) -> f64 {
         let repeats = self.declared.confirm as i32;
-        let one = self
+        let probability = self
             .declared
             .detector()
             .false_alarm_probability()
             .powi(1 + repeats);
-        1.0 - (1.0 - one).powi(self.levels().count() as i32)
+        1.0 - (1.0 - probability).powi(self.levels().count() as i32)
     }
 }
 
@@ -177,32 +177,32 @@ impl SearchFile {
             let line = before.map_or(1, |before| before.matches('\n').count() + 1);
             vec![format!("line {line}: {}", error.message())]
         })?;
-        let (mut searches, mut told) = (Vec::new(), Vec::new());
+        let (mut searches, mut messages) = (Vec::new(), Vec::new());
         if file.searches.is_empty() {
-            told.push("the file has no [[search]]".to_owned());
+            messages.push("the file has no [[search]]".to_owned());
         }
         for (declared, number) in file.searches.into_iter().zip(1..) {
             match Search::new(declared) {
                 Ok(search) => searches.push(search),
                 Err(mistakes) => {
-                    let of = |what| format!("search {number}: {what}");
-                    told.extend(mistakes.into_iter().map(of));
+                    let message = |mistake| format!("search {number}: {mistake}");
+                    messages.extend(mistakes.into_iter().map(message));
                 }
             }
         }
         let session = file.session;
-        match told.is_empty() {
+        match messages.is_empty() {
             true => Ok(Self { session, searches }),
-            false => Err(told),
+            false => Err(messages),
         }
     }
 }
 
 /// Adds a message for each field that is outside its range.
-fn ranges(d: &SearchDeclaration, told: &mut Vec<String>) {
+fn ranges(d: &SearchDeclaration, mistakes: &mut Vec<String>) {
     let mut within = |name: &str, value: f64, least: f64, most: f64| {
         if !(least..=most).contains(&value) {
-            told.push(format!("{name} is {value}; allowed: {least} to {most}"));
+            mistakes.push(format!("{name} is {value}; allowed: {least} to {most}"));
         }
     };
     within("windows", d.windows.into(), 1.0, 100.0);
@@ -230,18 +230,18 @@ fn ranges(d: &SearchDeclaration, told: &mut Vec<String>) {
     let baseline_s = f64::from(d.baseline_windows * d.window_ms.min(1000)) * 1e-3;
     if d.needs_baseline() && d.rest_s < baseline_s {
         let rest_s = d.rest_s;
-        told.push(format!(
+        mistakes.push(format!(
             "rest_s is {rest_s} s, shorter than the baseline of {baseline_s} s"
         ));
     }
 }
 
 /// Adds a message for each field that this kind of search lacks or must not have.
-fn fitting(d: &SearchDeclaration, told: &mut Vec<String>) {
+fn fitting(d: &SearchDeclaration, mistakes: &mut Vec<String>) {
     let kind = d.kind.name();
     let mut has = |name: &str, is_there: bool, is_wanted: bool| match (is_there, is_wanted) {
-        (true, false) => told.push(format!("{name} has no use in a search of kind {kind}")),
-        (false, true) => told.push(format!("{name} is missing in a search of kind {kind}")),
+        (true, false) => mistakes.push(format!("{name} has no use in a search of kind {kind}")),
+        (false, true) => mistakes.push(format!("{name} is missing in a search of kind {kind}")),
         _ => {}
     };
     let is_ratio = d.kind == Kind::Ratio;
@@ -258,17 +258,17 @@ fn fitting(d: &SearchDeclaration, told: &mut Vec<String>) {
 }
 
 /// Adds a message for each mistake in how levels and detector fit together.
-fn check_levels(search: &Search, told: &mut Vec<String>) {
+fn check_levels(search: &Search, mistakes: &mut Vec<String>) {
     let [start, step, limit] = search.stair;
     let d = search.declaration();
     if start > limit {
-        told.push(format!("start is {start}, above the limit of {limit}"));
+        mistakes.push(format!("start is {start}, above the limit of {limit}"));
     } else if (limit.0 - start.0) / step.0 >= MOST_LEVELS {
-        told.push(format!(
+        mistakes.push(format!(
             "step is {step}: start to limit has more than {MOST_LEVELS} levels; use a larger step"
         ));
     } else if !d.kind.is_rated() && search.false_alarm() > FALSE_ALARMS {
-        told.push(format!(
+        mistakes.push(format!(
             "k_sigma is {}: with {} baseline windows, {} of {} windows in a row and {} \
              repeats, {:.1} % of searches of {} levels would report a movement where there is \
              none; allowed: at most 1 %",
@@ -282,7 +282,7 @@ fn check_levels(search: &Search, told: &mut Vec<String>) {
         ));
     }
     if d.kind == Kind::Ratio && limit > Milli(1000) {
-        told.push(format!("limit is {limit}; allowed for a ratio: at most 1"));
+        mistakes.push(format!("limit is {limit}; allowed for a ratio: at most 1"));
     }
     let sites = search.sites();
     for (place, site) in sites.iter().enumerate() {
@@ -291,7 +291,7 @@ fn check_levels(search: &Search, told: &mut Vec<String>) {
             .take(place)
             .any(|other| other.channel == site.channel)
         {
-            told.push(format!("`of` names channel {} twice", site.channel));
+            mistakes.push(format!("`of` names channel {} twice", site.channel));
         }
     }
 }

@@ -199,24 +199,25 @@ fn whole_rows<D: Drawing>(
         ));
     };
     let mut units = BTreeMap::new();
-    let mut whole = head;
+    let mut kept_text = head;
     let lines: Vec<&str> = body.split_inclusive('\n').collect();
     let of_unit = drawing.rows_per_unit().max(1);
-    let first = 1 + usize::from(!whole.is_empty()); // the header is line 1
+    let first = 1 + usize::from(!kept_text.is_empty()); // the header is line 1
     for (lines, first) in lines.chunks(of_unit).zip((first..).step_by(of_unit)) {
         let is_whole = lines.len() == drawing.rows_per_unit();
         if !is_whole || lines.last().is_some_and(|line| !line.ends_with('\n')) {
             break; // the program was killed while it wrote this unit
         }
-        let at =
-            |(row, what): (usize, String)| damaged(format!("line {}: {what}; {CUT}", first + row));
+        let at = |(row, problem): (usize, String)| {
+            damaged(format!("line {}: {problem}; {CUT}", first + row))
+        };
         let (index, unit) = unit_of(lines, (sweep, drawing)).map_err(at)?;
         if units.insert(index, unit).is_some() {
             return Err(at((0, format!("unit {index} appears twice"))));
         }
-        whole.extend(lines.iter().copied());
+        kept_text.extend(lines.iter().copied());
     }
-    Ok((units, whole))
+    Ok((units, kept_text))
 }
 
 /// Parses the unit in these lines. Every line must begin as [`Drawing::row_prefixes`] says. On
@@ -235,11 +236,11 @@ fn unit_of<D: Drawing>(
         let rest = line.strip_prefix(wanted.as_str());
         let rest = rest.and_then(|rest| rest.strip_prefix(','));
         rest.map(|rest| rest.trim_end().to_owned()).ok_or_else(|| {
-            let what = format!(
+            let message = format!(
                 "the row of unit {index} does not begin as seed {} gives it, `{wanted},…`",
                 sweep.seed
             );
-            (row, what)
+            (row, message)
         })
     };
     let rests = lines.iter().zip(&begins).enumerate().map(rest);

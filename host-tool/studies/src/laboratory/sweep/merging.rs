@@ -24,7 +24,7 @@ pub fn merge_shards<D: Drawing>(
 ) -> Result<MergedUnits<D::Unit>, D::Error> {
     let named = parts.iter().map(|part| Ok((name(part), read_shard(part)?)));
     let named: Vec<(String, Sweep)> = named.collect::<Result<_, LaboratoryError>>()?;
-    let whole = combined_sweep(&named, drawing)?;
+    let merged = combined_sweep(&named, drawing)?;
     let mut units = BTreeMap::new();
     for (part, (name, sweep)) in parts.iter().zip(&named) {
         let own = folder::units(part, sweep, drawing)?;
@@ -37,14 +37,14 @@ pub fn merge_shards<D: Drawing>(
         }
         units.extend(own);
     }
-    let _mine = whole.place(out)?;
-    let (mut folder, known) = Folder::open(out, &whole, drawing)?;
+    let _mine = merged.place(out)?;
+    let (mut folder, known) = Folder::open(out, &merged, drawing)?;
     for (index, unit) in &units {
         if !known.contains_key(index) {
-            folder.append(drawing, &whole, (*index, unit))?;
+            folder.append(drawing, &merged, (*index, unit))?;
         }
     }
-    let outcome = whole.close(drawing, out, &units)?;
+    let outcome = merged.close(drawing, out, &units)?;
     Ok((units, outcome))
 }
 
@@ -77,33 +77,37 @@ fn combined_sweep<D: Drawing>(
     let Some((first_name, first)) = parts.first() else {
         return refuse("no folder was given".to_owned());
     };
-    let of = first.shard.of;
-    let whole = |sweep: &Sweep| Sweep {
+    let shard_count = first.shard.of;
+    let undivided = |sweep: &Sweep| Sweep {
         shard: Shard::WHOLE,
         ..sweep.clone()
     };
     let mut seen = BTreeMap::new();
     for (name, sweep) in parts {
-        if whole(sweep) != whole(first) || sweep.shard.of != of {
-            let (this, that) = (sweep.difference(first), first_name);
-            return refuse(format!("{name} and {that} are of different sweeps: {this}"));
+        if undivided(sweep) != undivided(first) || sweep.shard.of != shard_count {
+            let (this, reference) = (sweep.difference(first), first_name);
+            return refuse(format!(
+                "{name} and {reference} are of different sweeps: {this}"
+            ));
         }
         if let Some(other) = seen.insert(sweep.shard.number, name) {
             let number = sweep.shard.number;
-            return refuse(format!("{name} and {other} are both shard {number}/{of}"));
+            return refuse(format!(
+                "{name} and {other} are both shard {number}/{shard_count}"
+            ));
         }
     }
-    if let Some(number) = (1..=of).find(|number| !seen.contains_key(number)) {
-        return refuse(format!("shard {number}/{of} is missing"));
+    if let Some(number) = (1..=shard_count).find(|number| !seen.contains_key(number)) {
+        return refuse(format!("shard {number}/{shard_count} is missing"));
     }
-    let whole = whole(first);
-    let wanted = Sweep::from_drawing(drawing, (whole.seed, whole.draws), Shard::WHOLE);
-    match whole == wanted {
-        true => Ok(whole),
+    let merged = undivided(first);
+    let wanted = Sweep::from_drawing(drawing, (merged.seed, merged.draws), Shard::WHOLE);
+    match merged == wanted {
+        true => Ok(merged),
         false => refuse(format!(
             "{first_name} does not fit this program: {}; merge with the program that computed \
              it, or compute it again",
-            whole.difference(&wanted)
+            merged.difference(&wanted)
         )),
     }
 }

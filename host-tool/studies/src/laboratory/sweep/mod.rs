@@ -236,15 +236,17 @@ impl Sweep {
         dir: Option<&Path>,
         go_on: &mut dyn FnMut(f64) -> bool,
     ) -> Result<ComputedUnits<D::Unit>, D::Error> {
-        let all: Vec<u64> = self.units(drawing).collect();
-        let opened = dir.map(|dir| self.open(dir, drawing, &all)).transpose()?;
+        let indices: Vec<u64> = self.units(drawing).collect();
+        let opened = dir
+            .map(|dir| self.open(dir, drawing, &indices))
+            .transpose()?;
         let (mut folder, mut units) = match opened {
             Some((folder, units)) => (Some(folder), units),
             None => (None, BTreeMap::new()),
         };
         // The known units are the first ones.
-        let left = all.get(units.len()..).unwrap_or_default();
-        let part = |done: usize| done as f64 / all.len() as f64;
+        let left = indices.get(units.len()..).unwrap_or_default();
+        let part = |done: usize| done as f64 / indices.len() as f64;
         let compute = |index: &u64, goes_on: &(dyn Fn() -> bool + Sync)| {
             let unit = drawing.compute(self, *index, goes_on)?;
             Ok(unit.map(|unit| (*index, unit)))
@@ -256,13 +258,13 @@ impl Sweep {
             units.insert(index, unit);
             Ok(part(units.len()))
         };
-        let begun = part(all.len() - left.len());
+        let begun = part(indices.len() - left.len());
         in_order(left, begun, &compute, keep, go_on)?;
-        let is_whole = units.len() == all.len();
+        let is_whole = units.len() == indices.len();
         if is_whole {
             go_on(1.0);
         }
-        let fresh = (units.len() + left.len() - all.len()) as u64;
+        let fresh = (units.len() + left.len() - indices.len()) as u64;
         Ok(ComputedUnits {
             units,
             is_whole,
@@ -270,16 +272,16 @@ impl Sweep {
         })
     }
 
-    /// Opens the folder of this shard, whose units have the indices `all`, and returns the units
+    /// Opens the folder of this shard, whose units have the indices `indices`, and returns the units
     /// that the folder contains.
     fn open<D: Drawing>(
         &self,
         dir: &Path,
         drawing: &D,
-        all: &[u64],
+        indices: &[u64],
     ) -> Result<(Folder, BTreeMap<u64, D::Unit>), LaboratoryError> {
         let (folder, units) = Folder::open(dir, self, drawing)?;
-        if units.keys().eq(all.iter().take(units.len())) {
+        if units.keys().eq(indices.iter().take(units.len())) {
             return Ok((folder, units));
         }
         let file = dir.join(drawing.file()).display().to_string();
@@ -345,9 +347,9 @@ impl Sweep {
             ),
             ("version", self.version.clone(), other.version.clone()),
         ];
-        let differing = pairs.into_iter().find(|(_, this, that)| this != that);
-        if let Some((what, this, that)) = differing {
-            return format!("{what} {this} instead of {that}");
+        let differing = pairs.into_iter().find(|(_, this, wanted)| this != wanted);
+        if let Some((property, this, that)) = differing {
+            return format!("{property} {this} instead of {that}");
         }
         let mut files = self.sha256.keys().chain(other.sha256.keys());
         let file = files.find(|file| self.sha256.get(*file) != other.sha256.get(*file));

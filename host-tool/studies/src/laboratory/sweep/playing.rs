@@ -71,10 +71,11 @@ impl Drawing for Playing<'_> {
         let unit = self.experiment.unit(sweep.seed, sweep.draws, unit);
         let fields = unit.fields.iter().map(|(_, value)| format!(",{value}"));
         let fields: String = fields.collect();
-        let of = |condition: String| format!("{},{}{fields},{condition}", unit.index, unit.wearer);
+        let prefix =
+            |condition: String| format!("{},{}{fields},{condition}", unit.index, unit.wearer);
         let names = self.experiment.conditions.iter();
         names
-            .map(|condition| of(quote_csv(&condition.name())))
+            .map(|condition| prefix(quote_csv(&condition.name())))
             .collect()
     }
 
@@ -113,7 +114,7 @@ impl Drawing for Playing<'_> {
             }
             let numbers = fields.iter().map(|field| parse_number(field));
             let numbers: Result<TrialMeasures, String> = numbers.collect();
-            numbers.map_err(|what| (row, what))
+            numbers.map_err(|reason| (row, reason))
         };
         rest.iter().enumerate().map(row).collect()
     }
