@@ -85,8 +85,8 @@ impl Chart {
     /// Combines errors and costs to points and marks the Pareto front. `errors` and both costs must
     /// be in the order in which the image measures the settings.
     pub fn new(errors: &[f64], chip: &Cost, host: &Cost) -> Self {
-        let all = |cost: &Cost| [&cost.runs[..], &cost.corners].concat();
-        let pairs = all(chip).into_iter().zip(all(host));
+        let rows = |cost: &Cost| [&cost.runs[..], &cost.corners].concat();
+        let pairs = rows(chip).into_iter().zip(rows(host));
         let differing = pairs.filter(|(c, h)| c.checksum != h.checksum || c.name != h.name);
         let points = settings().zip(errors).zip(&chip.runs);
         let points = points.map(|(((setting, output_us), error_pct), row)| Point {
@@ -118,10 +118,10 @@ impl Chart {
                 && a.error_pct <= b.error_pct
                 && (a.cycles_per_s < b.cycles_per_s || a.error_pct < b.error_pct)
         };
-        let all = self.points.clone();
+        let points = self.points.clone();
         for point in &mut self.points {
             let is_of_use = point.error_pct < USELESS_PCT;
-            point.on_front = is_of_use && !all.iter().any(|other| beats(other, point));
+            point.on_front = is_of_use && !points.iter().any(|other| beats(other, point));
         }
     }
 

@@ -89,11 +89,11 @@ const fn ends(range: &Range) -> [u32; 2] {
     [range.min.cast_unsigned(), range.max.cast_unsigned()]
 }
 
-/// Returns one value for each of [`RANGES`], which `of` chooses from the index and the range.
-fn values(mut of: impl FnMut(usize, &Range) -> u32) -> [u32; 4] {
+/// Returns one value for each of [`RANGES`], which `choice` chooses from the index and the range.
+fn values(mut choice: impl FnMut(usize, &Range) -> u32) -> [u32; 4] {
     let mut values = [0; 4];
     for (n, (value, range)) in values.iter_mut().zip(&RANGES).enumerate() {
-        *value = of(n, range);
+        *value = choice(n, range);
     }
     values
 }

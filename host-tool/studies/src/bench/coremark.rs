@@ -58,8 +58,8 @@ pub fn coremark() -> Result<CoreMark, BenchError> {
     let mut instructions_per_iteration = 0;
     for wait in FlashWait::ALL {
         let ended = alone::run(&image, wait)?;
-        let said = read(wait, &ended.console);
-        let (reading, words) = said.ok_or_else(|| RowError::new(&ended.console))?;
+        let result = read(wait, &ended.console);
+        let (reading, words) = result.ok_or_else(|| RowError::new(&ended.console))?;
         // The program runs one iteration, then one and the measured ones, then all of that again
         // with prefetch off.
         instructions_per_iteration = ended.instructions / (2 * (reading.iterations + 2));

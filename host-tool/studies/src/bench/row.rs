@@ -99,8 +99,8 @@ impl<N: ToString> From<&firmware::bench::Row<N>> for Row {
 pub struct RowError(String);
 
 impl RowError {
-    pub(super) fn new(said: &str) -> Self {
-        Self(said.trim().to_owned())
+    pub(super) fn new(text: &str) -> Self {
+        Self(text.trim().to_owned())
     }
 }
 

@@ -159,7 +159,7 @@ fn fit_device_quartic(
         |from: f64, to: f64| (0..=10).map(move |n| from + 0.1 * f64::from(n) * (to - from));
     let beyond = margin(range[0], low).chain(margin(high, range[1]));
     let beyond = beyond.map(|deg| (deg, fitted.at(deg).clamp(0.0, 1.0), 0.1));
-    let all = points
+    let samples = points
         .iter()
         .map(|(deg, value)| (*deg, *value, 1.0))
         .chain(beyond);
@@ -167,7 +167,7 @@ fn fit_device_quartic(
     let mut curvature = SMatrix::<f64, LINES, LINES>::zeros();
     let mut slope = SVector::<f64, LINES>::zeros();
     let mut upper = SVector::<f64, LINES>::zeros();
-    for (deg, value, weight) in all {
+    for (deg, value, weight) in samples {
         let basis = basis(range, deg);
         for i in 0..TERMS {
             slope[i] += weight * basis[i] * value;
@@ -205,8 +205,9 @@ fn basis([low, high]: [f64; 2], deg: f64) -> [f64; TERMS] {
 /// coefficients over `range`.
 fn residuals(bernstein: &[i32; TERMS], range: [f64; 2], points: &[(f64, f64)]) -> [f64; 2] {
     let at = |deg: f64| -> f64 {
-        let each = basis(range, deg).into_iter().zip(bernstein);
-        each.map(|(weight, own)| weight * f64::from(*own) / MILLION)
+        let terms = basis(range, deg).into_iter().zip(bernstein);
+        terms
+            .map(|(weight, own)| weight * f64::from(*own) / MILLION)
             .sum()
     };
     let off = points.iter().map(|(deg, value)| (at(*deg) - value).abs());
@@ -240,14 +241,14 @@ pub fn specs(
     let quartic = |muscle: usize| curves.muscles[muscle].bernstein.map(QuarticSpec);
     let muscle = |channel: usize, lift: Option<usize>, drop: Option<usize>| {
         let micro = |ma: f64| Amplitude::new((1e3 * ma).round() as u32);
-        let told = channels[channel];
+        let thresholds = channels[channel];
         ModulatedSpec {
             channel: channel as u8,
-            base: micro(told.most_ma),
+            base: micro(thresholds.most_ma),
             form: match model.form {
                 Form::Scaled => DeviceForm::Scaled,
                 Form::AboveThreshold => DeviceForm::AboveThreshold {
-                    threshold: micro(told.felt_ma),
+                    threshold: micro(thresholds.felt_ma),
                 },
             },
             lift: lift.and_then(quartic),

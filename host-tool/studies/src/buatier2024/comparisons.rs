@@ -31,14 +31,16 @@ pub fn holds(study: &Study, person: &Participant, claim: &Claim) -> Option<bool>
     (lower.is_finite() && higher.is_finite()).then_some(lower < higher)
 }
 
-fn people(all: &[Replication]) -> impl Iterator<Item = &Participant> {
-    all.iter().flat_map(|replication| &replication.people)
+fn people(replications: &[Replication]) -> impl Iterator<Item = &Participant> {
+    replications
+        .iter()
+        .flat_map(|replication| &replication.people)
 }
 
 fn mean(study: &Study, own: &Replication, metric: Metric, side: &Side) -> f64 {
-    let each =
+    let values =
         (own.people.iter()).filter_map(|participant| value(study, participant, metric, side));
-    statistics::mean(each).unwrap_or(f64::NAN)
+    statistics::mean(values).unwrap_or(f64::NAN)
 }
 
 /// Returns the p between the claim's two conditions in a study, multiplied by three (Bonferroni);
@@ -61,10 +63,10 @@ fn p_value(own: &Replication, claim: &Claim) -> Option<f64> {
 /// studies in which it holds, and that of studies in which the difference is significant with
 /// either sign.
 #[must_use]
-pub(super) fn shares(study: &Study, all: &[Replication]) -> Vec<Share> {
+pub(super) fn shares(study: &Study, replications: &[Replication]) -> Vec<Share> {
     let mut shares = Vec::new();
     for claim in &study.claims {
-        let known: Vec<bool> = people(all)
+        let known: Vec<bool> = people(replications)
             .filter_map(|participant| holds(study, participant, claim))
             .collect();
         let counted = |known: &[bool]| {
@@ -78,10 +80,10 @@ pub(super) fn shares(study: &Study, all: &[Replication]) -> Vec<Share> {
             let mean = |side| mean(study, own, claim.metric, side);
             mean(&claim.lower) < mean(&claim.higher)
         };
-        let known: Vec<bool> = all.iter().map(sides).collect();
+        let known: Vec<bool> = replications.iter().map(sides).collect();
         let (id, says) = named("/studies", &format!("studies: {}", claim.says));
         shares.push(Share::from_counts(id, says, claim.paper, counted(&known)));
-        let known: Vec<bool> = (all
+        let known: Vec<bool> = (replications
             .iter()
             .filter_map(|replication| p_value(replication, claim)))
         .map(|p| p < study.protocol.level)
@@ -105,7 +107,7 @@ pub(super) fn shares(study: &Study, all: &[Replication]) -> Vec<Share> {
 /// Returns rows over studies: every mean of figure 4 beside the printed one, changes of the
 /// metabolic proxy, its fraction of the printed power, and effects of stimulation.
 #[must_use]
-pub(super) fn rows(study: &Study, all: &[Replication]) -> Vec<Row> {
+pub(super) fn rows(study: &Study, replications: &[Replication]) -> Vec<Row> {
     let mut rows = Vec::new();
     for (metric, height) in super::replication::families() {
         let name = height.map(|height| study.way.heights[height].name.clone());
@@ -124,7 +126,7 @@ pub(super) fn rows(study: &Study, all: &[Replication]) -> Vec<Row> {
                     && printed_value.height == name
             });
             let printed = printed.map(|printed_value| printed_value.mean);
-            let values = all
+            let values = replications
                 .iter()
                 .map(|replication| mean(study, replication, metric, &side));
             let id = format!(
@@ -137,15 +139,15 @@ pub(super) fn rows(study: &Study, all: &[Replication]) -> Vec<Row> {
             rows.push(Row::from_numbers(id, quantity, unit, printed, values));
         }
     }
-    rows.extend(changes(study, all));
-    rows.extend(proxy_rows(study, all));
-    rows.extend(stimulation_rows(all));
+    rows.extend(changes(study, replications));
+    rows.extend(proxy_rows(study, replications));
+    rows.extend(stimulation_rows(replications));
     rows
 }
 
 /// Returns the changes of the metabolic proxy in percent, as the paper's text prints them and as
 /// its means imply.
-fn changes(study: &Study, all: &[Replication]) -> [Row; 5] {
+fn changes(study: &Study, replications: &[Replication]) -> [Row; 5] {
     use Condition::{Assist, None, Resist};
     let power = |own: &Replication, condition| {
         let side = Side {
@@ -155,14 +157,14 @@ fn changes(study: &Study, all: &[Replication]) -> [Row; 5] {
         mean(study, own, Metric::Power, &side)
     };
     let printed = |condition| {
-        let mut all = study.printed.iter();
-        let own = all.find(|printed_value| {
+        let mut printed_values = study.printed.iter();
+        let own = printed_values.find(|printed_value| {
             printed_value.metric == Metric::Power && printed_value.condition == condition
         });
         own.map_or(f64::NAN, |printed_value| printed_value.mean)
     };
-    let row = |id: &str, quantity: &str, paper: f64, of: &dyn Fn(&Replication) -> f64| {
-        let values = all.iter().map(of);
+    let row = |id: &str, quantity: &str, paper: f64, measure: &dyn Fn(&Replication) -> f64| {
+        let values = replications.iter().map(measure);
         Row::from_numbers(id.to_owned(), quantity.to_owned(), "%", Some(paper), values)
     };
     let change = |from, to, over| {
@@ -205,7 +207,7 @@ fn changes(study: &Study, all: &[Replication]) -> [Row; 5] {
 
 /// Returns the metabolic proxy as a percentage of the power that the paper prints (equation 5), for
 /// each condition.
-fn proxy_rows(study: &Study, all: &[Replication]) -> Vec<Row> {
+fn proxy_rows(study: &Study, replications: &[Replication]) -> Vec<Row> {
     let rows = Condition::ALL.into_iter().filter_map(|condition| {
         let mut printed = study.printed.iter();
         let printed = printed.find(|printed_value| {
@@ -218,7 +220,7 @@ fn proxy_rows(study: &Study, all: &[Replication]) -> Vec<Row> {
         let part =
             |own: &Replication| 100.0 * mean(study, own, Metric::Power, &side) / printed.mean;
         let quantity = format!("{}: proxy relative to the printed power", condition.name());
-        let values = all.iter().map(part);
+        let values = replications.iter().map(part);
         Some(Row::from_numbers(
             format!("{}/proxy-part", condition.name()),
             quantity,
@@ -232,11 +234,13 @@ fn proxy_rows(study: &Study, all: &[Replication]) -> Vec<Row> {
 
 /// Returns rows about stimulation with resist and assist: durations of lifting and dropping, and
 /// peak torques. The last row counts steps in which muscles were too weak.
-fn stimulation_rows(all: &[Replication]) -> Vec<Row> {
+fn stimulation_rows(replications: &[Replication]) -> Vec<Row> {
     let mut rows = Vec::new();
     for condition in [Condition::Resist, Condition::Assist] {
-        let own =
-            || people(all).filter_map(move |participant| participant.condition_result(condition));
+        let own = || {
+            people(replications)
+                .filter_map(move |participant| participant.condition_result(condition))
+        };
         let name = condition.name();
         let row = |id: &str, quantity: &str, unit: &str, paper, values: Vec<f64>| {
             Row::from_numbers(
@@ -276,7 +280,7 @@ fn stimulation_rows(all: &[Replication]) -> Vec<Row> {
             own().map(|result| result.stimulated_nm[1]).collect(),
         ));
     }
-    let weak = people(all)
+    let weak = people(replications)
         .flat_map(|participant| &participant.conditions)
         .map(|result| 100.0 * result.weak);
     rows.push(Row::from_numbers(

@@ -85,28 +85,28 @@ pub fn compute_sensitivity(
     }
     let others = models(study).into_iter();
     cases.extend(others.map(|(name, other)| (name.to_owned(), other, nominal.clone())));
-    let one = |(named, study, values): &(String, Study, Vec<f64>)| {
+    let effect = |(named, study, values): &(String, Study, Vec<f64>)| {
         if is_asked() {
             return Err(LiftError::Asked);
         }
         evaluate_change(study, (named, values), seed)
     };
-    let all: Result<Vec<ChangeEffect>, LiftError> = cases.par_iter().map(one).collect();
-    let mut all = all?.into_iter();
+    let results: Result<Vec<ChangeEffect>, LiftError> = cases.par_iter().map(effect).collect();
+    let mut effects = results?.into_iter();
     let nothing = || LiftError::Declaration("there is no assumption to change".to_owned());
-    let middle = all.next().ok_or_else(nothing)?;
+    let middle = effects.next().ok_or_else(nothing)?;
     let mut ends = Vec::new();
     for _ in &study.ranges {
         let (low, high) = (
-            all.next().ok_or_else(nothing)?,
-            all.next().ok_or_else(nothing)?,
+            effects.next().ok_or_else(nothing)?,
+            effects.next().ok_or_else(nothing)?,
         );
         ends.push([low, high]);
     }
     Ok(Sensitivity {
         middle,
         ends,
-        models: all.collect(),
+        models: effects.collect(),
     })
 }
 
@@ -115,17 +115,18 @@ fn evaluate_change(
     (named, values): (&str, &[f64]),
     seed: u64,
 ) -> Result<ChangeEffect, LiftError> {
-    let one = |nth: usize| -> Result<Participant, LiftError> {
+    let simulated_person = |nth: usize| -> Result<Participant, LiftError> {
         let own = random::word(random::word(seed, STREAM), nth as u64);
         let mut person = LiftWearer::new(study, values.to_vec(), own)?;
         person.one_day = true;
         participant(study, &person, study.deciding.target_sets)
     };
-    let people = (0..study.deciding.persons).map(one);
+    let people = (0..study.deciding.persons).map(simulated_person);
     let people = people.collect::<Result<Vec<_>, LiftError>>()?;
     let count = |claim| {
-        let of = |participant: &&Participant| holds(study, participant, claim) == Some(true);
-        people.iter().filter(of).count()
+        let is_confirmed =
+            |participant: &&Participant| holds(study, participant, claim) == Some(true);
+        people.iter().filter(is_confirmed).count()
     };
     Ok(ChangeEffect {
         named: named.to_owned(),
@@ -144,7 +145,7 @@ impl ChangeEffect {
     fn verdict(&self, at: usize) -> &'static str {
         match self.holds.get(at) {
             Some(0) => "no",
-            Some(all) if *all == self.of => "yes",
+            Some(count) if *count == self.of => "yes",
             _ => "some",
         }
     }
@@ -174,8 +175,8 @@ impl Sensitivity {
             let cells = (0..study.claims.len()).map(|at| change.verdict(at).to_owned());
             std::iter::once(change.named.clone()).chain(cells).collect()
         };
-        let all = std::iter::once(&self.middle).chain(self.ends.iter().flatten());
-        let rows = all.chain(&self.models).map(row).collect();
+        let changes = std::iter::once(&self.middle).chain(self.ends.iter().flatten());
+        let rows = changes.chain(&self.models).map(row).collect();
         let caption = "Wearers with the middle value of every range, who believe targets at the \
                        same positions in all conditions and differ in noise only. Each row \
                        changes one assumption: a range to one of its ends, or the model. Yes, no \

@@ -25,8 +25,8 @@ impl Device {
         condition: Condition,
         channels: &[ChannelThresholds; CHANNELS],
     ) -> Result<Self, LiftError> {
-        let all = specs(study, curves, condition, channels);
-        let [a, b, c, d] = all
+        let settings = specs(study, curves, condition, channels);
+        let [a, b, c, d] = settings
             .map(|spec| Modulation::new(&spec).map_err(|why| LiftError::refused(spec.joint, why)));
         Ok(Self {
             joints: [a?, b?, c?, d?],
@@ -57,15 +57,15 @@ impl Device {
     /// degrees.
     #[must_use]
     pub fn amplitudes(&self, degrees: [[f64; JOINTS]; ARMS]) -> [Amplitude; CHANNELS] {
-        let mut all = [Amplitude::ZERO; CHANNELS];
+        let mut amplitudes = [Amplitude::ZERO; CHANNELS];
         for (place, joint) in self.joints.iter().enumerate() {
             let (arm, own) = (place / JOINTS, place % JOINTS);
             let phase = self.phases[arm].phase();
             for (channel, amplitude) in joint.amplitudes(angle(degrees[arm][own]), phase) {
-                all[usize::from(channel)] = amplitude;
+                amplitudes[usize::from(channel)] = amplitude;
             }
         }
-        all
+        amplitudes
     }
 }
 

@@ -104,10 +104,10 @@ fn hand_paths(
     let lifts = study.protocol.repetitions;
     for nth in 0..2 * lifts {
         let (height, mut trace) = (lift_height(nth), Trace::default());
-        let of = (height, lift_seed(person, nth));
+        let lift = (height, lift_seed(person, nth));
         worker.lift(
             &mut device,
-            of,
+            lift,
             day[height],
             &mut learnt[height],
             Some(&mut trace),
@@ -235,9 +235,9 @@ fn quartic_table(curves: &Curves) -> Sheet {
 
 /// Draws figure 4: means over all wearers, with the 5th to 95th percentile of the means of the
 /// simulated studies.
-pub(super) fn bars(study: &Study, all: &[Replication]) -> Sheet {
+pub(super) fn bars(study: &Study, replications: &[Replication]) -> Sheet {
     let values = |condition: Condition, metric: Metric, height: Option<usize>| {
-        let means: Vec<f64> = all
+        let means: Vec<f64> = replications
             .iter()
             .map(|replication| {
                 let values: Vec<f64> = (replication.people.iter())
@@ -314,13 +314,13 @@ pub(super) fn bars(study: &Study, all: &[Replication]) -> Sheet {
 
 /// Tabulates in how many of the simulated studies each of the paper's tests (section IV.D) is
 /// significant.
-pub(super) fn tests(study: &Study, all: &[Replication]) -> Sheet {
+pub(super) fn tests(study: &Study, replications: &[Replication]) -> Sheet {
     let level = study.protocol.level;
     let rows = families()
         .into_iter()
         .enumerate()
         .map(|(family, (metric, height))| {
-            let tests: Vec<&Tested> = (all.iter())
+            let tests: Vec<&Tested> = (replications.iter())
                 .filter_map(|replication| replication.tests.get(family))
                 .collect();
             let share = |is_significant: &dyn Fn(&Tested) -> bool| {

@@ -51,44 +51,44 @@ pub struct RunInfo {
 /// Fails if a participant for the figures cannot be simulated.
 pub fn outcome(
     study: &Study,
-    all: &[Replication],
+    replications: &[Replication],
     decides: Option<&Sensitivity>,
-    told: RunInfo,
+    run_info: RunInfo,
 ) -> Result<Outcome, LiftError> {
-    let mut sheets = vec![hands(study, &person(study, told.seed, (0, 0))?)?];
+    let mut sheets = vec![hands(study, &person(study, run_info.seed, (0, 0))?)?];
     sheets.extend(activations(study)?);
-    if !all.is_empty() {
-        sheets.push(bars(study, all));
-        sheets.push(tests(study, all));
+    if !replications.is_empty() {
+        sheets.push(bars(study, replications));
+        sheets.push(tests(study, replications));
     }
     sheets.extend(decides.map(|decision| decision.sheet(study)));
-    let mut all_rows = rows(study, all);
-    all_rows.push(whole_device_row(study, told.seed)?);
-    let said = [SIMULATED, MEANING, PROXY, PRINTED, MODEL].map(str::to_owned);
+    let mut all_rows = rows(study, replications);
+    all_rows.push(whole_device_row(study, run_info.seed)?);
+    let statements = [SIMULATED, MEANING, PROXY, PRINTED, MODEL].map(str::to_owned);
     let decided = decides
         .map(|decision| decision.notes(study))
         .unwrap_or_default();
     Ok(Outcome {
         name: NAME.to_owned(),
         title: study.title.clone(),
-        seed: told.seed,
+        seed: run_info.seed,
         simulated: Some(true),
-        cut_short: told.cut_short,
+        cut_short: run_info.cut_short,
         declared: Preregistration {
             asked: NAME.to_owned(),
-            command: Some(told.command),
+            command: Some(run_info.command),
             device: None,
             sha256: [("study.toml".to_owned(), sha256(DECLARED.as_bytes()))].into(),
             source: study.source.clone(),
-            draws: told.draws,
+            draws: run_info.draws,
             drawn: None,
-            as_declared: (told.seed, told.draws) == (study.seed, study.studies),
+            as_declared: (run_info.seed, run_info.draws) == (study.seed, study.studies),
         },
         conditions: Vec::new(),
         rows: all_rows,
-        shares: shares(study, all),
+        shares: shares(study, replications),
         decides: Vec::new(),
         sheets,
-        notes: said.into_iter().chain(decided).collect(),
+        notes: statements.into_iter().chain(decided).collect(),
     })
 }

@@ -32,14 +32,14 @@ impl ConditionResult {
     /// Returns a metric at a height, or its mean over all heights; power has no height.
     #[must_use]
     pub fn value(&self, metric: Metric, height: Option<usize>) -> f64 {
-        let of = |all: &[f64; HEIGHTS]| match height {
-            Some(height) => all[height],
-            None => all.iter().sum::<f64>() / HEIGHTS as f64,
+        let height_value = |values: &[f64; HEIGHTS]| match height {
+            Some(height) => values[height],
+            None => values.iter().sum::<f64>() / HEIGHTS as f64,
         };
         match metric {
             Metric::Power => self.power_w_per_kg,
-            Metric::Error => of(&self.error_m),
-            Metric::Smoothness => of(&self.sparc),
+            Metric::Error => height_value(&self.error_m),
+            Metric::Smoothness => height_value(&self.sparc),
         }
     }
 }
@@ -79,7 +79,7 @@ pub fn participant(
     let spec = &person.arms[0];
     let curves = curves(study, spec.stature_m, spec.mass_kg)?;
     let mut worker = Worker::new(study, person)?;
-    let one = |condition| {
+    let result = |condition| {
         simulate_condition(
             study,
             person,
@@ -88,7 +88,7 @@ pub fn participant(
             target_sets,
         )
     };
-    let conditions = Condition::ALL.into_iter().map(one);
+    let conditions = Condition::ALL.into_iter().map(result);
     let conditions = conditions.collect::<Result<Vec<ConditionResult>, LiftError>>()?;
     Ok(Participant {
         values: person.values.clone(),
@@ -150,13 +150,13 @@ fn simulate_condition(
         weak += found.weak;
         steps += found.duration_s * super::way::RATE_HZ * ARMS as f64;
     }
-    let (mut used_j, mut time_s, mut all) = (0.0, 0.0, 0.0);
+    let (mut used_j, mut time_s, mut total) = (0.0, 0.0, 0.0);
     let mut phases_s = [0.0; 2];
     for (height, (sum, count)) in sums.iter().enumerate() {
         let (back_j, back_s) = worker.return_cost(height);
         used_j += sum.used_j + count * back_j;
         time_s += sum.duration_s + count * back_s;
-        all += count;
+        total += count;
         for (own, sum) in phases_s.iter_mut().zip(sum.phases_s) {
             *own += sum;
         }
@@ -166,7 +166,7 @@ fn simulate_condition(
         power_w_per_kg: used_j / time_s / person.arms[0].mass_kg,
         error_m: sums.map(|(sum, count)| sum.error_m / count),
         sparc: sums.map(|(sum, count)| sum.sparc / count),
-        phases_s: phases_s.map(|phase_s| phase_s / all),
+        phases_s: phases_s.map(|phase_s| phase_s / total),
         stimulated_nm,
         weak: weak as f64 / steps,
     })

@@ -101,26 +101,26 @@ impl LiftWearer {
     /// # Errors
     /// Fails with E760 if a range is missing.
     pub fn new(study: &Study, values: Vec<f64>, seed: u64) -> Result<Self, LiftError> {
-        let of = Values {
+        let parameters = Values {
             study,
             values: &values,
         };
-        let pulsed = channels(&of, seed)?;
+        let pulsed = channels(&parameters, seed)?;
         let arm = |at: usize| -> Result<SagittalSpec, LiftError> {
             let electrodes: [Electrode; ELECTRODES] =
                 std::array::from_fn(|n| pulsed[at * ELECTRODES + n].0);
-            spec(&of, electrodes)
+            spec(&parameters, electrodes)
         };
         Ok(Self {
             arms: [arm(0)?, arm(1)?],
-            will: will(&of)?,
+            will: will(&parameters)?,
             object: ObjectSpec {
-                mass_kg: of.get("object_kg")?,
-                stiffness_n_per_m: of.get("impedance_n_per_m")?,
-                damping: of.get("impedance_damping")?,
+                mass_kg: parameters.get("object_kg")?,
+                stiffness_n_per_m: parameters.get("impedance_n_per_m")?,
+                damping: parameters.get("impedance_damping")?,
             },
             told: pulsed.map(|pair| pair.1),
-            encoder_deg: of.get("encoder_noise_deg")?,
+            encoder_deg: parameters.get("encoder_noise_deg")?,
             seed,
             one_day: false,
             values,
@@ -140,13 +140,16 @@ impl LiftWearer {
 
 /// Returns the electrodes and their calibration results.
 fn channels(
-    of: &Values,
+    parameters: &Values,
     seed: u64,
 ) -> Result<[(Electrode, ChannelThresholds); CHANNELS], LiftError> {
     let stream = random::word(seed, CHANNELS_STREAM);
-    let (threshold, apart) = (of.get("threshold_ma")?, of.get("channels_apart")?);
-    let (felt, full) = (of.get("felt")?, of.get("full")?);
-    let (tolerated, reached) = (of.get("tolerated")?, of.get("reached")?);
+    let (threshold, apart) = (
+        parameters.get("threshold_ma")?,
+        parameters.get("channels_apart")?,
+    );
+    let (felt, full) = (parameters.get("felt")?, parameters.get("full")?);
+    let (tolerated, reached) = (parameters.get("tolerated")?, parameters.get("reached")?);
     Ok(std::array::from_fn(|channel| {
         let own = (apart * random::standard_normal(stream, channel as u64)).exp();
         let threshold_ma = own * threshold;
@@ -156,55 +159,64 @@ fn channels(
             full_ma,
             reached,
         };
-        let told = ChannelThresholds {
+        let thresholds = ChannelThresholds {
             felt_ma: felt * threshold_ma,
             most_ma: threshold_ma + tolerated * (full_ma - threshold_ma),
         };
-        (electrode, told)
+        (electrode, thresholds)
     }))
 }
 
-fn spec(of: &Values, electrodes: [Electrode; ELECTRODES]) -> Result<SagittalSpec, LiftError> {
-    let subject = (of.get("subject")? as usize).min(SUBJECTS.len() - 1);
-    let hz = f64::from(of.study.protocol.frequency_hz);
-    let friction = of.get("friction_nm_s")?;
-    let stiffness = of.get("stiffness")?;
+fn spec(
+    parameters: &Values,
+    electrodes: [Electrode; ELECTRODES],
+) -> Result<SagittalSpec, LiftError> {
+    let subject = (parameters.get("subject")? as usize).min(SUBJECTS.len() - 1);
+    let hz = f64::from(parameters.study.protocol.frequency_hz);
+    let friction = parameters.get("friction_nm_s")?;
+    let stiffness = parameters.get("stiffness")?;
     Ok(SagittalSpec {
-        stature_m: of.get("stature_m")?,
-        mass_kg: of.get("mass_kg")?,
-        strength: of.get("strength")?,
-        fibre_length: of.get("fibre_length")?,
-        added_inertia_kg_m2: of.study.scene.added_inertia_kg_m2,
+        stature_m: parameters.get("stature_m")?,
+        mass_kg: parameters.get("mass_kg")?,
+        strength: parameters.get("strength")?,
+        fibre_length: parameters.get("fibre_length")?,
+        added_inertia_kg_m2: parameters.study.scene.added_inertia_kg_m2,
         damping_nm_s_per_rad: [friction; JOINTS],
         stiffness_nm_per_rad: STIFFNESS_NM_PER_RAD
             .map(|stiffness_nm_per_rad| stiffness * stiffness_nm_per_rad),
         stiffness_per_rad: STIFFNESS_PER_RAD.map(|stiffness_per_rad| stiffness * stiffness_per_rad),
-        viscosity_s: of.get("viscosity_s")?,
-        active_damping_s_per_rad: of.get("active_damping_s_per_rad")?,
-        activation_s: of.get("activation_s")?,
-        width_us: of.study.protocol.width_us,
-        curvature: of.get("curvature")?,
-        delay_us: (1e3 * of.get("delay_ms")?).round() as u32,
+        viscosity_s: parameters.get("viscosity_s")?,
+        active_damping_s_per_rad: parameters.get("active_damping_s_per_rad")?,
+        activation_s: parameters.get("activation_s")?,
+        width_us: parameters.study.protocol.width_us,
+        curvature: parameters.get("curvature")?,
+        delay_us: (1e3 * parameters.get("delay_ms")?).round() as u32,
         dynamics: SUBJECTS[subject].normalised_at(hz),
         electrodes,
-        fast_part: of.get("fast_part")?,
+        fast_part: parameters.get("fast_part")?,
     })
 }
 
-fn will(of: &Values) -> Result<VoluntaryMotion, LiftError> {
+fn will(parameters: &Values) -> Result<VoluntaryMotion, LiftError> {
     Ok(VoluntaryMotion {
         timing: Timing {
-            lift_s: of.get("lift_s")?,
-            drop_s: of.get("drop_s")?,
-            overlap: of.get("overlap")?,
+            lift_s: parameters.get("lift_s")?,
+            drop_s: parameters.get("drop_s")?,
+            overlap: parameters.get("overlap")?,
         },
-        settle_s: of.get("settle_s")?,
-        judged_load: of.get("judged_load")?,
-        delay_s: of.get("feedback_delay_s")?,
-        bandwidth: of.get("feedback_bandwidth")?,
-        learning: of.get("learning")?,
-        co_contraction: of.get("co_contraction")?,
-        noise: [of.get("drive_noise")?, of.get("drive_noise_s")?],
-        aim_m: [of.get("aim_bias_m")?, of.get("aim_scatter_m")?],
+        settle_s: parameters.get("settle_s")?,
+        judged_load: parameters.get("judged_load")?,
+        delay_s: parameters.get("feedback_delay_s")?,
+        bandwidth: parameters.get("feedback_bandwidth")?,
+        learning: parameters.get("learning")?,
+        co_contraction: parameters.get("co_contraction")?,
+        noise: [
+            parameters.get("drive_noise")?,
+            parameters.get("drive_noise_s")?,
+        ],
+        aim_m: [
+            parameters.get("aim_bias_m")?,
+            parameters.get("aim_scatter_m")?,
+        ],
     })
 }

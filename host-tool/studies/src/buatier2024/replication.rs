@@ -25,12 +25,12 @@ pub struct Replication {
 #[must_use]
 pub(super) fn families() -> Vec<(Metric, Option<usize>)> {
     let by_height = |metric| (0..HEIGHTS).map(move |height| (metric, Some(height)));
-    let mut all = vec![(Metric::Power, None)];
+    let mut metrics = vec![(Metric::Power, None)];
     for metric in [Metric::Error, Metric::Smoothness] {
-        all.extend(by_height(metric));
-        all.push((metric, None));
+        metrics.extend(by_height(metric));
+        metrics.push((metric, None));
     }
-    all
+    metrics
 }
 
 /// Returns participant `nth` of study `index`.
@@ -59,14 +59,14 @@ pub fn replication(
     index: u64,
     is_asked: &(dyn Fn() -> bool + Sync),
 ) -> Result<Replication, LiftError> {
-    let one = |nth| {
+    let simulated_person = |nth| {
         if is_asked() {
             return Err(LiftError::Asked);
         }
         let person = person(study, seed, (index, nth))?;
         participant(study, &person, study.protocol.target_sets)
     };
-    let people = (0..study.protocol.persons).map(one);
+    let people = (0..study.protocol.persons).map(simulated_person);
     let people = people.collect::<Result<Vec<_>, LiftError>>()?;
     let level = study.protocol.level;
     let test = |family| test_metric(&people, family, level);

@@ -60,13 +60,13 @@ fn split_parts(parts: &[Part]) -> (Vec<Replication>, Option<&Sensitivity>) {
 }
 
 /// Returns a CSV table with a row for each condition of each participant.
-fn csv(all: &[Replication]) -> String {
+fn csv(studies: &[Replication]) -> String {
     let heights = |name: &'static str| (1..=HEIGHTS).map(move |nth| format!(",{name}_{nth}"));
     let mut text = "study,person,condition,power_w_per_kg".to_owned();
     text.extend(heights("error_m"));
     text.extend(heights("sparc"));
     text.push('\n');
-    for (index, study) in all.iter().enumerate() {
+    for (index, study) in studies.iter().enumerate() {
         for (nth, person) in (1..).zip(&study.people) {
             for result in &person.conditions {
                 let power = result.value(Metric::Power, None);
@@ -117,13 +117,13 @@ impl laboratory::Study for Run {
 
     fn outcome(&self, parts: &[Part], cut_short: Option<String>) -> anyhow::Result<Outcome> {
         let (studies, decides) = split_parts(parts);
-        let told = RunInfo {
+        let run_info = RunInfo {
             seed: self.seed,
             draws: self.draws,
             command: format!("experiment {NAME} --draws {}", self.draws),
             cut_short,
         };
-        Ok(outcome(&self.study, &studies, decides, told)?)
+        Ok(outcome(&self.study, &studies, decides, run_info)?)
     }
 
     fn files(&self, parts: &[Part]) -> anyhow::Result<Vec<(String, String)>> {

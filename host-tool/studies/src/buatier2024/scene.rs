@@ -30,8 +30,8 @@ impl Object {
     /// Creates the object on the table, in both hands.
     #[must_use]
     pub fn grasped(spec: ObjectSpec, at_m: [f64; 2]) -> Self {
-        let both = ARMS as f64 * spec.stiffness_n_per_m;
-        let critical = 2.0 * (both * spec.mass_kg).sqrt();
+        let total_n_per_m = ARMS as f64 * spec.stiffness_n_per_m;
+        let critical = 2.0 * (total_n_per_m * spec.mass_kg).sqrt();
         Self {
             spec,
             damping_n_s_per_m: spec.damping * critical / ARMS as f64,

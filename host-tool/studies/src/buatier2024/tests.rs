@@ -43,13 +43,17 @@ pub fn test_metric(
 ) -> Result<Tested, LiftError> {
     let fails =
         |why: StatisticsError| LiftError::Statistics(metric.name_and_unit().0.to_owned(), why);
-    let of = |at: usize| -> Vec<f64> {
+    let condition_values = |at: usize| -> Vec<f64> {
         let own = people
             .iter()
             .filter_map(|participant| participant.condition_result(Condition::ALL[at]));
         own.map(|result| result.value(metric, height)).collect()
     };
-    let columns = [of(0), of(1), of(2)];
+    let columns = [
+        condition_values(0),
+        condition_values(1),
+        condition_values(2),
+    ];
     let rows: Vec<Vec<f64>> = (0..people.len())
         .map(|person| columns.iter().map(|column| column[person]).collect())
         .collect();
@@ -89,9 +93,9 @@ pub fn test_metric(
 
 /// Returns the mean and its standard error.
 #[must_use]
-pub(super) fn mean_and_error(of: &[f64]) -> [f64; 2] {
-    let n = of.len() as f64;
-    let mean = of.iter().sum::<f64>() / n;
-    let squares: f64 = of.iter().map(|value| (value - mean).powi(2)).sum();
+pub(super) fn mean_and_error(values: &[f64]) -> [f64; 2] {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
     [mean, (squares / (n - 1.0) / n).sqrt()]
 }

@@ -48,8 +48,8 @@ fn minimum_jerk(u: f64) -> [f64; 2] {
 pub(super) fn waypoints(study: &Study, reach_m: f64, height: usize) -> [[f64; 2]; 3] {
     let way = &study.way;
     let z = way.heights[height].z;
-    let all = [way.start, [way.over_x, z + way.over_z], [way.target_x, z]];
-    all.map(|values| values.map(|part| part * reach_m))
+    let points = [way.start, [way.over_x, z + way.over_z], [way.target_x, z]];
+    points.map(|values| values.map(|part| part * reach_m))
 }
 
 impl LiftTrajectory {
@@ -72,12 +72,18 @@ impl LiftTrajectory {
             };
             [axis(0), axis(1)]
         };
-        let all: Vec<_> = (0..=steps).map(at).collect();
-        let hand_m: Vec<[f64; 2]> = all.iter().map(|values| values.map(|pair| pair.0)).collect();
+        let samples: Vec<_> = (0..=steps).map(at).collect();
+        let hand_m: Vec<[f64; 2]> = samples
+            .iter()
+            .map(|values| values.map(|pair| pair.0))
+            .collect();
         Self::from_hand_path(
             links,
             hand_m,
-            all.iter().map(|values| values.map(|pair| pair.1)).collect(),
+            samples
+                .iter()
+                .map(|values| values.map(|pair| pair.1))
+                .collect(),
         )
     }
 
@@ -88,10 +94,10 @@ impl LiftTrajectory {
             .map(|hand_m| links.flexions(*hand_m))
             .collect();
         let last = flexions.len() - 1;
-        let slope = |of: &[[f64; JOINTS]], n: usize| -> [f64; JOINTS] {
+        let slope = |series: &[[f64; JOINTS]], n: usize| -> [f64; JOINTS] {
             let (from, to) = (n.saturating_sub(1), (n + 1).min(last));
             let h = (to - from) as f64 / RATE_HZ;
-            std::array::from_fn(|joint| (of[to][joint] - of[from][joint]) / h)
+            std::array::from_fn(|joint| (series[to][joint] - series[from][joint]) / h)
         };
         let rates: Vec<_> = (0..=last).map(|n| slope(&flexions, n)).collect();
         let accelerations = (0..=last).map(|n| slope(&rates, n)).collect();

@@ -77,9 +77,15 @@ pub fn compare_whole_device(
     let bursts = play_on_device(study, &joints, &trace)?;
     let (most, step) = LAGS_US;
     let lags = (0..=most).step_by(step);
-    let all = lags.map(|lag_us| compare_bursts(study, (&course, &bursts), lag_us));
+    let comparisons = lags.map(|lag_us| compare_bursts(study, (&course, &bursts), lag_us));
     // Keeps the first lag with the most agreement.
-    let best = all.reduce(|best, whole| if whole.same > best.same { whole } else { best });
+    let best = comparisons.reduce(|best, candidate| {
+        if candidate.same > best.same {
+            candidate
+        } else {
+            best
+        }
+    });
     Ok(best.unwrap_or(DeviceComparison {
         bursts: 0,
         same: 0,
@@ -101,11 +107,11 @@ fn simulate_fast(
     let mut worker = Worker::new(study, person)?;
     worker.lift(&mut device, lift, [0.0; 2], &mut learnt, Some(&mut trace))?;
     device.reset();
-    let each = trace.encoders_deg.iter().map(|deg| {
+    let amplitudes = trace.encoders_deg.iter().map(|deg| {
         device.tick(deg.map(|arm| arm[ELBOW]));
         device.amplitudes(*deg)
     });
-    let course = each.collect();
+    let course = amplitudes.collect();
     Ok((trace, course))
 }
 
@@ -204,9 +210,9 @@ fn measurement_requests(
     at_us: u64,
 ) -> impl Iterator<Item = Request> {
     let at = Micros::new(at_us as u32); // modulo 2^32
-    let all = degrees.iter().flatten();
+    let angles = degrees.iter().flatten();
     (0u8..)
-        .zip(all)
+        .zip(angles)
         .map(move |(joint, deg)| Request::Measurement {
             joint,
             centideg: (100.0 * deg).round() as i16, // within ±180°
@@ -243,11 +249,11 @@ fn compare_bursts(
     };
     for channel in 0..CHANNELS as u8 {
         let mut has_risen = false;
-        let all = (0..).map(|nth: u64| offset_us(channel) + nth * study.period_us());
-        for due_us in all.take_while(|due_us| *due_us < end_us) {
+        let times_us = (0..).map(|nth: u64| offset_us(channel) + nth * study.period_us());
+        for due_us in times_us.take_while(|due_us| *due_us < end_us) {
             let before = due_us.checked_sub(lag_us).map(|us| us / WORD_US);
             let wanted = before.and_then(|ms| course.get(ms as usize));
-            let wanted = wanted.map_or(0, |all| all[usize::from(channel)].get());
+            let wanted = wanted.map_or(0, |amplitudes| amplitudes[usize::from(channel)].get());
             let got = bursts.get(&(channel, due_us));
             match (wanted, got) {
                 (0, got) => found.alone += usize::from(got.is_some()),

@@ -85,30 +85,30 @@ pub fn exceeds(first: Endurance, second: Endurance, times: f64) -> Option<bool> 
 impl Study {
     fn verdicts(
         &self,
-        all: &[DrawResult],
+        results: &[DrawResult],
         id: &str,
     ) -> Result<Vec<Option<bool>>, DistributedError> {
-        let verdicts = all.iter().map(|result| holds(result, id));
+        let verdicts = results.iter().map(|result| holds(result, id));
         verdicts.collect()
     }
 
     /// Computes for each claim the share of these wearers in whom it holds.
-    pub(super) fn shares(&self, all: &[DrawResult]) -> Result<Vec<Share>, DistributedError> {
+    pub(super) fn shares(&self, results: &[DrawResult]) -> Result<Vec<Share>, DistributedError> {
         let claims = self.declared.claims.iter();
         let share =
-            claims.map(|judgement| Ok(judgement.share(&self.verdicts(all, &judgement.id)?)));
+            claims.map(|judgement| Ok(judgement.share(&self.verdicts(results, &judgement.id)?)));
         share.collect()
     }
 
     /// Finds for each claim the random parameters that decide whether it holds.
     pub(super) fn deciding_factors(
         &self,
-        all: &[DrawResult],
+        results: &[DrawResult],
     ) -> Result<Vec<DecidingClaim>, DistributedError> {
-        let drawn: Vec<&[f64]> = all.iter().map(|result| &*result.drawn).collect();
+        let drawn: Vec<&[f64]> = results.iter().map(|result| &*result.drawn).collect();
         let claims = self.declared.claims.iter();
         let decided = claims.map(|judgement| {
-            let verdicts = self.verdicts(all, &judgement.id)?;
+            let verdicts = self.verdicts(results, &judgement.id)?;
             Ok(judgement.deciding_fields(&self.declared.ranges, &verdicts, &drawn))
         });
         decided.collect()

@@ -7,7 +7,7 @@ impl Study {
     /// Formats the results of these wearers as CSV, with one row for each wearer and condition.
     /// Each row begins with the random parameters of the wearer.
     #[must_use]
-    pub fn csv(&self, all: &[DrawResult]) -> String {
+    pub fn csv(&self, results: &[DrawResult]) -> String {
         let fields: Vec<&str> = self
             .declared
             .ranges
@@ -20,7 +20,7 @@ impl Study {
         );
         let number =
             |number: Option<f64>| number.map_or_else(String::new, |value| format!("{value:.6}"));
-        for found in all {
+        for found in results {
             let drawn: Vec<String> = found
                 .drawn
                 .iter()

@@ -15,23 +15,23 @@ const MOST_RATIO: f64 = 10.0;
 
 impl Study {
     /// Returns all figures of the wearers and axis points that were computed.
-    pub(super) fn figures(&self, all: &[DrawResult], along: &[AxisPoint]) -> Vec<Sheet> {
-        let mut sheets = vec![self.against_crosstalk(all, along), self.axes(along)];
-        sheets.push(self.remaining_force_figure(all));
-        sheets.extend(all.first().map(|result| self.courses(result)));
+    pub(super) fn figures(&self, results: &[DrawResult], along: &[AxisPoint]) -> Vec<Sheet> {
+        let mut sheets = vec![self.against_crosstalk(results, along), self.axes(along)];
+        sheets.push(self.remaining_force_figure(results));
+        sheets.extend(results.first().map(|result| self.courses(result)));
         sheets
     }
 
     /// Plots the endurance ratios of all random wearers and of the nominal wearer against
     /// crosstalk.
-    fn against_crosstalk(&self, all: &[DrawResult], along: &[AxisPoint]) -> Sheet {
+    fn against_crosstalk(&self, results: &[DrawResult], along: &[AxisPoint]) -> Sheet {
         let place = self
             .declared
             .ranges
             .iter()
             .position(|range| range.field == "crosstalk");
         let plot = |(series, id): (usize, &&str)| {
-            let each = all.iter().filter_map(|found| {
+            let dots = results.iter().filter_map(|found| {
                 let crosstalk = *found.drawn.get(place?)?;
                 Some(dot(1, [crosstalk, ratio(found, id)?.min(MOST_RATIO)]))
             });
@@ -39,7 +39,7 @@ impl Study {
                 marked: true,
                 ..Curve::line(0, ratios(along, "crosstalk", id))
             };
-            let mut curves: Vec<Curve> = each.collect();
+            let mut curves: Vec<Curve> = dots.collect();
             curves.push(middle);
             curves.push(published([0.0, 0.5]));
             Plot {
@@ -108,19 +108,19 @@ impl Study {
 
     /// Plots the force that remains after six minutes at constant amplitude, against the initial
     /// force and against the ripple.
-    fn remaining_force_figure(&self, all: &[DrawResult]) -> Sheet {
+    fn remaining_force_figure(&self, results: &[DrawResult]) -> Sheet {
         let open = self.declared.conditions.iter();
         let open: Vec<_> = open
             .filter(|condition| condition.drive == Drive::Open)
             .collect();
-        let plot = |name: &str, end: f64, of: &dyn Fn(&ConditionResult) -> Option<f64>| {
+        let plot = |name: &str, end: f64, quantity: &dyn Fn(&ConditionResult) -> Option<f64>| {
             let mut curves = Vec::new();
             for (series, condition) in open.iter().enumerate() {
-                let own = all
+                let own = results
                     .iter()
                     .filter_map(|result| result.condition_result(&condition.id));
                 let points = own.filter_map(|measurement| {
-                    Some([1e2 * of(measurement)?, 1e2 * measurement.left?])
+                    Some([1e2 * quantity(measurement)?, 1e2 * measurement.left?])
                 });
                 curves.extend(points.map(|point| dot(series, point)));
             }
@@ -249,13 +249,13 @@ fn ratios(along: &[AxisPoint], axis: &str, id: &str) -> Vec<[f64; 2]> {
         .iter()
         .filter(|axis_point| axis_point.axis == axis && axis_point.measured.id == id);
     let ratio = |axis_point: &AxisPoint| {
-        let mut all = along.iter();
-        let is_one = |of: &&AxisPoint| {
-            of.axis == axis && of.value == axis_point.value && of.measured.id == "one"
+        let mut points = along.iter();
+        let is_one = |other: &&AxisPoint| {
+            other.axis == axis && other.value == axis_point.value && other.measured.id == "one"
         };
-        let one = all.find(is_one)?.measured.endurance.seconds;
-        let ratio = axis_point.measured.endurance.seconds / one;
-        (one > 0.0).then_some([axis_point.value, ratio.min(MOST_RATIO)])
+        let single_s = points.find(is_one)?.measured.endurance.seconds;
+        let ratio = axis_point.measured.endurance.seconds / single_s;
+        (single_s > 0.0).then_some([axis_point.value, ratio.min(MOST_RATIO)])
     };
     own.filter_map(ratio).collect()
 }

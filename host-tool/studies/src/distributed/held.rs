@@ -218,13 +218,13 @@ impl Series {
     /// reference. Each pair averages `every` windows.
     #[must_use]
     pub fn course(&self, every: usize) -> Vec<[f64; 2]> {
-        let of = |(nth, own): (usize, &[Window])| {
+        let point = |(nth, own): (usize, &[Window])| {
             let mean_n = own.iter().map(|window| window.mean_n).sum::<f64>() / own.len() as f64;
             let at = (nth * every) as f64 + 0.5 * own.len() as f64;
             [at * self.window_s, mean_n / self.wanted_n]
         };
         let chunks = self.windows.chunks(every.max(1));
-        chunks.enumerate().map(of).collect()
+        chunks.enumerate().map(point).collect()
     }
 
     fn mean(&self, from: usize, count: usize) -> Option<f64> {

@@ -46,9 +46,9 @@ impl Study {
     /// Returns E722 if a declared claim has no rule.
     pub fn outcome(
         &self,
-        all: &[DrawResult],
+        results: &[DrawResult],
         along: &[AxisPoint],
-        told: RunInfo,
+        run_info: RunInfo,
     ) -> Result<Outcome, DistributedError> {
         let declared = &self.declared;
         let sha256 = [("distributed.toml".to_owned(), sha256(DECLARED.as_bytes()))];
@@ -57,10 +57,10 @@ impl Study {
             title: declared.title.clone(),
             seed: self.seed,
             simulated: Some(true),
-            cut_short: told.cut_short,
+            cut_short: run_info.cut_short,
             declared: Preregistration {
                 asked: NAME.to_owned(),
-                command: Some(told.command),
+                command: Some(run_info.command),
                 device: Some("native".to_owned()),
                 sha256: BTreeMap::from(sha256),
                 source: declared.source.clone(),
@@ -69,10 +69,10 @@ impl Study {
                 as_declared: (self.seed, self.draws) == (declared.seed, declared.draws),
             },
             conditions: Vec::new(),
-            rows: self.rows(all),
-            shares: self.shares(all)?,
-            decides: self.deciding_factors(all)?,
-            sheets: self.sheets(all, along),
+            rows: self.rows(results),
+            shares: self.shares(results)?,
+            decides: self.deciding_factors(results)?,
+            sheets: self.sheets(results, along),
             notes: NOTES.map(str::to_owned).to_vec(),
         })
     }

@@ -71,7 +71,7 @@ impl<'a> Playing<'a> {
         mut port: Box<dyn Port>,
     ) -> Result<Option<Self>, DistributedError> {
         let failed = |why: String| DistributedError::Device(condition.says.clone(), why);
-        let told = |error: RunError| failed(error.to_string());
+        let run_failure = |error: RunError| failed(error.to_string());
         let body = Shared::new(spec.clone())?;
         let readings = body.readings();
         let world = port.world();
@@ -87,7 +87,7 @@ impl<'a> Playing<'a> {
             .sum();
         let share =
             |electrode: &&Electrode| (1e3 * wanted_n * strength_n(spec, electrode) / all_n) as u32;
-        let stepper = Stepper::open(file, port, Attachments::default()).map_err(told)?;
+        let stepper = Stepper::open(file, port, Attachments::default()).map_err(run_failure)?;
         let mut playing = Self {
             stepper: stepper.with_live_setpoints(),
             condition,
@@ -108,7 +108,7 @@ impl<'a> Playing<'a> {
         match started {
             Ok(()) => Ok(Some(playing)),
             Err(error) if is_out_of_reach(&error) => Ok(None),
-            Err(error) => Err(told(error)),
+            Err(error) => Err(run_failure(error)),
         }
     }
 
@@ -128,13 +128,13 @@ impl<'a> Playing<'a> {
     fn requests(&self) -> Vec<Request> {
         let count = self.condition.electrodes;
         if self.condition.drive.model().is_some() {
-            let of = |(channel, millinewton): (u8, &u32)| Request::Force {
+            let request = |(channel, millinewton): (u8, &u32)| Request::Force {
                 channel,
                 at: None,
                 millinewton: *millinewton,
                 millinewton_per_s: Some(0),
             };
-            return (0..).zip(&self.share_mn).map(of).collect();
+            return (0..).zip(&self.share_mn).map(request).collect();
         }
         let amplitude = Amplitude::new((1e3 * self.amplitude_ma).round() as u32);
         vec![Request::Amplitudes {

@@ -12,10 +12,10 @@ pub(super) const PUBLISHED_LEFT: [f64; 2] = [7.4 / 14.6, 9.9 / 14.9];
 impl Study {
     /// Returns the rows of `result.json`: those of each condition, then the endurance relative to
     /// one electrode.
-    pub(super) fn rows(&self, all: &[DrawResult]) -> Vec<Row> {
+    pub(super) fn rows(&self, results: &[DrawResult]) -> Vec<Row> {
         let conditions = self.declared.conditions.iter();
         let mut rows: Vec<Row> = conditions
-            .flat_map(|condition| condition_rows(condition, all))
+            .flat_map(|condition| condition_rows(condition, results))
             .collect();
         let [four, one] = PUBLISHED_S;
         for (id, paper) in [
@@ -25,7 +25,7 @@ impl Study {
             ("four-half", None),
             ("four-fast", Some(four / one)),
         ] {
-            let ratios = all.iter().filter_map(|result| ratio(result, id));
+            let ratios = results.iter().filter_map(|result| ratio(result, id));
             let says = format!("endurance ratio to one, {id}");
             rows.push(Row::from_numbers(
                 format!("ratio/{id}"),
@@ -44,12 +44,12 @@ impl Study {
 /// electrode.
 pub(super) fn ratio(found: &DrawResult, id: &str) -> Option<f64> {
     let own = found.condition_result(id)?.endurance.seconds;
-    let one = found.condition_result("one")?.endurance.seconds;
-    (one > 0.0).then(|| own / one)
+    let single_s = found.condition_result("one")?.endurance.seconds;
+    (single_s > 0.0).then(|| own / single_s)
 }
 
-fn condition_rows(condition: &Condition, all: &[DrawResult]) -> Vec<Row> {
-    let own: Vec<&ConditionResult> = all
+fn condition_rows(condition: &Condition, results: &[DrawResult]) -> Vec<Row> {
+    let own: Vec<&ConditionResult> = results
         .iter()
         .filter_map(|result| result.condition_result(&condition.id))
         .collect();
@@ -57,8 +57,8 @@ fn condition_rows(condition: &Condition, all: &[DrawResult]) -> Vec<Row> {
                says: &str,
                unit: &str,
                paper,
-               of: &dyn Fn(&ConditionResult) -> Option<f64>| {
-        let numbers = own.iter().filter_map(|measurement| of(measurement));
+               quantity: &dyn Fn(&ConditionResult) -> Option<f64>| {
+        let numbers = own.iter().filter_map(|measurement| quantity(measurement));
         let id = format!("{}/{what}", condition.id);
         Row::from_numbers(
             id,

@@ -57,11 +57,11 @@ impl laboratory::Study for Study {
 
     fn outcome(&self, parts: &[Part], cut_short: Option<String>) -> anyhow::Result<Outcome> {
         let (persons, points) = split_parts(parts);
-        let told = RunInfo {
+        let run_info = RunInfo {
             command: format!("experiment {NAME} --draws {}", self.draws),
             cut_short,
         };
-        Ok(self.outcome(&persons, &points, told)?)
+        Ok(self.outcome(&persons, &points, run_info)?)
     }
 
     fn files(&self, parts: &[Part]) -> anyhow::Result<Vec<(String, String)>> {

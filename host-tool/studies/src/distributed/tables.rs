@@ -6,27 +6,27 @@ use crate::laboratory::{Grid, Row, Sheet};
 
 impl Study {
     /// Returns the sheets of the report page: all figures, then all tables.
-    pub(super) fn sheets(&self, all: &[DrawResult], along: &[AxisPoint]) -> Vec<Sheet> {
-        let mut sheets = self.figures(all, along);
-        sheets.push(self.holds(all));
+    pub(super) fn sheets(&self, results: &[DrawResult], along: &[AxisPoint]) -> Vec<Sheet> {
+        let mut sheets = self.figures(results, along);
+        sheets.push(self.holds(results));
         sheets.push(rates(along));
         sheets.push(wanted_force_table(along));
         sheets
     }
 
     /// Tabulates for each condition how many wearers reached the force, and how long they held it.
-    fn holds(&self, all: &[DrawResult]) -> Sheet {
+    fn holds(&self, results: &[DrawResult]) -> Sheet {
         let held = self.declared.conditions.iter();
         let held = held.filter(|condition| condition.drive != Drive::Open);
         let row = |condition: &crate::distributed::Condition| {
-            let own: Vec<&ConditionResult> = all
+            let own: Vec<&ConditionResult> = results
                 .iter()
                 .filter_map(|result| result.condition_result(&condition.id))
                 .collect();
             let count = |is: &dyn Fn(&&&ConditionResult) -> bool| own.iter().filter(is).count();
             let seconds = own.iter().map(|measurement| measurement.endurance.seconds);
             let row = Row::from_numbers(String::new(), String::new(), "s", None, seconds);
-            let whole = |number: Option<f64>| {
+            let rounded_text = |number: Option<f64>| {
                 number.map_or_else(|| "-".to_owned(), |value| format!("{value:.0}"))
             };
             vec![
@@ -34,9 +34,9 @@ impl Study {
                 format!("{}", count(&|result| result.is_refused)),
                 format!("{}", count(&|result| result.endurance.seconds > 0.0)),
                 format!("{}", count(&|result| result.endurance.is_longer)),
-                whole(row.ours),
-                whole(row.low),
-                whole(row.high),
+                rounded_text(row.ours),
+                rounded_text(row.low),
+                rounded_text(row.high),
             ]
         };
         let heads = [
@@ -58,7 +58,7 @@ impl Study {
              of the study; then the endurance of all wearers, 0 for those who did not reach the \
              force. Published: 84 ± 19 s with one electrode, 232 ± 123 s with four, at 25 Hz \
              (Buckmire 2018).",
-            all.len()
+            results.len()
         );
         Sheet::table(
             "Endurance",
@@ -97,7 +97,7 @@ fn rates(along: &[AxisPoint]) -> Sheet {
 
 /// Tabulates the nominal wearer's endurance by the reference force.
 fn wanted_force_table(along: &[AxisPoint]) -> Sheet {
-    let of = |value: f64, id: &str| {
+    let endurance = |value: f64, id: &str| {
         let is = |axis_point: &&AxisPoint| {
             axis_point.axis == "wanted" && axis_point.value == value && axis_point.measured.id == id
         };
@@ -111,7 +111,7 @@ fn wanted_force_table(along: &[AxisPoint]) -> Sheet {
         .filter(|axis_point| axis_point.axis == "wanted" && axis_point.measured.id == "one");
     let row = |axis_point: &AxisPoint| {
         let mut row = vec![format!("{:.0} %", 1e2 * axis_point.value)];
-        row.extend(["one", "four", "four-half"].map(|id| of(axis_point.value, id)));
+        row.extend(["one", "four", "four-half"].map(|id| endurance(axis_point.value, id)));
         row
     };
     let heads = [

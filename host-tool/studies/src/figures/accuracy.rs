@@ -63,10 +63,10 @@ pub fn picture(chart: &Chart) -> String {
             OUTPUTS_US.map(|output_us| panel(chart, number, output_us, name, cycles, errors));
         Vec::from(panels)
     };
-    let what = "Worst error in percent of peak force against core clock cycles per simulated \
+    let description = "Worst error in percent of peak force against core clock cycles per simulated \
                 second and muscle, for every integrator";
     Figure {
-        description: what.to_owned(),
+        description: description.to_owned(),
         legend,
         rows: ROWS.into_iter().map(row).collect(),
         notes: vec![
@@ -129,7 +129,7 @@ fn panel(
 ) -> Panel {
     let [least, most] = [errors.0, errors.1].map(|power| 10f64.powi(power));
     let cheapest = 10f64.powi(cycles.0);
-    let all: Vec<&Point> = (chart.read_every(output_us))
+    let points: Vec<&Point> = (chart.read_every(output_us))
         .filter(|p| p.error_pct <= most && p.cycles_per_s as f64 >= cheapest)
         .collect();
     let x = Axis::decades("cycles per simulated second and muscle", cycles);
@@ -141,10 +141,10 @@ fn panel(
     let height = f64::from(errors.1 - errors.0) * DECADE;
     let mut marks = Vec::new();
     if number != Number::F64 {
-        marks.push(Mark::Line(front(&all, least), FRONT));
+        marks.push(Mark::Line(front(&points, least), FRONT));
     }
     let own = |p: &&&Point| p.setting.number == number && p.error_pct >= least;
-    let mut own: Vec<&Point> = all.iter().filter(own).copied().collect();
+    let mut own: Vec<&Point> = points.iter().filter(own).copied().collect();
     let series_of = |point: &Point| (point.setting.method, point.setting.reading);
     own.sort_by_key(|point| series_of(point));
     let is_named = |p: &&&Point| p.on_front && p.error_pct <= NOTICED_PCT;
@@ -160,7 +160,7 @@ fn panel(
         let dot = |p: &&Point| Mark::Dot(at(p), shape, 3.5, paint);
         marks.extend(series.iter().map(dot));
     }
-    for point in &all {
+    for point in &points {
         if point.setting == Setting::SHIPPED && number != Number::F64 {
             marks.push(Mark::Dot(at(point), Shape::Star, 4.0, Paint::Full(INK)));
         } else if point.setting == Setting::PAPER && number == Number::F32 {

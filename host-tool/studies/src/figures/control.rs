@@ -60,8 +60,8 @@ fn panel(campaign: &Campaign, order: &[usize], title: &str, x: Axis, silent: boo
     let names = order.iter().map(|n| campaign.contenders[*n].title());
     let is_shipped = |n: &usize| matches!(campaign.contenders[*n], Contender::Shipped);
     let shaded = order.iter().position(is_shipped).map(|row| {
-        let (row, whole) = (row as f64, (f64::NEG_INFINITY, f64::INFINITY));
-        Mark::Area(whole, (row - 0.5, row + 0.5), Paint::Full(SHADE))
+        let (row, full_width) = (row as f64, (f64::NEG_INFINITY, f64::INFINITY));
+        Mark::Area(full_width, (row - 0.5, row + 0.5), Paint::Full(SHADE))
     });
     let y = Axis::rows("", names).hide_labels(silent);
     Panel {

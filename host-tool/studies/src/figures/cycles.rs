@@ -40,9 +40,9 @@ pub fn picture(chip: &OnChip) -> String {
         );
     }
     y.grid = true;
-    let what = "Mean and maximum core clock cycles of each algorithm on the chip simulator";
+    let description = "Mean and maximum core clock cycles of each algorithm on the chip simulator";
     Figure {
-        description: what.to_owned(),
+        description: description.to_owned(),
         title: "Cycles of one call on the chip simulator".to_owned(),
         subtitle:
             "Five wait states, caches on, prefetched lines cached. At the right: mean / maximum."

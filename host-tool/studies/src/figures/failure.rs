@@ -153,12 +153,12 @@ fn dot(case: &Case, n: usize) -> (Shape, f64, Paint) {
 fn shares(campaign: &Campaign, shown: &[usize], points: Points) -> Vec<Panel> {
     let name = "wearers that fail (%)";
     let y = || Axis::linear(name, (0.0, 100.0), 5.0);
-    let over = |title: &str, x: Axis, span: (f64, f64), of: fn(&Case) -> f64| {
+    let over = |title: &str, x: Axis, span: (f64, f64), quantity: fn(&Case) -> f64| {
         let title = format!("{}, {title}", points.name());
         let mut panel = Panel::new(&title, x, y(), HEIGHTS.1);
         for (place, n) in shown.iter().enumerate() {
             let (color, shape) = series(place);
-            let line = stretches(&campaign.cases_with(points), *n, span, of);
+            let line = stretches(&campaign.cases_with(points), *n, span, quantity);
             let dots = line
                 .iter()
                 .map(|at| Mark::Dot(*at, shape, 4.0, Paint::Full(color)));
@@ -199,22 +199,22 @@ fn shares(campaign: &Campaign, shown: &[usize], points: Points) -> Vec<Panel> {
 }
 
 /// Returns the share of wearers on whom contender `n` fails, %, for each interval of the quantity
-/// `of` that contains wearers, with the middle of the interval.
+/// `quantity` that contains wearers, with the middle of the interval.
 fn stretches(
     cases: &[&Case],
     n: usize,
     (low, high): (f64, f64),
-    of: fn(&Case) -> f64,
+    quantity: fn(&Case) -> f64,
 ) -> Vec<(f64, f64)> {
     let wide = (high - low) / STRETCHES as f64;
     let stretch = |s: usize| {
         let from = low + s as f64 * wide;
         let inside = cases
             .iter()
-            .filter(|c| (from..from + wide).contains(&of(c)));
-        let all = inside.clone().count();
+            .filter(|c| (from..from + wide).contains(&quantity(c)));
+        let total = inside.clone().count();
         let failed = inside.filter(|c| c.outcomes[n].has_failed()).count();
-        (all > 0).then(|| (from + wide / 2.0, 100.0 * failed as f64 / all as f64))
+        (total > 0).then(|| (from + wide / 2.0, 100.0 * failed as f64 / total as f64))
     };
     (0..STRETCHES).filter_map(stretch).collect()
 }

@@ -23,14 +23,14 @@ pub fn picture(hands: &Hands) -> String {
         Key::Line(stroke(MUTED, 2.0)),
         "from the mean to the 95th percentile".to_owned(),
     );
-    let of = hands.wearer.as_ref().map(|wearer| format!(" of {wearer}"));
+    let suffix = hands.wearer.as_ref().map(|wearer| format!(" of {wearer}"));
     Figure {
         title: "Controllers on simulated hands".to_owned(),
         subtitle: format!(
             "{} of {} random hands{} can be driven, seed {}: no evidence about people.",
             hands.cases.len(),
             hands.plan.draws,
-            of.unwrap_or_default(),
+            suffix.unwrap_or_default(),
             hands.plan.seed
         ),
         description: format!(

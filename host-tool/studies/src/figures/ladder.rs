@@ -40,10 +40,10 @@ pub fn picture(rows: &[Row], seed: u64) -> String {
 /// model misses the tolerance; below the horizontal line the next cheaper model would have met it.
 fn panel(rows: &[Row], n: usize) -> Panel {
     let limit_pct = TOLERANCES[n].fraction() * 100.0;
-    let all: Vec<_> = measured_levels().collect();
+    let levels: Vec<_> = measured_levels().collect();
     let dots = rows.iter().filter_map(|row| {
         let verdict = row.verdicts[n];
-        let place = all
+        let place = levels
             .iter()
             .position(|level| Some(*level) == verdict.chosen)?;
         let at = (

@@ -66,14 +66,14 @@ fn color(map: &Map, class: &Class) -> Color {
 }
 
 fn cells_subtitle(map: &Map) -> String {
-    let told = map.agreement();
+    let agreement = map.agreement();
     format!(
         "Colour: {}. {} of {} cells disagree with theory, {} worse and {} better.",
         map.quantity,
-        told.worse + told.better,
-        told.predicted,
-        told.worse,
-        told.better
+        agreement.worse + agreement.better,
+        agreement.predicted,
+        agreement.worse,
+        agreement.better
     )
 }
 
@@ -198,11 +198,11 @@ const TOLD: host_core::plot::Stroke = stroke(GRID, 9.0);
 fn lines(map: &Map, found: &Found) -> Panel {
     let columns: Vec<f64> = map.across.labels.iter().flat_map(|l| l.parse()).collect();
     let drawn = |y: &f64| y.is_finite() && *y > 0.0;
-    let all = map.panels.iter().flat_map(|panel| {
-        let both = panel.cells().map(|cell| [Some(cell.number), cell.told]);
-        both.flatten().flatten()
+    let numbers = map.panels.iter().flat_map(|panel| {
+        let values = panel.cells().map(|cell| [Some(cell.number), cell.told]);
+        values.flatten().flatten()
     });
-    let (low, high) = range(all.filter(drawn).map(f64::log10)).unwrap_or((0.0, 1.0));
+    let (low, high) = range(numbers.filter(drawn).map(f64::log10)).unwrap_or((0.0, 1.0));
     let ends = (columns[0] * 0.9, columns[columns.len() - 1] * 1.1);
     let ticks = columns
         .iter()

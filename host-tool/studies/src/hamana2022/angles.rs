@@ -14,10 +14,10 @@ const DIGITS: [&str; 5] = ["thumb", "index", "middle", "ring", "little"];
 /// percentage of the finger's range), and the share of draws in which each claim holds.
 pub(super) fn intensities(sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
     let (mut rows, mut shares) = (Vec::new(), Vec::new());
-    for (who, _) in people(sessions) {
+    for (participant, _) in people(sessions) {
         let own: Vec<&Session> = sessions
             .iter()
-            .filter(|session| session.participant == who)
+            .filter(|session| session.participant == participant)
             .collect();
         let mut names: Vec<&str> = Vec::new();
         for condition in own.iter().flat_map(|session| &session.conditions) {
@@ -31,28 +31,33 @@ pub(super) fn intensities(sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
                 let values = own.iter().filter_map(|session| {
                     mean(session, |c| c.name == name, |s| 100.0 * s.flexed[digit])
                 });
-                let quantity = format!("{who}, {name}, {called}");
+                let quantity = format!("{participant}, {name}, {called}");
                 let id = format!("{quantity}/Angle, % of the finger's range");
                 rows.push(row(&id, quantity, "% of range", None, values.collect()));
             }
         }
         let others = |session: &Session, letters: [char; 3]| {
-            let of = |letter: char| {
+            let letter_mean = |letter: char| {
                 let sum = |s: &StimulationResult| s.flexed.iter().sum::<f64>() - s.flexed[1];
                 mean(session, |c| c.name.starts_with(letter), sum)
             };
             letters
-                .map(of)
+                .map(letter_mean)
                 .into_iter()
                 .collect::<Option<Vec<f64>>>()
-                .map(|all| all.iter().sum::<f64>())
+                .map(|means| means.iter().sum::<f64>())
         };
         let bend = own.iter().map(|session| {
             Some(others(session, ['g', 'h', 'i'])? > others(session, ['d', 'e', 'f'])?)
         });
-        let id = format!("over-{who}");
+        let id = format!("over-{participant}");
         let words = "other fingers bend more 4 V above maximum".to_owned();
-        shares.push(claim(&id, format!("{who}: {words}"), Some(true), bend));
+        shares.push(claim(
+            &id,
+            format!("{participant}: {words}"),
+            Some(true),
+            bend,
+        ));
     }
     (rows, shares)
 }
@@ -68,7 +73,7 @@ pub(super) type IndexAngles = [[f64; 3]; 2];
 /// Returns the mean angles over the trials of a posture session; `None` if a condition has no
 /// trials. The angles with one point are those of A or B, whichever bends the finger further at 0°.
 pub(super) fn index_angles(session: &Session) -> Option<IndexAngles> {
-    let of = |points: Points| {
+    let angles = |points: Points| {
         let at = LIES_DEG.map(|lies| {
             let is = |c: &Condition| c.pattern.points == points && c.pronated_deg == lies;
             mean(session, is, |s| s.index_deg)
@@ -76,31 +81,33 @@ pub(super) fn index_angles(session: &Session) -> Option<IndexAngles> {
         let [none, half, whole] = at;
         Some([none?, half?, whole?])
     };
-    let [a, b] = [of(Points::One(A))?, of(Points::One(B))?];
+    let [a, b] = [angles(Points::One(A))?, angles(Points::One(B))?];
     let better = if a[0] >= b[0] { a } else { b };
-    Some([better, of(Pattern::default_two_point().points)?])
+    Some([better, angles(Pattern::default_two_point().points)?])
 }
 
 /// Evaluates the posture experiment: returns rows with the index finger's angle at each pronation,
 /// with one point and with two, and the share of draws in which each claim holds.
 pub(super) fn postures(protocol: &Protocol, sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
     let (mut rows, mut shares) = (Vec::new(), Vec::new());
-    let mut all = Vec::new();
-    for (who, is_printed) in people(sessions) {
-        let own = sessions.iter().filter(|session| session.participant == who);
+    let mut angles = Vec::new();
+    for (participant, is_printed) in people(sessions) {
+        let own = sessions
+            .iter()
+            .filter(|session| session.participant == participant);
         let bent: Vec<IndexAngles> = own.filter_map(index_angles).collect();
         for (method, name) in ["one point", "two points"].into_iter().enumerate() {
             for (place, lies) in LIES_DEG.into_iter().enumerate() {
                 let values = bent.iter().map(|values| values[method][place]).collect();
-                let quantity = format!("{who}, {name}, {lies}° pronated");
+                let quantity = format!("{participant}, {name}, {lies}° pronated");
                 let id = format!("{quantity}/Index finger (°)");
                 rows.push(row(&id, quantity, "°", None, values));
             }
         }
-        shares.extend(posture_claims(who, is_printed, protocol, &bent));
-        all.extend(bent);
+        shares.extend(posture_claims(participant, is_printed, protocol, &bent));
+        angles.extend(bent);
     }
-    rows.extend(rotation(&all));
+    rows.extend(rotation(&angles));
     (rows, shares)
 }
 
@@ -116,13 +123,13 @@ fn rotation(bent: &[[[f64; 3]; 2]]) -> Vec<Row> {
                 .collect::<Vec<_>>()
         };
         let test = paired_t(&at(0), &at(2)).ok();
-        for (what, value) in [
+        for (statistic, value) in [
             ("t", test.map(|paired_t| paired_t.t)),
             ("p", test.map(|paired_t| paired_t.p)),
         ] {
             rows.push(Row {
-                id: format!("rotation, {name}, {what}"),
-                quantity: format!("0° against 90° pronation, {name}, {what}"),
+                id: format!("rotation, {name}, {statistic}"),
+                quantity: format!("0° against 90° pronation, {name}, {statistic}"),
                 unit: String::new(),
                 paper: None,
                 ours: value,
@@ -138,34 +145,34 @@ fn rotation(bent: &[[[f64; 3]; 2]]) -> Vec<Row> {
 /// Judges the paper's three claims about the index finger's angle: one point bends it most at 0°,
 /// two points bend it more than one at 90°, and two points reach the preregistered angle at 45°.
 fn posture_claims(
-    who: &str,
+    participant: &str,
     is_printed: bool,
     protocol: &Protocol,
     bent: &[[[f64; 3]; 2]],
 ) -> [Share; 3] {
     let least_deg = protocol.posture_deg;
-    let of = |id: &str, words: String, holds: fn([[f64; 3]; 2], f64) -> bool| {
-        let id = format!("{id}-{who}");
-        let all = bent.iter().map(|values| Some(holds(*values, least_deg)));
+    let share = |id: &str, words: String, holds: fn([[f64; 3]; 2], f64) -> bool| {
+        let id = format!("{id}-{participant}");
+        let verdicts = bent.iter().map(|values| Some(holds(*values, least_deg)));
         claim(
             &id,
-            format!("{who}: {words}"),
+            format!("{participant}: {words}"),
             is_printed.then_some(true),
-            all,
+            verdicts,
         )
     };
     [
-        of(
+        share(
             "one-falls",
             "one point bends most at 0° of pronation".into(),
-            |[one, _], _| one[0] > one[1] && one[0] > one[2],
+            |[one_point, _], _| one_point[0] > one_point[1] && one_point[0] > one_point[2],
         ),
-        of(
+        share(
             "two-more",
             "two points bend more than one at 90°".into(),
-            |[one, two], _| two[2] > one[2],
+            |[one_point, two], _| two[2] > one_point[2],
         ),
-        of(
+        share(
             "two-enough",
             format!("two points reach {least_deg}° at 45° of pronation"),
             |[_, two], least_deg| two[1] >= least_deg,

@@ -47,16 +47,16 @@ impl Cells {
     /// Returns E621 if the declaration cannot be read.
     pub fn load(only: Option<usize>) -> Result<Option<Self>, TwoPointsError> {
         let population = Population::load_embedded()?;
-        let mut all = population.cells();
+        let mut cells = population.cells();
         if let Some(number) = only {
-            match all.get(number).cloned() {
-                Some(cell) => all = vec![cell],
+            match cells.get(number).cloned() {
+                Some(cell) => cells = vec![cell],
                 None => return Ok(None),
             }
         }
         Ok(Some(Self {
             population,
-            all,
+            all: cells,
             only,
         }))
     }
@@ -130,8 +130,12 @@ impl Cells {
                 (summary.cell.name(), summary.missing(), summary.drawn.len());
             format!("{name}, {draws} draws: {missing}.")
         });
-        let said = [SIMULATED, MEANING, COUNTED].map(str::to_owned);
-        said.into_iter().chain(ranges).chain(missing).collect()
+        let statements = [SIMULATED, MEANING, COUNTED].map(str::to_owned);
+        statements
+            .into_iter()
+            .chain(ranges)
+            .chain(missing)
+            .collect()
     }
 }
 
@@ -204,7 +208,7 @@ impl Drawing for Cells {
 
     fn parse_unit(&self, rest: &[&str]) -> Result<DrawOutcome, (usize, String)> {
         let row = rest.first().copied().unwrap_or_default();
-        row::parse_row(row, &self.population).map_err(|what| (0, what))
+        row::parse_row(row, &self.population).map_err(|mistake| (0, mistake))
     }
 
     fn outcome(
@@ -214,16 +218,16 @@ impl Drawing for Cells {
     ) -> Result<Outcome, TwoPointsError> {
         let (seed, draws) = (sweep.seed, sweep.draws);
         let summaries = self.summaries(draws, units);
-        let (done, of) = (summaries.len(), self.count());
+        let (done, total) = (summaries.len(), self.count());
         let population = &self.population;
         Ok(Outcome {
             name: TWO_POINTS.to_owned(),
             title: population.title.clone(),
             seed,
             simulated: Some(true),
-            cut_short: (done < of).then(|| {
+            cut_short: (done < total).then(|| {
                 format!(
-                    "Cut short: {done} of {of} cells are complete; the cells after them are \
+                    "Cut short: {done} of {total} cells are complete; the cells after them are \
                      missing."
                 )
             }),

@@ -31,21 +31,23 @@ impl Torques {
     #[must_use]
     pub fn from_outcomes(outcomes: &[Outcome]) -> Self {
         let long = |isolated: bool| {
-            let of = outcomes.iter().filter(|outcome| {
+            let selection = outcomes.iter().filter(|outcome| {
                 outcome.pattern.isolated == isolated
                     && outcome
                         .pattern
                         .phase_difference_us()
                         .is_some_and(|after| after >= LONG_US)
             });
-            mean(of.map(|outcome| outcome.torque_nm)).unwrap_or_default()
+            mean(selection.map(|outcome| outcome.torque_nm)).unwrap_or_default()
         };
         let alone = |isolated: bool| {
-            let of = outcomes.iter().filter(|outcome| {
+            let selection = outcomes.iter().filter(|outcome| {
                 outcome.pattern.isolated == isolated
                     && matches!(outcome.pattern.points, Points::One(_))
             });
-            of.map(|outcome| outcome.torque_nm).fold(0.0, f64::max)
+            selection
+                .map(|outcome| outcome.torque_nm)
+                .fold(0.0, f64::max)
         };
         Self {
             two: long(false),
@@ -75,10 +77,10 @@ pub(super) fn individuations(outcomes: &[Outcome]) -> Individuations {
 
 /// Returns the mean individuation of the conducted patterns with this phase difference.
 fn individuation(outcomes: &[Outcome], after_us: u32) -> Option<f64> {
-    let of = outcomes.iter().filter(|outcome| {
+    let selection = outcomes.iter().filter(|outcome| {
         !outcome.pattern.isolated && outcome.pattern.phase_difference_us() == Some(after_us)
     });
-    mean(of.filter_map(|outcome| outcome.individuation))
+    mean(selection.filter_map(|outcome| outcome.individuation))
 }
 
 /// Judges the claims of `hamana-population.toml` in their order; `None` stands for a claim that
@@ -106,7 +108,7 @@ pub fn judge_claims(
     let lost = postures.map(|bent| bent[0] - bent[2]);
     [
         apart,
-        is_selective.map(|all| all.iter().all(|value| *value > SELECTIVE)),
+        is_selective.map(|values| values.iter().all(|value| *value > SELECTIVE)),
         ratio(torques.two, torques.one).map(|ratio| ratio > MORE),
         ratio(torques.two, torques.apart).map(|ratio| ratio > MORE),
         ratio(torques.apart, torques.one).map(|ratio| ALIKE.contains(&ratio)),

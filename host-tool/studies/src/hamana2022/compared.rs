@@ -38,12 +38,12 @@ fn patterns(
         let averages = Averages::from_session(experiment, &session.conditions, &session.stimulated);
         draws.entry(session.draw).or_default().push(averages);
     }
-    let all: Vec<Replication> = draws
+    let replications: Vec<Replication> = draws
         .values()
         .map(|averages| Replication::from_averages(averages))
         .collect();
     let is_torque = experiment == Experiment::Torque;
-    let mut rows = pattern_rows(is_torque.then_some(protocol.paper.one_point), &all);
+    let mut rows = pattern_rows(is_torque.then_some(protocol.paper.one_point), &replications);
     let printed = match is_torque {
         true => &protocol.paper.torque,
         false => &protocol.paper.selectivity,
@@ -63,22 +63,22 @@ fn patterns(
         ),
     ];
     for (id, statistic, name, paper) in tests {
-        for (place, what) in [statistic, "p"].into_iter().enumerate() {
-            let of = |replication: &Replication| match id {
+        for (place, symbol) in [statistic, "p"].into_iter().enumerate() {
+            let test = |replication: &Replication| match id {
                 "friedman" => replication.friedman,
                 _ => replication.isolation,
             };
-            let values = all
+            let values = replications
                 .iter()
-                .filter_map(|replication| Some(of(replication)?[place]));
+                .filter_map(|replication| Some(test(replication)?[place]));
             let id = format!("{id}-{}", ["statistic", "p"][place]);
-            let name = format!("{name}, {what}");
+            let name = format!("{name}, {symbol}");
             rows.push(row(&id, name, "", Some(paper[place]), values.collect()));
         }
     }
     if is_torque {
         for number in 0..PATTERNS {
-            let values = all
+            let values = replications
                 .iter()
                 .filter_map(|replication| Some(replication.table_5[number]?[0]));
             let name = format!("pattern {number} against one point, t");
@@ -87,7 +87,7 @@ fn patterns(
             rows.push(row(&id, name, "", paper, values.collect()));
         }
         for (number, paper) in TABLE_5_P.into_iter().enumerate() {
-            let values = all
+            let values = replications
                 .iter()
                 .filter_map(|replication| Some(replication.table_5[number]?[1]));
             let name = format!("pattern {number} against one point, p");
@@ -96,7 +96,10 @@ fn patterns(
         }
         rows.extend(table_4(sessions));
     }
-    let people = all.iter().map(|replication| replication.n as f64).collect();
+    let people = replications
+        .iter()
+        .map(|replication| replication.n as f64)
+        .collect();
     rows.push(row(
         "participants",
         "participants per draw".into(),
@@ -114,7 +117,7 @@ fn patterns(
         None,
         parts.collect(),
     ));
-    (rows, pattern_claims(is_torque, protocol, &all))
+    (rows, pattern_claims(is_torque, protocol, &replications))
 }
 
 /// Computes for each participant the torques of A and B alone, conducted and isolated, as fractions
@@ -122,9 +125,11 @@ fn patterns(
 /// paper's table 4 is a picture, of which only the averages are known.
 fn table_4(sessions: &[Session]) -> Vec<Row> {
     let mut rows = Vec::new();
-    for (who, _) in people(sessions) {
-        let own = sessions.iter().filter(|session| session.participant == who);
-        let all: Vec<Averages> = own
+    for (participant, _) in people(sessions) {
+        let own = sessions
+            .iter()
+            .filter(|session| session.participant == participant);
+        let session_averages: Vec<Averages> = own
             .map(|session| {
                 Averages::from_session(Experiment::Torque, &session.conditions, &session.stimulated)
             })
@@ -136,16 +141,19 @@ fn table_4(sessions: &[Session]) -> Vec<Row> {
             ("B-I", "B, isolated"),
         ];
         for (place, (point, words)) in points.into_iter().enumerate() {
-            let name = format!("{who}, relative torque of {words}");
-            let id = format!("{who}, {point}/One point's torque, part of the greatest pattern");
-            let values = all.iter().filter_map(|averages| averages.points[place]);
+            let name = format!("{participant}, relative torque of {words}");
+            let id =
+                format!("{participant}, {point}/One point's torque, part of the greatest pattern");
+            let values = session_averages
+                .iter()
+                .filter_map(|averages| averages.points[place]);
             rows.push(row(&id, name, "", None, values.collect()));
         }
     }
     rows
 }
 
-fn pattern_rows(one_point: Option<[f64; 2]>, all: &[Replication]) -> Vec<Row> {
+fn pattern_rows(one_point: Option<[f64; 2]>, replications: &[Replication]) -> Vec<Row> {
     let measured = match one_point {
         None => "Individuation index",
         Some(_) => "Torque, part of the greatest pattern",
@@ -163,7 +171,7 @@ fn pattern_rows(one_point: Option<[f64; 2]>, all: &[Replication]) -> Vec<Row> {
         .map(|(number, after_us, state)| (number, (after_us, state)))
         .collect();
     for (number, (after_us, state)) in named {
-        let values = all
+        let values = replications
             .iter()
             .filter_map(|replication| replication.patterns[number]);
         let name = format!("pattern {number}, {after_us} µs, {state}");
@@ -176,7 +184,7 @@ fn pattern_rows(one_point: Option<[f64; 2]>, all: &[Replication]) -> Vec<Row> {
                 .into_iter()
                 .enumerate()
                 .map(|(place, state)| {
-                    let values = all
+                    let values = replications
                         .iter()
                         .filter_map(|replication| Some(replication.one_point?[place]));
                     let id = format!("one point, {state}/{measured}");
@@ -193,13 +201,18 @@ fn pattern_rows(one_point: Option<[f64; 2]>, all: &[Replication]) -> Vec<Row> {
     rows
 }
 
-fn pattern_claims(is_torque: bool, protocol: &Protocol, all: &[Replication]) -> Vec<Share> {
+fn pattern_claims(
+    is_torque: bool,
+    protocol: &Protocol,
+    replications: &[Replication],
+) -> Vec<Share> {
     let significant = |test: super::replication::Test| Some(test?[1] < protocol.significant);
-    let of = |number: usize| move |replication: &Replication| replication.patterns[number];
+    let pattern_value =
+        |number: usize| move |replication: &Replication| replication.patterns[number];
     let more = |replication: &Replication| {
         let pairs = [6, 8, 10, 12].map(|number| {
-            let isolated = of(number + 1)(replication)?;
-            Some(of(number)(replication)? > isolated)
+            let isolated = pattern_value(number + 1)(replication)?;
+            Some(pattern_value(number)(replication)? > isolated)
         });
         let pairs: Option<Vec<bool>> = pairs.into_iter().collect();
         Some(pairs?.into_iter().all(|pair| pair))
@@ -209,14 +222,16 @@ fn pattern_claims(is_torque: bool, protocol: &Protocol, all: &[Replication]) -> 
             "phase-difference",
             "results differ by phase difference (Friedman)".into(),
             Some(!is_torque),
-            all.iter()
+            replications
+                .iter()
                 .map(|comparison| significant(comparison.friedman)),
         ),
         claim(
             "isolation",
             "conducted and isolated differ (paired t)".into(),
             Some(is_torque),
-            all.iter()
+            replications
+                .iter()
                 .map(|comparison| significant(comparison.isolation)),
         ),
     ];
@@ -225,20 +240,21 @@ fn pattern_claims(is_torque: bool, protocol: &Protocol, all: &[Replication]) -> 
             "conducted-more",
             "conducted: more torque at 1, 2, 5 and 10 ms".into(),
             Some(true),
-            all.iter().map(more),
+            replications.iter().map(more),
         ));
         shares.push(claim(
             "one-alike",
             "one point: same torque, conducted or isolated".into(),
             Some(true),
-            all.iter()
+            replications
+                .iter()
                 .map(|replication| replication.one_point.map(|[c, i]| ALIKE.contains(&(c / i)))),
         ));
         shares.push(claim(
             "two-more",
             "conducted: more torque by two points than by one".into(),
             Some(true),
-            all.iter().map(|replication| {
+            replications.iter().map(|replication| {
                 let [one, _] = replication.one_point?;
                 let two: Option<Vec<f64>> =
                     CONDUCTED.iter().map(|&n| replication.patterns[n]).collect();
@@ -253,7 +269,7 @@ fn pattern_claims(is_torque: bool, protocol: &Protocol, all: &[Replication]) -> 
                 protocol.selective
             ),
             Some(true),
-            all.iter().map(|replication| {
+            replications.iter().map(|replication| {
                 let late: Option<Vec<f64>> = replication.patterns[5..].iter().copied().collect();
                 Some(late?.into_iter().all(|value| value > protocol.selective))
             }),
@@ -262,7 +278,7 @@ fn pattern_claims(is_torque: bool, protocol: &Protocol, all: &[Replication]) -> 
             "together-worst",
             "simultaneous pulses are least selective".into(),
             Some(true),
-            all.iter().map(|replication| {
+            replications.iter().map(|replication| {
                 let rest: Option<Vec<f64>> = replication.patterns[1..].iter().copied().collect();
                 Some(
                     rest?

@@ -135,19 +135,22 @@ impl Experiment {
     #[must_use]
     pub fn conditions(self, voltages: &Voltages, protocol: &Protocol) -> Vec<Condition> {
         let most_v = voltages.most_v;
-        let of = |pattern: Pattern| Condition {
+        let condition = |pattern: Pattern| Condition {
             name: pattern.in_words(),
             pattern,
             volts: most_v,
             pronated_deg: 0.0,
         };
         match self {
-            Self::Selectivity => Pattern::all_two_point().into_iter().map(of).collect(),
+            Self::Selectivity => Pattern::all_two_point()
+                .into_iter()
+                .map(condition)
+                .collect(),
             Self::Torque => {
-                let all = Pattern::all_two_point()
+                let patterns = Pattern::all_two_point()
                     .into_iter()
                     .chain(Pattern::all_one_point());
-                all.map(of).collect()
+                patterns.map(condition).collect()
             }
             Self::Intensities => intensities(voltages, protocol.over_v),
             Self::Posture => [0.0, 45.0, 90.0]
@@ -161,7 +164,7 @@ impl Experiment {
                     .map(|pattern| Condition {
                         name: format!("{}, {pronated_deg}°", pattern.in_words()),
                         pronated_deg,
-                        ..of(pattern)
+                        ..condition(pattern)
                     })
                 })
                 .collect(),
@@ -174,7 +177,7 @@ impl Experiment {
 fn intensities(voltages: &Voltages, over_v: f64) -> Vec<Condition> {
     let (least, most) = (voltages.threshold_v, voltages.most_v);
     let over = most.map(|v| v + over_v);
-    let both = Pattern::default_two_point();
+    let two_points = Pattern::default_two_point();
     let rows = [
         (
             "a: A at its threshold",
@@ -188,7 +191,7 @@ fn intensities(voltages: &Voltages, over_v: f64) -> Vec<Condition> {
         ),
         (
             "c: both at r_th of greatest",
-            both,
+            two_points,
             voltages.ratio.map(|r| most.map(|v| r * v)),
         ),
         (
@@ -201,10 +204,10 @@ fn intensities(voltages: &Voltages, over_v: f64) -> Vec<Condition> {
             Pattern::isolated_point(B),
             Some(most),
         ),
-        ("f: both at greatest", both, Some(most)),
+        ("f: both at greatest", two_points, Some(most)),
         ("g: A 4 V above", Pattern::isolated_point(A), Some(over)),
         ("h: B 4 V above", Pattern::isolated_point(B), Some(over)),
-        ("i: both 4 V above", both, Some(over)),
+        ("i: both 4 V above", two_points, Some(over)),
     ];
     let rows = rows.into_iter();
     rows.filter_map(|(name, pattern, volts)| {
@@ -220,9 +223,9 @@ fn intensities(voltages: &Voltages, over_v: f64) -> Vec<Condition> {
 
 /// Returns 0 to `count` − 1 in random order.
 fn shuffled(count: usize, random: &mut Random) -> Vec<usize> {
-    let mut all: Vec<usize> = (0..count).collect();
-    random.shuffle(&mut all);
-    all
+    let mut order: Vec<usize> = (0..count).collect();
+    random.shuffle(&mut order);
+    order
 }
 
 impl Wearer {
@@ -241,7 +244,7 @@ impl Wearer {
         let seed = word(self.hand.spec().seed ^ SESSION, experiment as u64);
         let (mut random, mut hand) = (Random::new(seed), self.hand.clone());
         let normal = |index: u64| standard_normal(seed, index);
-        let (mut all, mut lay) = (Vec::new(), None);
+        let (mut results, mut lay) = (Vec::new(), None);
         for trial in 0..protocol.trials_of(experiment) {
             let jitter = |axis| 1e-3 * population.jitter_mm * normal(2 * trial + axis);
             let jitter = [jitter(0), jitter(1)];
@@ -260,7 +263,7 @@ impl Wearer {
                 let period = condition.pattern.period(condition.volts);
                 let response = hand.respond(&period)?.scaled(strength.max(0.0));
                 let angles_deg = response.angles_deg();
-                all.push(StimulationResult {
+                results.push(StimulationResult {
                     condition: index,
                     trial,
                     place,
@@ -271,7 +274,7 @@ impl Wearer {
                 });
             }
         }
-        Ok(all)
+        Ok(results)
     }
 }
 

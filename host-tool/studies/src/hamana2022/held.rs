@@ -95,9 +95,9 @@ impl Wearer {
         hand.shift(pronated_deg, fitted.shift_m);
         let mut moving = MovingHand::new(&hand, fitted.channels, number)?;
         let period = pattern.period(self.voltages.most_v);
-        let all = course(&mut moving, fitted.channels, &period, lasts_us);
+        let angles = course(&mut moving, fitted.channels, &period, lasts_us);
         match moving.uncomputed_intervals() {
-            0 => Ok(all),
+            0 => Ok(angles),
             _ => Err(TwoPointsError::Hand(InvalidHand::Segment(UNSETTLED))),
         }
     }
@@ -113,10 +113,10 @@ impl Wearer {
         number: u64,
         (pattern, pronated_deg): (Pattern, f64),
     ) -> Result<Hold, TwoPointsError> {
-        let all = self.digit_angles(population, number, (pattern, pronated_deg), HOLD_US)?;
+        let angles = self.digit_angles(population, number, (pattern, pronated_deg), HOLD_US)?;
         Ok(Hold {
             pattern,
-            course_deg: all.iter().map(|values| values[INDEX]).collect(),
+            course_deg: angles.iter().map(|values| values[INDEX]).collect(),
         })
     }
 

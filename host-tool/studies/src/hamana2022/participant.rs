@@ -65,7 +65,7 @@ impl Participant {
             thresholds_v,
             pads_m: forearm
                 .pads_mm
-                .map(|all| all.map(|at| at.map(|mm| 1e-3 * mm))),
+                .map(|pads| pads.map(|at| at.map(|mm| 1e-3 * mm))),
             paper: None,
         })
     }

@@ -50,16 +50,16 @@ impl Pattern {
     pub fn all_two_point() -> Vec<Self> {
         let conducted = CONDUCTED_US.map(|after_us| (after_us, false));
         let isolated = ISOLATED_US.map(|after_us| (after_us, true));
-        let mut all = Vec::new();
+        let mut patterns = Vec::new();
         for (after_us, isolated) in conducted.into_iter().chain(isolated) {
             let is_one = after_us == 0 || 2 * after_us == PERIOD_US;
             let orders = if is_one { &[A][..] } else { &[A, B][..] };
-            all.extend(orders.iter().map(|&first| Self {
+            patterns.extend(orders.iter().map(|&first| Self {
                 points: Points::Two { first, after_us },
                 isolated,
             }));
         }
-        all
+        patterns
     }
 
     /// Returns the four patterns of one point: A conducted, A isolated, B conducted, B isolated.
@@ -163,14 +163,14 @@ impl Pattern {
 
     fn terminals(&self, begins: [Option<u32>; 2], volts: [f64; 2], at: u32) -> [Terminal; 3] {
         let drives = begins.map(|begin| begin.is_some_and(|b| (b..b + WIDTH_US).contains(&at)));
-        let of = |point: usize| match (drives[point], begins[point]) {
+        let terminal = |point: usize| match (drives[point], begins[point]) {
             (true, _) => Terminal::Driven(-volts[point]),
             (false, None) if self.isolated => Terminal::Floating,
             (false, _) if self.isolated && drives[1 - point] => Terminal::Floating,
             _ => Terminal::Grounded,
         };
         // The extensor's electrode is not connected in these experiments.
-        [of(A), of(B), Terminal::Floating]
+        [terminal(A), terminal(B), Terminal::Floating]
     }
 }
 
@@ -211,7 +211,7 @@ mod tests {
             assert_eq!(lasts, PERIOD_US, "{pattern:?}");
         }
         use Terminal::{Driven, Floating, Grounded};
-        let of = |after_us, isolated| {
+        let segments = |after_us, isolated| {
             let points = Points::Two { first: A, after_us };
             let period = Pattern { points, isolated }.period([24.0, 28.0]);
             let short = period
@@ -220,7 +220,7 @@ mod tests {
             short.collect::<Vec<_>>()
         };
         assert_eq!(
-            of(50, false),
+            segments(50, false),
             [
                 (50, Driven(-24.0), Grounded),
                 (150, Driven(-24.0), Driven(-28.0)),
@@ -229,7 +229,7 @@ mod tests {
             ]
         );
         assert_eq!(
-            of(1_000, true),
+            segments(1_000, true),
             [
                 (200, Driven(-24.0), Floating),
                 (800, Grounded, Grounded),

@@ -54,10 +54,10 @@ pub fn first_found(
     units: &[Unit],
     shape: Shape,
 ) -> Option<[Pad; 3]> {
-    let mut all: Vec<Pad> = places(spec, shape).collect();
-    Random::new(spec.seed ^ ORDER).shuffle(&mut all);
+    let mut pads: Vec<Pad> = places(spec, shape).collect();
+    Random::new(spec.seed ^ ORDER).shuffle(&mut pads);
     let is_selective = |pad: &Pad| selectivity(spec, field, units.iter(), pad) > 1.0;
-    let mut found = all.into_iter();
+    let mut found = pads.into_iter();
     let first = found.find(is_selective)?;
     let second = found.find(|pad| distance_m(pad, &first) >= APART_M && is_selective(pad))?;
     Some(assign_points(spec, (first, second), shape))
@@ -73,12 +73,12 @@ fn most_selective(
         pad,
         selectivity: selectivity(spec, field, units.iter().step_by(every), &pad),
     };
-    let mut all: Vec<PadSelectivity> = places(spec, shape)
+    let mut candidates: Vec<PadSelectivity> = places(spec, shape)
         .map(|pad| tried(pad, LOOKED_AT))
         .collect();
-    all.sort_by(|a, b| b.selectivity.total_cmp(&a.selectivity));
+    candidates.sort_by(|a, b| b.selectivity.total_cmp(&a.selectivity));
     // Evaluates the best places again with every nerve.
-    let again = all
+    let again = candidates
         .iter()
         .take(TRIED_AGAIN)
         .map(|trial| tried(trial.pad, 1));

@@ -118,8 +118,12 @@ impl Population {
     /// Fails if a range is missing.
     pub fn thresholds_v(&self, seed: u64, index: u64) -> Result<[f64; 3], TwoPointsError> {
         let drawn = self.draw_values(seed, index);
-        let of = |field| self.value(&drawn, field);
-        Ok([of("threshold_v")?, of("other_v")?, of("extensor_v")?])
+        let value = |field| self.value(&drawn, field);
+        Ok([
+            value("threshold_v")?,
+            value("other_v")?,
+            value("extensor_v")?,
+        ])
     }
 
     /// Generates wearer `index` with the parameters of [`Self::draw_values`].
@@ -184,11 +188,11 @@ pub fn ablate(mut spec: HandSpec, name: &str) -> Result<HandSpec, TwoPointsError
         "refractoriness" => (spec.membrane.absolute_s, spec.membrane.relative_s) = (0.0, 0.0),
         "summation" => spec.sums = false,
         _ => {
-            let what = format!(
+            let message = format!(
                 "there is no ablation `{name}`; allowed: capacitance, limiter, nonlinearity, \
                  refractoriness, summation"
             );
-            return Err(TwoPointsError::Declaration(what));
+            return Err(TwoPointsError::Declaration(message));
         }
     }
     Ok(spec)

@@ -88,10 +88,10 @@ impl Pattern {
             PLAYED_US as f64 * 1e-6
         );
         let (mut values, mut members) = (Vec::new(), Vec::new());
-        let mut all = self.offsets_us();
-        all.sort_unstable();
-        for &(point, offset_us) in &all {
-            let others = all.iter().filter(|(other, _)| *other != point);
+        let mut offsets = self.offsets_us();
+        offsets.sort_unstable();
+        for &(point, offset_us) in &offsets {
+            let others = offsets.iter().filter(|(other, _)| *other != point);
             let gaps = others.map(|&(_, other_us)| self.grounded_us(offset_us, other_us));
             let ground_us = gaps.min().unwrap_or(PERIOD_US - WIDTH_US - RENDERED_US);
             let is_driven = self.points != Points::One(1 - point);
@@ -198,7 +198,7 @@ impl Pattern {
                 expected == found || rests && floats
             })
         };
-        let at_us = expected.iter().zip(&found).position(|both| !is_like(both));
+        let at_us = expected.iter().zip(&found).position(|pair| !is_like(pair));
         at_us.map(|at| {
             let (found, expected) = (&found[at], &expected[at]);
             format!("terminals {found:?} instead of {expected:?} at {at} µs")
@@ -224,16 +224,16 @@ impl Wearer {
     /// Returns E628 if the device plays another pattern.
     pub fn compare_outputs(
         &self,
-        all: impl IntoIterator<Item = (Pattern, [f64; 2])>,
+        cases: impl IntoIterator<Item = (Pattern, [f64; 2])>,
         device: &DeviceName,
     ) -> Result<OutputComparison, TwoPointsError> {
-        let mut told: Vec<(Pattern, [f64; 2])> = Vec::new();
+        let mut played: Vec<(Pattern, [f64; 2])> = Vec::new();
         let (mut hand, mut apart) = (self.hand.clone(), 0.0_f64);
-        for (pattern, volts) in all {
-            if told.contains(&(pattern, volts)) {
+        for (pattern, volts) in cases {
+            if played.contains(&(pattern, volts)) {
                 continue;
             }
-            told.push((pattern, volts));
+            played.push((pattern, volts));
             let put_out = pattern.play_on_device(volts, device)?;
             if let Some(why) = pattern.find_difference(&put_out, volts) {
                 return Err(TwoPointsError::PutOut(pattern.in_words(), why));
@@ -244,15 +244,15 @@ impl Wearer {
                 .index_nm();
             apart = apart.max((whole_nm - alone_nm).abs() / hand.spec().flexor_nm);
         }
-        let patterns = told.len();
+        let patterns = played.len();
         Ok(OutputComparison { patterns, apart })
     }
 }
 
 impl OutputComparison {
-    /// Describes the comparison of `who` on `device` for the report page.
+    /// Describes the comparison of `subject` on `device` for the report page.
     #[must_use]
-    pub fn in_words(&self, who: &str, device: &DeviceName) -> String {
+    pub fn in_words(&self, subject: &str, device: &DeviceName) -> String {
         let torques = match self.apart {
             0.0 => "identical to the last bit".to_owned(),
             apart => format!(
@@ -263,7 +263,7 @@ impl OutputComparison {
         };
         format!(
             "All numbers of this study are computed on the simulated hand without a device. As a \
-             check, {} patterns of {who} were also played by --device {} into dummy loads. At \
+             check, {} patterns of {subject} were also played by --device {} into dummy loads. At \
              every microsecond the output equals the intended pattern, except that before its own \
              pulse a point may float while no point is driven. The torques are {torques}.",
             self.patterns,
@@ -321,8 +321,8 @@ pub fn driven_v(period: &[Segment]) -> [f64; 2] {
 }
 
 fn by_microsecond(period: &[Segment]) -> Vec<[Terminal; 3]> {
-    let each = period
+    let terminals = period
         .iter()
         .flat_map(|segment| std::iter::repeat_n(segment.terminals, segment.lasts_us as usize));
-    each.collect()
+    terminals.collect()
 }

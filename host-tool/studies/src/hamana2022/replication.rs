@@ -57,30 +57,30 @@ impl Averages {
     pub fn from_session(
         experiment: Experiment,
         conditions: &[Condition],
-        all: &[StimulationResult],
+        results: &[StimulationResult],
     ) -> Self {
         let value = |stimulation: &StimulationResult| match experiment {
             Experiment::Torque => Some(stimulation.torque_nm),
             _ => stimulation.individuation,
         };
-        let of = |is: &dyn Fn(&Condition) -> bool| {
-            let all = all
+        let condition_mean = |is: &dyn Fn(&Condition) -> bool| {
+            let own_results = results
                 .iter()
                 .filter(|stimulation| is(&conditions[stimulation.condition]));
-            mean(all.filter_map(value))
+            mean(own_results.filter_map(value))
         };
         let mut patterns: [Option<f64>; PATTERNS] = std::array::from_fn(|number| {
-            of(&|condition| condition.pattern.number() == Some(number))
+            condition_mean(&|condition| condition.pattern.number() == Some(number))
         });
         let alone = |point, isolated| {
-            of(&|condition| {
+            condition_mean(&|condition| {
                 condition.pattern.points == Points::One(point)
                     && condition.pattern.isolated == isolated
             })
         };
         let mut points = [(A, false), (A, true), (B, false), (B, true)].map(|(p, i)| alone(p, i));
-        let one = |at: [usize; 2]| at.iter().filter_map(|&at| points[at]).reduce(f64::max);
-        let mut one_point = one([0, 2]).zip(one([1, 3])).map(|(c, i)| [c, i]);
+        let maximum = |at: [usize; 2]| at.iter().filter_map(|&at| points[at]).reduce(f64::max);
+        let mut one_point = maximum([0, 2]).zip(maximum([1, 3])).map(|(c, i)| [c, i]);
         if experiment == Experiment::Torque {
             let greatest = patterns.into_iter().flatten().fold(0.0, f64::max);
             let part = |value: f64| (greatest > 0.0).then(|| value / greatest);
@@ -92,11 +92,11 @@ impl Averages {
             patterns,
             one_point,
             points,
-            left_out: all
+            left_out: results
                 .iter()
                 .filter(|stimulation| value(stimulation).is_none())
                 .count(),
-            of: all.len(),
+            of: results.len(),
         }
     }
 }
@@ -112,9 +112,11 @@ impl Replication {
                     .filter_map(|averages| averages.patterns[number]),
             )
         });
-        let pick = |of: &dyn Fn(&Averages) -> Option<f64>| mean(participants.iter().filter_map(of));
-        let one = |place: usize| {
-            pick(&move |averages: &Averages| averages.one_point.map(|both| both[place]))
+        let pick = |measure: &dyn Fn(&Averages) -> Option<f64>| {
+            mean(participants.iter().filter_map(measure))
+        };
+        let one_point_mean = |place: usize| {
+            pick(&move |averages: &Averages| averages.one_point.map(|pair| pair[place]))
         };
         let subjects: Vec<Vec<f64>> = participants
             .iter()
@@ -135,12 +137,14 @@ impl Replication {
                 let [conducted, _] = averages.one_point?;
                 Some((averages.patterns[number]?, conducted))
             });
-            let (two, one): (Vec<f64>, Vec<f64>) = pairs.unzip();
-            paired_test(&two, &one)
+            let (two, one_point): (Vec<f64>, Vec<f64>) = pairs.unzip();
+            paired_test(&two, &one_point)
         });
         Self {
             patterns,
-            one_point: one(0).zip(one(1)).map(|(c, i)| [c, i]),
+            one_point: one_point_mean(0)
+                .zip(one_point_mean(1))
+                .map(|(c, i)| [c, i]),
             friedman,
             isolation,
             table_5,
@@ -159,9 +163,9 @@ fn paired_test(first: &[f64], second: &[f64]) -> Test {
 mod tests {
     use super::*;
 
-    fn averages(of: impl Fn(usize) -> f64) -> Averages {
+    fn averages(value: impl Fn(usize) -> f64) -> Averages {
         Averages {
-            patterns: std::array::from_fn(|number| Some(of(number))),
+            patterns: std::array::from_fn(|number| Some(value(number))),
             one_point: Some([0.3, 0.2]),
             points: [None; 4],
             left_out: 0,
@@ -172,9 +176,9 @@ mod tests {
     #[test]
     fn tests_are_of_what_the_paper_says() {
         // All participants rank the conducted patterns equally, so χ² is n (k - 1).
-        let all = [1.0, 2.0, 3.0].map(|by| averages(|number| by + 0.01 * number as f64));
-        let of = Replication::from_averages(&all);
-        let [chi_squared, _] = of.friedman.unwrap();
+        let participants = [1.0, 2.0, 3.0].map(|by| averages(|number| by + 0.01 * number as f64));
+        let replication = Replication::from_averages(&participants);
+        let [chi_squared, _] = replication.friedman.unwrap();
         assert!((chi_squared - 27.0).abs() < 1e-9, "{chi_squared}");
         // The differences between conducted and isolated patterns vary with the phase difference; t
         // follows from their mean and standard deviation.
@@ -188,7 +192,7 @@ mod tests {
         let spread = differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / 3.0;
         let [t, _] = apart.isolation.unwrap();
         assert!((t - mean / (spread / 4.0).sqrt()).abs() < 1e-9, "{t}");
-        let [conducted, isolated] = of.one_point.unwrap();
+        let [conducted, isolated] = replication.one_point.unwrap();
         assert!((conducted - 0.3).abs() < 1e-12 && (isolated - 0.2).abs() < 1e-12);
         let mut gone = averages(|_| 1.0);
         gone.patterns[3] = None;

@@ -61,7 +61,7 @@ pub(super) fn columns(population: &Population) -> Vec<String> {
 /// Formats the row of one wearer, without the random parameters.
 pub(super) fn format_row(drawn: &DrawOutcome, population: &Population) -> String {
     let DrawOutcome::Whole(measured) = drawn else {
-        let name = MISSING.iter().find(|(_, of)| of == drawn);
+        let name = MISSING.iter().find(|(_, outcome)| outcome == drawn);
         let name = name.map_or("", |(name, _)| name);
         return name.to_owned() + &",".repeat(columns(population).len() - 1);
     };
@@ -144,11 +144,11 @@ fn numbers(measured: &Numbers) -> [Option<f64>; NUMBERS.len()] {
     let volts = [va_th, va_max, vb_th, vb_max].map(Some).into_iter();
     let torques = [two, apart, one, one_isolated].map(Some);
     let angles = measured.postures.into_iter().flatten().map(Some);
-    let all = volts.chain([ratio]).chain(torques);
+    let quantities = volts.chain([ratio]).chain(torques);
     let mut numbers = [None; NUMBERS.len()];
     for (number, value) in numbers
         .iter_mut()
-        .zip(all.chain(measured.individuations).chain(angles))
+        .zip(quantities.chain(measured.individuations).chain(angles))
     {
         *number = value;
     }

@@ -21,15 +21,15 @@ pub struct Session {
     pub stimulated: Vec<StimulationResult>,
 }
 
-/// Builds a row with the median and the 5th and 95th percentile of `all`.
+/// Builds a row with the median and the 5th and 95th percentile of `values`.
 pub(super) fn row(
     id: &str,
     quantity: String,
     unit: &str,
     paper: Option<f64>,
-    all: Vec<f64>,
+    values: Vec<f64>,
 ) -> Row {
-    Row::from_numbers(id.to_owned(), quantity, unit, paper, all)
+    Row::from_numbers(id.to_owned(), quantity, unit, paper, values)
 }
 
 /// Counts in how many of the judged cases the claim holds; `None` stands for a case that cannot be
@@ -38,36 +38,39 @@ pub(super) fn claim(
     id: &str,
     claim: String,
     paper: Option<bool>,
-    all: impl IntoIterator<Item = Option<bool>>,
+    verdicts: impl IntoIterator<Item = Option<bool>>,
 ) -> Share {
-    let judged: Vec<bool> = all.into_iter().flatten().collect();
-    let (holds, of) = (
+    let judged: Vec<bool> = verdicts.into_iter().flatten().collect();
+    let (holds, total) = (
         judged.iter().filter(|flag| **flag).count() as u64,
         judged.len() as u64,
     );
-    Share::from_counts(id.to_owned(), claim, paper, (holds, of))
+    Share::from_counts(id.to_owned(), claim, paper, (holds, total))
 }
 
-/// Returns the mean of `of` over all stimulations whose condition satisfies `is`; `None` if there
+/// Returns the mean of `measure` over all stimulations whose condition satisfies `is`; `None` if there
 /// are none.
 pub(super) fn mean(
     session: &Session,
     is: impl Fn(&Condition) -> bool,
-    of: impl Fn(&StimulationResult) -> f64,
+    measure: impl Fn(&StimulationResult) -> f64,
 ) -> Option<f64> {
-    let all = session.stimulated.iter();
-    let own = all.filter(|stimulation| is(&session.conditions[stimulation.condition]));
-    statistics::mean(own.map(of))
+    let stimulations = session.stimulated.iter();
+    let own = stimulations.filter(|stimulation| is(&session.conditions[stimulation.condition]));
+    statistics::mean(own.map(measure))
 }
 
 /// Returns the name of each participant, in the order of the sessions, and whether the paper prints
 /// their results.
 pub(super) fn people(sessions: &[Session]) -> Vec<(&str, bool)> {
-    let mut all: Vec<(&str, bool)> = Vec::new();
+    let mut participants: Vec<(&str, bool)> = Vec::new();
     for session in sessions {
-        if !all.iter().any(|(name, _)| *name == session.participant) {
-            all.push((&session.participant, session.is_printed));
+        if !participants
+            .iter()
+            .any(|(name, _)| *name == session.participant)
+        {
+            participants.push((&session.participant, session.is_printed));
         }
     }
-    all
+    participants
 }

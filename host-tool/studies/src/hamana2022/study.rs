@@ -137,7 +137,7 @@ pub fn prepare(
     for (shape, is_small) in SHAPES.into_iter().zip([false, true]) {
         let placed = known
             .pads_m
-            .map(|all| all.map(|[x_m, y_m]| Pad { x_m, y_m, shape }));
+            .map(|positions| positions.map(|[x_m, y_m]| Pad { x_m, y_m, shape }));
         let search = match known.first_found {
             true => points::first_found,
             false => points::search,
@@ -186,8 +186,8 @@ impl KnownThresholds {
     fn contradicts(&self, found: &Voltages) -> bool {
         self.b_v.is_some_and(|b_v| {
             let known = [self.threshold_v, b_v];
-            let mut both = found.threshold_v.into_iter().zip(known);
-            both.any(|(found, known)| found <= known - STEP_V)
+            let mut pairs = found.threshold_v.into_iter().zip(known);
+            pairs.any(|(found, known)| found <= known - STEP_V)
         })
     }
 }
@@ -197,11 +197,11 @@ impl Population {
     /// the cells of [`Self::balanced`].
     #[must_use]
     pub fn cells(&self) -> Vec<Cell> {
-        let mut all = Vec::new();
+        let mut cells = Vec::new();
         for rule in &self.cells.rules {
             for &return_factor in &self.cells.return_factors {
                 for &volts in &self.cells.volts {
-                    all.push(Cell {
+                    cells.push(Cell {
                         rule: rule.clone(),
                         return_factor,
                         volts,
@@ -218,18 +218,18 @@ impl Population {
             without: None,
             balanced_skin: None,
         };
-        all.extend(self.ablations.names.iter().map(|name| Cell {
+        cells.extend(self.ablations.names.iter().map(|name| Cell {
             without: Some(name.clone()),
             ..default.clone()
         }));
         for &skin in &self.balanced.skins {
-            all.extend(self.cells.return_factors.iter().map(|&return_factor| Cell {
+            cells.extend(self.cells.return_factors.iter().map(|&return_factor| Cell {
                 return_factor,
                 balanced_skin: Some(skin),
                 ..default.clone()
             }));
         }
-        all
+        cells
     }
 
     /// Generates wearer `index` of `cell`, searches points and voltages, and measures all patterns.

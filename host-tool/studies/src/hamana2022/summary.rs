@@ -88,7 +88,7 @@ impl Cell {
             part => format!("+{:.0} %", 100.0 * part),
         };
         match &self.without {
-            Some(what) => format!("no {what}"),
+            Some(ablation) => format!("no {ablation}"),
             None => match self.balanced_skin {
                 Some(skin) => format!("balanced {} skin {skin}", self.return_factor),
                 None => format!("{} {} {volts}", self.rule, self.return_factor),
@@ -122,10 +122,13 @@ impl Summary {
     /// Counts the wearers for whom every claim holds, and the wearers whose searches succeeded. A
     /// claim that cannot be judged counts as not holding.
     fn holds_jointly(&self) -> (u64, u64) {
-        let all = self
+        let joint_draws = self
             .complete_draws()
             .filter(|numbers| numbers.claims().iter().all(|c| *c == Some(true)));
-        (all.count() as u64, self.complete_draws().count() as u64)
+        (
+            joint_draws.count() as u64,
+            self.complete_draws().count() as u64,
+        )
     }
 
     /// Returns the column heads of the table that [`Self::line`] fills.
@@ -139,14 +142,14 @@ impl Summary {
     /// percentage for whom each claim holds.
     #[must_use]
     pub fn line(&self) -> String {
-        let percent = |(holds, of): (u64, u64)| match of {
+        let percent = |(holds, total): (u64, u64)| match total {
             0 => "-".to_owned(),
-            _ => format!("{:.0}", 100.0 * holds as f64 / of as f64),
+            _ => format!("{:.0}", 100.0 * holds as f64 / total as f64),
         };
         let claims = (0..SHORT.len()).map(|index| format!("{:>6}", percent(self.holds(index))));
         let (claims, n) = (claims.collect::<String>(), self.complete_draws().count());
-        let all = percent(self.holds_jointly());
-        format!("{:<23}{n:>4}{claims}{all:>5}", self.cell.name())
+        let joint_share = percent(self.holds_jointly());
+        format!("{:<23}{n:>4}{claims}{joint_share:>5}", self.cell.name())
     }
 
     /// Describes why wearers are missing, and the medians of the quantities that the claims
@@ -155,7 +158,8 @@ impl Summary {
     pub fn details(&self) -> String {
         let median = |id: &str| {
             let measure = MEASURES.iter().find(|measure| measure.0 == id);
-            let middle = measure.and_then(|(_, _, _, of)| statistics::median(self.sorted(*of)));
+            let middle =
+                measure.and_then(|(_, _, _, quantity)| statistics::median(self.sorted(*quantity)));
             middle.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"))
         };
         format!(
@@ -184,11 +188,11 @@ impl Summary {
     }
 
     /// Returns the finite values of a quantity in ascending order.
-    fn sorted(&self, of: Measure) -> Vec<f64> {
-        let all = self.complete_draws().filter_map(of);
-        let mut all: Vec<f64> = all.filter(|value| value.is_finite()).collect();
-        all.sort_unstable_by(f64::total_cmp);
-        all
+    fn sorted(&self, measure: Measure) -> Vec<f64> {
+        let values = self.complete_draws().filter_map(measure);
+        let mut finite_values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+        finite_values.sort_unstable_by(f64::total_cmp);
+        finite_values
     }
 
     /// Returns for each quantity its median and range over the wearers. The paper prints none of
@@ -196,9 +200,9 @@ impl Summary {
     #[must_use]
     pub fn rows(&self) -> Vec<Row> {
         let name = self.cell.name();
-        let row = |(id, words, unit, of): &(&str, &str, &str, Measure)| {
+        let row = |(id, words, unit, measure): &(&str, &str, &str, Measure)| {
             let (id, quantity) = (format!("{name}/{id}"), format!("{words}: {name}"));
-            Row::from_numbers(id, quantity, unit, None, self.sorted(*of))
+            Row::from_numbers(id, quantity, unit, None, self.sorted(*measure))
         };
         MEASURES.iter().map(row).collect()
     }
@@ -208,7 +212,7 @@ impl Summary {
     #[must_use]
     pub fn shares(&self, population: &Population) -> Vec<Share> {
         let claims = population.claims.iter().enumerate();
-        let each = claims.map(|(index, claim)| (&*claim.id, &*claim.says, self.holds(index)));
+        let judgements = claims.map(|(index, claim)| (&*claim.id, &*claim.says, self.holds(index)));
         let jointly = ("all", "all claims in one wearer", self.holds_jointly());
         let share = |(id, says, cases): (&str, &str, (u64, u64))| Share {
             at: self.cell.name(),
@@ -222,6 +226,10 @@ impl Summary {
             paper: None,
             ..share(("found", FOUND, found))
         };
-        each.chain([jointly]).map(share).chain([found]).collect()
+        judgements
+            .chain([jointly])
+            .map(share)
+            .chain([found])
+            .collect()
     }
 }

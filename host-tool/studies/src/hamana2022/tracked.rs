@@ -80,8 +80,8 @@ impl Wearer {
                 voltages.most_v.map(|most| r * most)
             }
         };
-        let of = |point: usize| [low_v[point], voltages.most_v[point]];
-        Some([of(0), of(1), self.extensor_v])
+        let range = |point: usize| [low_v[point], voltages.most_v[point]];
+        Some([range(0), range(1), self.extensor_v])
     }
 
     /// Returns [`Self::ranges_v`], limited to the voltages that the device can apply to the

@@ -59,7 +59,7 @@ const TRIALS: u64 = 0x7121;
 /// Reads a participant from the wearer file `file` with this text; all of its thresholds must be
 /// known.
 fn own(file: &str, text: &str) -> Result<Participant, TwoPointsError> {
-    let of =
+    let result =
         Participant::from_wearer(&wearer::Wearer::parse(file, text)?).and_then(|participant| {
             let missing = "the file has no thresholds: measure those of point A, point B and the \
                            extensor's point, and enter them in V as `motor_threshold` of channels \
@@ -68,7 +68,7 @@ fn own(file: &str, text: &str) -> Result<Participant, TwoPointsError> {
                 .thresholds_v
                 .map_or(Err(missing.to_owned()), |_| Ok(participant))
         });
-    of.map_err(|why| TwoPointsError::Wearer(file.to_owned(), why))
+    result.map_err(|why| TwoPointsError::Wearer(file.to_owned(), why))
 }
 
 impl Participants {

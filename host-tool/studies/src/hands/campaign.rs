@@ -160,28 +160,31 @@ impl Hands {
 
     /// Returns the file name of table and picture, without its extension.
     pub fn file_stem(&self) -> String {
-        let of = |name| format!("control_wearer_{name}");
-        self.wearer.as_ref().map_or("control_hands".to_owned(), of)
+        let stem = |name| format!("control_wearer_{name}");
+        self.wearer
+            .as_ref()
+            .map_or("control_hands".to_owned(), stem)
     }
 
     /// Returns the hands that a contender drove without a refusal, each with its RMSE, °.
     pub fn tracked(&self, points: Points, contender: usize) -> Vec<(&Case, f64)> {
-        let of = |case: &Case| {
+        let rmse = |case: &Case| {
             let outcome = &case.outcomes[place(points)][contender];
             outcome.refused.is_none().then_some(outcome.rmse_deg)
         };
         let cases = self.cases.iter();
-        cases.filter_map(|case| Some((case, of(case)?))).collect()
+        cases.filter_map(|case| Some((case, rmse(case)?))).collect()
     }
 
     /// Returns the index of the PID contender with the smallest mean RMSE, or 0 if there is no PID.
     pub fn best_pid(&self, points: Points) -> usize {
-        let of = |n: &usize| {
+        let mean_rmse = |n: &usize| {
             let tracked = self.tracked(points, *n);
             mean(tracked.iter().map(|pair| pair.1)).unwrap_or(f64::NAN)
         };
         let pids = (0..self.contenders.len()).filter(|n| self.contenders[*n].is_pid());
-        pids.min_by(|a, b| of(a).total_cmp(&of(b))).unwrap_or(0)
+        pids.min_by(|a, b| mean_rmse(a).total_cmp(&mean_rmse(b)))
+            .unwrap_or(0)
     }
 
     /// Returns the 5th percentile, the median and the 95th percentile of the width of the range
@@ -206,16 +209,16 @@ impl Hands {
     /// Computes the score of one contender over all hands that it drove without a refusal.
     pub fn score(&self, points: Points, contender: usize) -> Score {
         let tracked = self.tracked(points, contender);
-        let all: Vec<f64> = tracked.iter().map(|pair| pair.1).collect();
+        let errors: Vec<f64> = tracked.iter().map(|pair| pair.1).collect();
         let parts = tracked.iter().map(|(case, rmse)| rmse / case.holds_deg);
         let parts: Vec<f64> = parts.collect();
         let pid = self.best_pid(points);
         // Compares only hands on which neither was refused.
-        let both = tracked.iter().filter_map(|(case, rmse)| {
+        let pairs = tracked.iter().filter_map(|(case, rmse)| {
             let pid = &case.outcomes[place(points)][pid];
             pid.refused.is_none().then_some((*rmse, pid.rmse_deg))
         });
-        let (ours, theirs): (Vec<f64>, Vec<f64>) = both.unzip();
+        let (ours, theirs): (Vec<f64>, Vec<f64>) = pairs.unzip();
         let is_no_better =
             |(case, rmse): &&(&Case, f64)| *rmse >= DrivenHand::STILL * case.holds_deg;
         let nothing = Interval {
@@ -223,14 +226,14 @@ impl Hands {
             low: f64::NAN,
             high: f64::NAN,
         };
-        let of = |number: Option<f64>| number.unwrap_or(f64::NAN);
+        let number_or_nan = |number: Option<f64>| number.unwrap_or(f64::NAN);
         Score {
             refused: self.cases.len() - tracked.len(),
             no_better: tracked.iter().filter(is_no_better).count(),
-            mean_deg: of(mean(&all)),
-            p95_deg: of(quantile(&all, 0.95)),
-            mean_part: of(mean(&parts)),
-            p95_part: of(quantile(&parts, 0.95)),
+            mean_deg: number_or_nan(mean(&errors)),
+            p95_deg: number_or_nan(quantile(&errors, 0.95)),
+            mean_part: number_or_nan(mean(&parts)),
+            p95_part: number_or_nan(quantile(&parts, 0.95)),
             over_pid: match ours.is_empty() {
                 true => nothing,
                 false => paired(&ours, &theirs),

@@ -157,7 +157,7 @@ impl Actuation {
     /// wearer model.
     pub fn joint(&self, law: LawSpec) -> JointSpec {
         let millivolts = |volts: f64| Amplitude::new((volts * 1000.0).round() as u32);
-        let of = |point: usize| {
+        let point_spec = |point: usize| {
             self.ranges_v[point].map(|[threshold_v, max_v]| PointSpec {
                 channel: point as u8,
                 threshold: millivolts(threshold_v),
@@ -174,9 +174,9 @@ impl Actuation {
             law,
             law_period_ms: law.default_period_ms(),
             cutoff_mhz: law.default_cutoff_mhz(),
-            flexors: [A, B].into_iter().filter_map(of).collect(),
+            flexors: [A, B].into_iter().filter_map(point_spec).collect(),
             // Every actuation has an extensor, so `none` is never used.
-            extensor: of(E).unwrap_or(none),
+            extensor: point_spec(E).unwrap_or(none),
             hold: SHIPPED_HOLD,
             angle_min_mdeg: low,
             angle_max_mdeg: high,

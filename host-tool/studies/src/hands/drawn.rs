@@ -190,17 +190,17 @@ impl DrivenHand {
             return Ok(Err("both points together move nothing"));
         };
         let pair = [[r * most_a, most_a], [r * most_b, most_b]];
-        let mut one: Option<Actuation> = None;
+        let mut better_point: Option<Actuation> = None;
         for ranges in [[Some([a, most_a]), None], [None, Some([b, most_b])]] {
             if ranges.iter().flatten().all(|range| is_range(*range)) {
                 let way =
                     self.measure_range(Actuation::from_ranges(Points::One, ranges, extensor_v))?;
-                one = one
+                better_point = better_point
                     .filter(|trajectory| trajectory.span_deg() >= way.span_deg())
                     .or(Some(way));
             }
         }
-        let Some(one) = one.filter(|_| pair.into_iter().all(is_range)) else {
+        let Some(one_point) = better_point.filter(|_| pair.into_iter().all(is_range)) else {
             return Ok(Err("threshold and greatest voltage are one"));
         };
         let two = self.measure_range(Actuation::from_ranges(
@@ -208,7 +208,7 @@ impl DrivenHand {
             pair.map(Some),
             extensor_v,
         ))?;
-        Ok(Ok([one, two]))
+        Ok(Ok([one_point, two]))
     }
 
     /// Adds the reference, scaled to the range that the hand holds with either actuation; returns

@@ -19,11 +19,11 @@ fn label(title: &str) -> String {
 /// Formats the result as plain text of at most 80 columns.
 pub fn text(hands: &Hands) -> String {
     let (plan, follow) = (hands.plan, hands.cases.len());
-    let of = hands.wearer.as_deref().map_or(String::new(), |wearer| {
+    let wearer_line = hands.wearer.as_deref().map_or(String::new(), |wearer| {
         format!("Wearer {wearer}; what the wearer file does not state is random.\n")
     });
     let mut out = format!(
-        "{of}{} random hands (multibody forearm model), seed {}; {follow} can be driven.\n\
+        "{wearer_line}{} random hands (multibody forearm model), seed {}; {follow} can be driven.\n\
          Reference: a sine of 0.2 Hz from 15 to 85 % of the range that each hand can\n\
          hold. Errors are those from 10 to 30 s. Simulated hands, not people.\n",
         plan.draws, plan.seed

@@ -60,21 +60,21 @@ pub fn relative_torque_change(
     let torque = |included_deg: f64| -> Result<f64, RampsError> {
         let flexion_deg = 180.0 - included_deg;
         let mut nm = 0.0;
-        for of in person
+        for head in person
             .muscles
             .iter()
             .filter(|stimulation| is_triceps(stimulation.muscle))
         {
             let arm_m = match depends.arms {
-                Some(source) => arm_m(source, of.muscle, flexion_deg),
-                None => arm_m(Source::RankinNeptune, of.muscle, 90.0),
+                Some(source) => arm_m(source, head.muscle, flexion_deg),
+                None => arm_m(Source::RankinNeptune, head.muscle, 90.0),
             };
-            let length = fibre_length(of.muscle, of.length_at_90, flexion_deg);
+            let length = fibre_length(head.muscle, head.length_at_90, flexion_deg);
             let left = match depends.length {
                 true => force_length(length.map_err(|_| BEYOND)?),
                 false => 1.0,
             };
-            nm -= of.force_n * left * arm_m.map_err(|_| BEYOND)?;
+            nm -= head.force_n * left * arm_m.map_err(|_| BEYOND)?;
         }
         Ok(nm)
     };
@@ -148,7 +148,7 @@ pub fn detection_power(effect: f64, noise: f64, level: f64, seed: u64) -> f64 {
 /// fraction in steps of 0.01; `None` if it is above 0.5.
 #[must_use]
 pub fn least_found(noise: f64, level: f64, seed: u64) -> Option<f64> {
-    let all = (1..=50).map(|percent| 1e-2 * f64::from(percent));
-    let mut enough = all.filter(|effect| detection_power(*effect, noise, level, seed) >= 0.8);
+    let effects = (1..=50).map(|percent| 1e-2 * f64::from(percent));
+    let mut enough = effects.filter(|effect| detection_power(*effect, noise, level, seed) >= 0.8);
     enough.next()
 }

@@ -21,7 +21,7 @@ pub fn holds(
     id: &str,
 ) -> Result<Option<bool>, RampsError> {
     let judged = &declared.judged;
-    let all = || found.ramps(true).chain(found.ramps(false));
+    let measurements = || found.ramps(true).chain(found.ramps(false));
     let most = |of_current| {
         let peaks = found
             .ramps(of_current)
@@ -29,12 +29,12 @@ pub fn holds(
         peaks.fold(0.0, f64::max)
     };
     Ok(match id {
-        "rises" => Some(all().all(|measurement| measurement.rises)),
+        "rises" => Some(measurements().all(|measurement| measurement.rises)),
         "width-reaches-more" => Some(most(false) > most(true)),
         "current-more-linear" => {
-            let of = |of_current| mean(found.ramps(of_current));
-            of(true)
-                .zip(of(false))
+            let mean_linearity = |of_current| mean(found.ramps(of_current));
+            mean_linearity(true)
+                .zip(mean_linearity(false))
                 .map(|(current, width)| current > width)
         }
         "35-most-linear" => most_linear(found),
@@ -48,7 +48,9 @@ pub fn holds(
                 .ramps(true)
                 .any(|measurement| measurement.has_others(judged)),
         ),
-        "triceps-first" => Some(all().all(|measurement| measurement.first.is_none_or(is_triceps))),
+        "triceps-first" => {
+            Some(measurements().all(|measurement| measurement.first.is_none_or(is_triceps)))
+        }
         "angle-alike" => Some(found.departs < judged.same_within),
         "biceps-a-quarter-to-half" => co_contraction(declared, found)
             .map(|part| (CO_CONTRACTION[0]..=CO_CONTRACTION[1]).contains(&part)),
@@ -66,19 +68,23 @@ pub fn holds(
 }
 
 /// Returns the mean R² of the measurements that have one.
-fn mean<'m>(all: impl Iterator<Item = &'m TestMeasurements>) -> Option<f64> {
-    statistics::mean(all.filter_map(|measurement| measurement.linearity))
+fn mean<'m>(measurements: impl Iterator<Item = &'m TestMeasurements>) -> Option<f64> {
+    statistics::mean(measurements.filter_map(|measurement| measurement.linearity))
 }
 
 /// Returns whether 35 µs has a higher mean R² than both other widths.
 fn most_linear(found: &DrawResult) -> Option<bool> {
-    let of = |width_us: u32| {
+    let mean_linearity = |width_us: u32| {
         let own = move |measurement: &&TestMeasurements| {
             measurement.test.stimulation == Stimulation::Current(width_us)
         };
         mean(found.ramps(true).filter(own))
     };
-    let (middle, short, long) = (of(35)?, of(25)?, of(45)?);
+    let (middle, short, long) = (
+        mean_linearity(35)?,
+        mean_linearity(25)?,
+        mean_linearity(45)?,
+    );
     Some(middle > short && middle > long)
 }
 
@@ -98,9 +104,12 @@ pub fn co_contraction(declared: &RampsDeclaration, found: &DrawResult) -> Option
 ///
 /// # Errors
 /// Returns E690 if a declared claim has no rule.
-pub fn shares(declared: &RampsDeclaration, all: &[DrawResult]) -> Result<Vec<Share>, RampsError> {
-    let one = |claim: &DrawClaim| Ok(claim.share(&verdicts(declared, all, &claim.id)?));
-    declared.claims.iter().map(one).collect()
+pub fn shares(
+    declared: &RampsDeclaration,
+    results: &[DrawResult],
+) -> Result<Vec<Share>, RampsError> {
+    let share = |claim: &DrawClaim| Ok(claim.share(&verdicts(declared, results, &claim.id)?));
+    declared.claims.iter().map(share).collect()
 }
 
 /// Finds for each claim the random parameters that decide it.
@@ -109,22 +118,23 @@ pub fn shares(declared: &RampsDeclaration, all: &[DrawResult]) -> Result<Vec<Sha
 /// Returns E690 if a declared claim has no rule.
 pub fn deciding_factors(
     declared: &RampsDeclaration,
-    all: &[DrawResult],
+    results: &[DrawResult],
 ) -> Result<Vec<DecidingClaim>, RampsError> {
-    let drawn: Vec<&[f64]> = all.iter().map(|result| &*result.person.drawn).collect();
-    let one = |claim: &DrawClaim| {
-        let verdicts = verdicts(declared, all, &claim.id)?;
+    let drawn: Vec<&[f64]> = results.iter().map(|result| &*result.person.drawn).collect();
+    let deciding_claim = |claim: &DrawClaim| {
+        let verdicts = verdicts(declared, results, &claim.id)?;
         Ok(claim.deciding_fields(&declared.ranges, &verdicts, &drawn))
     };
-    declared.claims.iter().map(one).collect()
+    declared.claims.iter().map(deciding_claim).collect()
 }
 
 fn verdicts(
     declared: &RampsDeclaration,
-    all: &[DrawResult],
+    results: &[DrawResult],
     id: &str,
 ) -> Result<Vec<Option<bool>>, RampsError> {
-    all.iter()
+    results
+        .iter()
         .map(|result| holds(declared, result, id))
         .collect()
 }

@@ -160,8 +160,9 @@ fn shares(spec: &IsometricSpec, stimulation: Stimulation, pulse: &Pulse) -> Vec<
     let Drive::Milliamps(ma) = pulse.drive else {
         return Vec::new(); // Voltage stages are not used here.
     };
-    let of = spec.muscles.iter();
-    of.map(|recruitment| recruitment.share(stimulation.pair(), ma, pulse.width_us.into()))
+    let muscles = spec.muscles.iter();
+    muscles
+        .map(|recruitment| recruitment.share(stimulation.pair(), ma, pulse.width_us.into()))
         .collect()
 }
 
@@ -206,8 +207,8 @@ impl Course {
     /// Returns the largest measured torque, N·m.
     #[must_use]
     pub fn peak_nm(&self) -> f64 {
-        let all = self.moments.iter().map(|moment| moment.measured_nm);
-        all.fold(0.0, f64::max)
+        let torques_nm = self.moments.iter().map(|moment| moment.measured_nm);
+        torques_nm.fold(0.0, f64::max)
     }
 
     /// Returns whether the torque is largest at the end, within the tolerance `falls_by`.
@@ -288,16 +289,16 @@ mod tests {
 
     #[test]
     fn a_line_has_all_of_its_variance_and_a_parabola_has_not() {
-        let of = |f: fn(f64) -> f64| {
+        let linearity = |f: fn(f64) -> f64| {
             let points: Vec<_> = (0..=100)
                 .map(|index| 0.1 * f64::from(index))
                 .map(|x| (x, f(x)))
                 .collect();
             r_squared(points.into_iter()).unwrap()
         };
-        assert!((of(|x| 3.0 - 2.0 * x) - 1.0).abs() < 1e-12);
+        assert!((linearity(|x| 3.0 - 2.0 * x) - 1.0).abs() < 1e-12);
         // R² of x² on an even grid from 0 approaches 15/16 for many points.
-        assert!((of(|x| x * x) - 0.9375).abs() < 2e-3);
+        assert!((linearity(|x| x * x) - 0.9375).abs() < 2e-3);
         assert_eq!(r_squared([(1.0, 2.0), (2.0, 2.0)].into_iter()), None);
     }
 

@@ -9,11 +9,11 @@ impl Study {
     /// Formats the results of these wearers as CSV. The random parameters are left out: they follow
     /// from the seed and the declaration in `result.json`.
     #[must_use]
-    pub fn csv(&self, all: &[DrawResult]) -> String {
+    pub fn csv(&self, results: &[DrawResult]) -> String {
         let mut text =
             "person,test,angle_deg,peak_nm,begins_at,r_squared,rises,first,others\n".to_owned();
         let judged = &self.declared.judged;
-        for found in all {
+        for found in results {
             for measurement in &found.measured {
                 let number = |number: Option<f64>| {
                     number.map_or_else(String::new, |value| format!("{value:.6}"))

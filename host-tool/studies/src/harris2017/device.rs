@@ -195,7 +195,7 @@ pub fn play_all_on_device(
     device: &DeviceName,
 ) -> Result<(Pulses, OutputDifference), RampsError> {
     let protocol = &declared.protocol;
-    let (mut all, mut most) = (Pulses::new(), OutputDifference::default());
+    let (mut played_pulses, mut most) = (Pulses::new(), OutputDifference::default());
     for stimulation in stimulations(protocol)
         .into_iter()
         .chain([Stimulation::Biceps])
@@ -203,9 +203,9 @@ pub fn play_all_on_device(
         let (pulses, apart) = stimulation.play_on_device(protocol, device)?;
         most.pulses += apart.pulses;
         most.current_ma = most.current_ma.max(apart.current_ma);
-        all.push((stimulation, pulses));
+        played_pulses.push((stimulation, pulses));
     }
-    Ok((all, most))
+    Ok((played_pulses, most))
 }
 
 impl OutputDifference {

@@ -18,7 +18,7 @@ const POINTS: u32 = 60;
 
 impl Study {
     /// Returns figures 3, 6 and 7 for the participants that were computed.
-    pub(super) fn figures(&self, all: &[DrawResult]) -> Vec<Sheet> {
+    pub(super) fn figures(&self, results: &[DrawResult]) -> Vec<Sheet> {
         let protocol = &self.declared.protocol;
         let widths = protocol.width_ramp_currents_ma.iter();
         let widths: Vec<_> = widths.map(|&width| Stimulation::Width(width)).collect();
@@ -26,14 +26,14 @@ impl Study {
         let currents: Vec<_> = currents
             .map(|&current| Stimulation::Current(current))
             .collect();
-        let mut sheets: Vec<Sheet> = self.strength_durations(all).into_iter().collect();
-        if let Some(first) = all.first() {
+        let mut sheets: Vec<Sheet> = self.strength_durations(results).into_iter().collect();
+        if let Some(first) = results.first() {
             let caption = "Simulated torque of participant 1 at the load cell: width ramps in the \
                            upper row, current ramps in the lower row, one angle per column. The \
                            paper's figure 6 shows a real participant and prints no numbers.";
             sheets.push(self.torques("Figure 6", caption, first, &[&widths, &currents]));
         }
-        if let Some(second) = all.get(1) {
+        if let Some(second) = results.get(1) {
             let caption = "Simulated torque of participant 2 at the load cell: current ramps \
                            only, as in the paper's figure 7.";
             sheets.push(self.torques("Figure 7", caption, second, &[&currents]));
@@ -82,9 +82,14 @@ impl Study {
     }
 
     /// Plots figure 3 for the triceps of each participant.
-    fn strength_durations(&self, all: &[DrawResult]) -> Option<Sheet> {
+    fn strength_durations(&self, results: &[DrawResult]) -> Option<Sheet> {
         let plot = |(place, found): (usize, &DrawResult)| self.strength_duration(place, found);
-        let plots: Vec<Plot> = all.iter().take(2).enumerate().filter_map(plot).collect();
+        let plots: Vec<Plot> = results
+            .iter()
+            .take(2)
+            .enumerate()
+            .filter_map(plot)
+            .collect();
         let caption = "Simulated thresholds of the triceps, found by a search on the test rig, \
                        with the fitted strength-duration law. The paper's figure 3 is redrawn \
                        from Baker et al. 1993 and prints no numbers, so the upper curve is \

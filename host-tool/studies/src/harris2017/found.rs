@@ -124,7 +124,9 @@ impl DrawResult {
         let person = RampsWearer::random(declared, seed, index)?;
         let (mut measured, mut courses) = (Vec::new(), Vec::new());
         for test in Test::all(&declared.protocol) {
-            let own = pulses.iter().find(|(of, _)| *of == test.stimulation);
+            let own = pulses
+                .iter()
+                .find(|(stimulation, _)| *stimulation == test.stimulation);
             let Some((_, own)) = own else { continue };
             let course = person.perform(declared, test, own)?;
             measured.push(TestMeasurements::from_course(&course, &declared.judged));

@@ -120,8 +120,8 @@ fn begin(
 }
 
 /// Returns the smallest and the largest value, or `None` if one is missing.
-fn min_and_max(all: impl IntoIterator<Item = Option<u64>>) -> Option<[u64; 2]> {
-    let all: Option<Vec<u64>> = all.into_iter().collect();
+fn min_and_max(values: impl IntoIterator<Item = Option<u64>>) -> Option<[u64; 2]> {
+    let all: Option<Vec<u64>> = values.into_iter().collect();
     let all = all?;
     Some([all.iter().copied().min()?, all.iter().copied().max()?])
 }

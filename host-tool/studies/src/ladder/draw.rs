@@ -161,9 +161,9 @@ fn plain_session(kind: Kind, random: &mut Random) -> String {
         "amplitudes"
     };
     text.push_str(&format!("[setpoints]\nkind = \"{kind}\"\nrate_hz = 90\n"));
-    for (name, all) in [("values", values), ("forces", forces), ("bounds", bounds)] {
-        if !all.is_empty() {
-            text.push_str(&format!("{name} = [{}]\n", all.join(", ")));
+    for (name, entries) in [("values", values), ("forces", forces), ("bounds", bounds)] {
+        if !entries.is_empty() {
+            text.push_str(&format!("{name} = [{}]\n", entries.join(", ")));
         }
     }
     text

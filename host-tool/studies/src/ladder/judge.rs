@@ -60,22 +60,22 @@ pub fn campaign(
     step: impl Fn(f64) + Sync,
 ) -> Result<Vec<Row>, JudgeError> {
     let done = AtomicUsize::new(0);
-    let each = (0..count).into_par_iter().map(|index| {
+    let results = (0..count).into_par_iter().map(|index| {
         let rows = judge_session(seed, index)?;
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         step(done as f64 / count as f64);
         Ok(rows)
     });
-    let rows: Vec<Vec<Row>> = each.collect::<Result<_, JudgeError>>()?;
+    let rows: Vec<Vec<Row>> = results.collect::<Result<_, JudgeError>>()?;
     Ok(rows.into_iter().flatten().collect())
 }
 
 /// Judges session `index` of `seed` at all tolerances; returns a row for each muscle.
 fn judge_session(seed: u64, index: usize) -> Result<Vec<Row>, JudgeError> {
     let (kind, session) = session(seed, index)?;
-    let of = TOLERANCES.map(|tolerance| verdicts(&session, tolerance, seed ^ index as u64));
-    let [a, b, c, d] = of;
-    let of = [a?, b?, c?, d?];
+    let attempts = TOLERANCES.map(|tolerance| verdicts(&session, tolerance, seed ^ index as u64));
+    let [a, b, c, d] = attempts;
+    let judged = [a?, b?, c?, d?];
     let muscles = session
         .channels
         .iter()
@@ -90,7 +90,7 @@ fn judge_session(seed: u64, index: usize) -> Result<Vec<Row>, JudgeError> {
             tires: muscle.is_some_and(|muscle| muscle.fatigue.is_some()),
             report: muscle.is_some_and(|muscle| muscle.report),
             steering: channel.force.is_some(),
-            verdicts: std::array::from_fn(|t| of[t][n]),
+            verdicts: std::array::from_fn(|t| judged[t][n]),
         }
     });
     Ok(rows.collect())
@@ -124,8 +124,8 @@ fn verdicts(session: &Session, tolerance: Share, seed: u64) -> Result<Vec<Verdic
             }
         }
     }
-    let both = choice.needs.iter().zip(&judged.needs).zip(errors);
-    let each = both.map(|((chosen, judged), error)| {
+    let triples = choice.needs.iter().zip(&judged.needs).zip(errors);
+    let results = triples.map(|((chosen, judged), error)| {
         let cheaper = judged
             .tried
             .iter()
@@ -137,7 +137,7 @@ fn verdicts(session: &Session, tolerance: Share, seed: u64) -> Result<Vec<Verdic
             cheaper_pct: cheaper.map(|trial| trial.error() * 100.0),
         }
     });
-    Ok(each.collect())
+    Ok(results.collect())
 }
 
 /// Returns random values that a live client could set within its bounds, as pairs of time, µs, and

@@ -57,11 +57,11 @@ pub fn run_analysis(session: &Session, declared: &Declaration) -> Result<TrainAn
         Some((exponential, _)) => exponential.gain(ma, reference_ma),
         None => 0.0,
     };
-    let both = || amplitudes.iter().zip(&session.records);
+    let pairs = || amplitudes.iter().zip(&session.records);
     let agree = |(ma, records): (&f64, &[ForceRecord; 3])| {
-        let all: [Agreement; 3] =
+        let agreements: [Agreement; 3] =
             std::array::from_fn(|f| record_agreement(constants, gain(*ma, f), &records[f]));
-        mean(&all)
+        mean(&agreements)
     };
     let times = |f: usize| {
         let own = period_s(declared.trains.frequencies_hz[f]);
@@ -72,7 +72,7 @@ pub fn run_analysis(session: &Session, declared: &Declaration) -> Result<TrainAn
     let of_amplitude = |i: usize| by_frequency.each_ref().map(|responses| responses[i]);
     let measured = |records: &[ForceRecord; 3]| records.each_ref().map(t_rt_s);
     Ok(TrainAnalysis {
-        agreements: both().map(agree).collect(),
+        agreements: pairs().map(agree).collect(),
         responses: (0..amplitudes.len()).map(of_amplitude).collect(),
         measured_t_rt_s: session.records.iter().map(measured).collect(),
         peaks_n,
@@ -120,8 +120,8 @@ fn record_agreement(constants: Constants, gain: f64, record: &ForceRecord) -> Ag
     )
 }
 
-fn mean(all: &[Agreement; 3]) -> Agreement {
-    let over = |of: fn(&Agreement) -> f64| all.iter().map(of).sum::<f64>() / 3.0;
+fn mean(agreements: &[Agreement; 3]) -> Agreement {
+    let over = |quantity: fn(&Agreement) -> f64| agreements.iter().map(quantity).sum::<f64>() / 3.0;
     Agreement {
         r2: over(|agreement| agreement.r2),
         rmse_n: over(|agreement| agreement.rmse_n),
@@ -132,7 +132,7 @@ fn mean(all: &[Agreement; 3]) -> Agreement {
 /// Returns the time from 10 to 90 % of the peak of the averaged record during the train, s.
 fn t_rt_s(record: &ForceRecord) -> Option<f64> {
     let last = *record.pulses_us.last()? as usize / 1_000;
-    let all = moving_average(&record.relative_to_rest());
-    let train = all.get(..last.min(all.len()))?;
+    let forces_n = moving_average(&record.relative_to_rest());
+    let train = forces_n.get(..last.min(forces_n.len()))?;
     Some(Response::from_force(train, 1e-3)?.t_rt_s())
 }

@@ -15,21 +15,21 @@ fn counted_share(id: &str, claim: &str, paper: Option<bool>, count: (u64, u64)) 
 impl Study {
     /// Returns the share of cases in which each claim holds: first the paper's claims, then ours.
     pub(super) fn shares(&self, parts: &[Part]) -> Vec<Share> {
-        let mut all = self.subject_claims(parts);
-        all.extend(self.replication_claims(parts));
-        all.push(self.printed_thresholds(parts));
-        all.extend(self.found_thresholds(parts));
-        all.extend(self.covered(parts));
-        all
+        let mut shares = self.subject_claims(parts);
+        shares.extend(self.replication_claims(parts));
+        shares.push(self.printed_thresholds(parts));
+        shares.extend(self.found_thresholds(parts));
+        shares.extend(self.covered(parts));
+        shares
     }
 
     /// Judges the claims that apply to each replication of a subject.
     fn subject_claims(&self, parts: &[Part]) -> Vec<Share> {
-        let each: Vec<&TrainAnalysis> = (0..SUBJECTS)
+        let analyses: Vec<&TrainAnalysis> = (0..SUBJECTS)
             .flat_map(|index| printed_analyses(parts, index))
             .collect();
         let count = |is: &dyn Fn(&TrainAnalysis) -> Option<bool>| {
-            count_holds(each.iter().map(|analysis| is(analysis)))
+            count_holds(analyses.iter().map(|analysis| is(analysis)))
         };
         let by_amplitude = |analysis: &TrainAnalysis, f: usize| {
             let own: Vec<f64> = analysis.peaks_n.iter().map(|peak_n| peak_n[f]).collect();
@@ -144,7 +144,7 @@ impl Study {
     }
 
     fn covered(&self, parts: &[Part]) -> Vec<Share> {
-        let mut all = Vec::new();
+        let mut shares = Vec::new();
         let fits = [
             (FitKind::Whitened, "95 % interval contains the true"),
             (
@@ -152,42 +152,42 @@ impl Study {
                 "averaged fit: interval contains the true",
             ),
         ];
-        for (which, told) in fits {
+        for (which, claim) in fits {
             let cells = self.cells(parts, which);
             for (i, name) in NAMES.iter().enumerate() {
-                let sum = |of: fn(&Cell) -> u32| -> u64 {
-                    cells.iter().map(|cell| u64::from(of(&cell[i]))).sum()
+                let sum = |quantity: fn(&Cell) -> u32| -> u64 {
+                    cells.iter().map(|cell| u64::from(quantity(&cell[i]))).sum()
                 };
                 let count = (sum(|cell| cell.covers), sum(|cell| cell.of));
                 let id = format!("covers-{}-{name}", which as usize);
-                all.push(counted_share(&id, &format!("{told} {name}"), None, count));
+                shares.push(counted_share(&id, &format!("{claim} {name}"), None, count));
             }
         }
-        all
+        shares
     }
 }
 
-fn rise(all: &[f64]) -> bool {
-    all.windows(2).all(|window| window[1] > window[0])
+fn rise(values: &[f64]) -> bool {
+    values.windows(2).all(|window| window[1] > window[0])
 }
 
-fn mean_nrmse(all: &[&TrainAnalysis], i: usize) -> Option<f64> {
-    let own: Option<Vec<f64>> = all
+fn mean_nrmse(analyses: &[&TrainAnalysis], i: usize) -> Option<f64> {
+    let own: Option<Vec<f64>> = analyses
         .iter()
         .map(|analysis| Some(analysis.agreements.get(i)?.nrmse_percent))
         .collect();
     Some(mean_sd(&own?)?.0)
 }
 
-fn above_r2(all: &[&TrainAnalysis], least: f64) -> Option<bool> {
-    let of = |f: usize| -> Option<f64> {
-        let own: Option<Vec<f64>> = all
+fn above_r2(analyses: &[&TrainAnalysis], least: f64) -> Option<bool> {
+    let mean_r2 = |f: usize| -> Option<f64> {
+        let own: Option<Vec<f64>> = analyses
             .iter()
             .map(|analysis| Some(analysis.exponentials[f]?.1.r2))
             .collect();
         Some(mean_sd(&own?)?.0)
     };
-    let means: Option<Vec<f64>> = (0..3).map(of).collect();
+    let means: Option<Vec<f64>> = (0..3).map(mean_r2).collect();
     Some(means?.iter().all(|mean| *mean > least))
 }
 
@@ -205,8 +205,8 @@ fn flat(analysis: &TrainAnalysis, part: f64) -> Option<bool> {
     Some(mean_sd(&changes?)?.0.abs() < part)
 }
 
-fn count_holds(all: impl Iterator<Item = Option<bool>>) -> (u64, u64) {
-    let judged: Vec<bool> = all.flatten().collect();
+fn count_holds(verdicts: impl Iterator<Item = Option<bool>>) -> (u64, u64) {
+    let judged: Vec<bool> = verdicts.flatten().collect();
     (
         judged.iter().filter(|flag| **flag).count() as u64,
         judged.len() as u64,

@@ -106,9 +106,9 @@ fn numbers(text: &mut String, found: &TrainAnalysis) {
         }
     }
     let _ = write!(text, ",{:.6}", found.fits[0].noise_n);
-    let each = found.peaks_n.iter().zip(&found.measured_t_rt_s);
-    let each = each.zip(found.amplitudes.iter().zip(&found.agreements));
-    for ((peaks, times), (ma, agreement)) in each {
+    let pairs = found.peaks_n.iter().zip(&found.measured_t_rt_s);
+    let rows = pairs.zip(found.amplitudes.iter().zip(&found.agreements));
+    for ((peaks, times), (ma, agreement)) in rows {
         for (peak, time) in peaks.iter().zip(times) {
             let _ = write!(
                 text,

@@ -110,8 +110,8 @@ pub struct OnDevice {
 }
 
 fn failed(train: &Train, why: impl ToString) -> LeeError {
-    let what = format!("{} pulses of {} mA in a second", train.pulses, train.ma);
-    LeeError::PutOut(what, why.to_string())
+    let description = format!("{} pulses of {} mA in a second", train.pulses, train.ma);
+    LeeError::PutOut(description, why.to_string())
 }
 
 impl OnDevice {
@@ -210,8 +210,8 @@ impl OnDevice {
         let skipped = begin_ms
             .checked_sub(heard.since_ms)
             .ok_or("the recorded rest before the train is too short")?;
-        let all = heard.samples_n.iter().skip(skipped as usize).copied();
-        let samples_n: Vec<f64> = all.take(train.samples).collect();
+        let samples = heard.samples_n.iter().skip(skipped as usize).copied();
+        let samples_n: Vec<f64> = samples.take(train.samples).collect();
         if samples_n.len() < train.samples {
             return Err("the recorded rest after the train is too short".to_owned());
         }
@@ -229,25 +229,25 @@ impl OnDevice {
 
 impl Stimulator for OnDevice {
     fn train(&mut self, train: &Train) -> Result<ForceRecord, LeeError> {
-        let told = |why: String| failed(train, why);
+        let failure = |why: String| failed(train, why);
         *self.heard.lock().unwrap_or_else(PoisonError::into_inner) = BodyNotes::default();
-        self.wait_s(1e-3 * train.before as f64).map_err(told)?;
+        self.wait_s(1e-3 * train.before as f64).map_err(failure)?;
         let file = session(train, 0, self.most_ma)?;
         let port = self
             .port
             .take()
-            .ok_or_else(|| told("the device is no longer connected".to_owned()))?;
+            .ok_or_else(|| failure("the device is no longer connected".to_owned()))?;
         let (outcome, port) = run(&file, port, None, |_: f64| ());
         self.port = port;
         if let Some(error) = outcome.error {
-            return Err(told(error.to_string()));
+            return Err(failure(error.to_string()));
         }
         let epoch_us = outcome
             .epoch_us
-            .ok_or_else(|| told("the session did not start".to_owned()))?;
+            .ok_or_else(|| failure("the session did not start".to_owned()))?;
         let after = train.samples.saturating_sub(train.before + 1_000);
-        self.wait_s(1e-3 * after as f64 + 0.05).map_err(told)?;
-        let (record, pulses) = self.record(train, epoch_us).map_err(told)?;
+        self.wait_s(1e-3 * after as f64 + 0.05).map_err(failure)?;
+        let (record, pulses) = self.record(train, epoch_us).map_err(failure)?;
         self.trains += 1;
         self.pulses += pulses;
         Ok(record)

@@ -38,13 +38,13 @@ impl Study {
         if (0..SUBJECTS).any(|index| printed_analyses(parts, index).next().is_none()) {
             return Ok(Vec::new());
         }
-        let mut all = vec![self.figure_7(parts), self.figure_8(parts)];
+        let mut sheets = vec![self.figure_7(parts), self.figure_8(parts)];
         let session = self.printed_session(COURSE, 0)?;
         let found = run_analysis(&session, &self.declared)?;
-        all.extend(self.figures_9_and_10(&session, &found));
-        all.push(self.figure_11(parts));
-        all.push(self.mismatches(parts));
-        Ok(all)
+        sheets.extend(self.figures_9_and_10(&session, &found));
+        sheets.push(self.figure_11(parts));
+        sheets.push(self.mismatches(parts));
+        Ok(sheets)
     }
 
     fn figure_7(&self, parts: &[Part]) -> Sheet {
@@ -130,11 +130,11 @@ impl Study {
     fn figures_9_and_10(&self, session: &Session, found: &TrainAnalysis) -> Vec<Sheet> {
         let last = session.amplitudes.0.len() - 1;
         let sheet = |number: &str, amplitudes: std::ops::Range<usize>, caption: &str| {
-            let all = amplitudes.flat_map(|i| (0..3).map(move |f| (i, f)));
+            let pairs = amplitudes.flat_map(|i| (0..3).map(move |f| (i, f)));
             let plots = Plots {
                 beside: 3,
                 series: vec!["measured".to_owned(), "model".to_owned()],
-                plots: all.map(|at| self.course(session, found, at)).collect(),
+                plots: pairs.map(|at| self.course(session, found, at)).collect(),
             };
             Sheet::figure(number, "force of K10", caption.to_owned(), plots)
         };
@@ -169,14 +169,16 @@ impl Study {
             gain,
             ..record.clone()
         };
-        let thin = |all: Vec<f64>| {
-            let all = all.into_iter().enumerate().step_by(EVERY);
-            all.map(|(ms, n)| [1e-3 * ms as f64, n]).collect::<Vec<_>>()
+        let thin = |forces_n: Vec<f64>| {
+            let samples = forces_n.into_iter().enumerate().step_by(EVERY);
+            samples
+                .map(|(ms, n)| [1e-3 * ms as f64, n])
+                .collect::<Vec<_>>()
         };
         let measured = thin(moving_average(&record.relative_to_rest()));
         let model = thin(moving_average(&simulate_record(constants, &model).0));
-        let both = measured.iter().chain(&model);
-        let most = both.map(|values| values[1]).fold(0.1, f64::max);
+        let points = measured.iter().chain(&model);
+        let most = points.map(|values| values[1]).fold(0.1, f64::max);
         Plot {
             title: format!("I{}, {} Hz", i + 1, self.declared.trains.frequencies_hz[f]),
             x: SheetAxis::linear("time (s)", [0.0, 2.5]),

@@ -34,7 +34,7 @@ impl Study {
         }
         let mut row = vec!["all".to_owned()];
         for i in 0..PARAMETERS {
-            let of: u32 = cells.iter().map(|cell| cell[i].of).sum();
+            let total: u32 = cells.iter().map(|cell| cell[i].of).sum();
             let covers: u32 = cells.iter().map(|cell| cell[i].covers).sum();
             let logarithms: Vec<f64> = cells
                 .iter()
@@ -44,14 +44,14 @@ impl Study {
             let geometric = mean_sd(&logarithms).map(|pair| pair.0.exp());
             row.push(format!(
                 "{:.1} {}",
-                100.0 * f64::from(covers) / f64::from(of.max(1)),
+                100.0 * f64::from(covers) / f64::from(total.max(1)),
                 cell(geometric, 2)
             ));
         }
         rows.push(row);
         let mut heads = vec![""];
         heads.extend(NAMES);
-        let (number, what) = match which {
+        let (number, title) = match which {
             FitKind::Whitened => ("Table A", "intervals of the fit to samples"),
             FitKind::Averaged => ("Table B", "intervals of the fit to averaged force"),
         };
@@ -60,7 +60,7 @@ impl Study {
                        the bound in % of the constant. The last row pools all subjects, with the \
                        geometric mean of the ratios. This table is ours; the paper has no \
                        intervals.";
-        Sheet::table(number, what, caption.to_owned(), grid(&heads, rows))
+        Sheet::table(number, title, caption.to_owned(), grid(&heads, rows))
     }
 
     /// Tabulates the best accuracy that data of this kind allow (table C, which the paper does not
@@ -75,18 +75,21 @@ impl Study {
             ("40 Hz, noise as in table 4", &frequencies[2..], 1_000, true),
         ];
         let mut rows = Vec::new();
-        for (what, trains, decay, is_large) in cases {
+        for (label, trains, decay, is_large) in cases {
             let noise_n = |subject: usize| match is_large {
                 true => residual_n(subject),
                 false => self.truths[subject].spec.sensor.noise_n,
             };
-            let all: Vec<_> = (0..SUBJECTS)
+            let bounds: Vec<_> = (0..SUBJECTS)
                 .map(|index| self.bound_of(index, trains, decay, noise_n(index)))
                 .collect();
-            let mut row = vec![what.to_owned()];
+            let mut row = vec![label.to_owned()];
             for (i, constant) in NAMES.iter().enumerate() {
-                let errors = all.iter().flatten().map(|bound| 100.0 * bound.errors()[i]);
-                let untold = all
+                let errors = bounds
+                    .iter()
+                    .flatten()
+                    .map(|bound| 100.0 * bound.errors()[i]);
+                let untold = bounds
                     .iter()
                     .flatten()
                     .filter(|bound| bound.untold.contains(constant))
@@ -123,9 +126,9 @@ impl Study {
             let found = self.thresholds(subject_replications(parts, subject));
             let percent = |n: u64| format!("{:.1}", 100.0 * n as f64 / found.of.max(1) as f64);
             let peak = |i: usize| {
-                let all = subject_replications(parts, subject)
+                let peaks = subject_replications(parts, subject)
                     .filter_map(|draw| Some(draw.found.as_ref().ok()?.peaks_n.get(i)?[2]));
-                median(all)
+                median(peaks)
             };
             let last = self.declared.trains.amplitudes - 1;
             let range = i_mt.map_or_else(

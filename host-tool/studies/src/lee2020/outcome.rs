@@ -45,22 +45,22 @@ impl Study {
     ///
     /// # Errors
     /// Fails if a subject for the figures cannot be simulated.
-    pub fn outcome(&self, parts: &[Part], told: RunInfo) -> Result<Outcome, LeeError> {
+    pub fn outcome(&self, parts: &[Part], run_info: RunInfo) -> Result<Outcome, LeeError> {
         let mut sheets = self.tables(parts);
         sheets.extend(self.figures(parts)?);
         let notes = [SIMULATED, MEANING, PRINTED, OWN]
             .map(str::to_owned)
             .into_iter();
-        let notes = notes.chain(told.device).chain(failures(parts));
+        let notes = notes.chain(run_info.device).chain(failures(parts));
         Ok(Outcome {
             name: "lee".to_owned(),
             title: self.declared.title.clone(),
             seed: self.seed,
             simulated: Some(true),
-            cut_short: told.cut_short,
+            cut_short: run_info.cut_short,
             declared: Preregistration {
                 asked: "lee".to_owned(),
-                command: Some(told.command),
+                command: Some(run_info.command),
                 device: Some(self.device.to_argument()),
                 sha256: [("lee.toml".to_owned(), sha256(DECLARED.as_bytes()))].into(),
                 source: self.declared.source.clone(),
@@ -81,18 +81,19 @@ impl Study {
         let mut rows = Vec::new();
         for (f, hz) in self.declared.trains.frequencies_hz.iter().enumerate() {
             let [a, b, r2, _, nrmse] = paper::TABLE_3[f];
-            let mut add = |id: &str,
-                           what: &str,
-                           unit: &str,
-                           printed: f64,
-                           of: &dyn Fn(&TrainAnalysis) -> Option<f64>| {
-                let (id, what) = (format!("{id}-{hz}"), format!("{what}, {hz} Hz"));
-                rows.push(row(
-                    (&id, &what, unit),
-                    Some(printed),
-                    self.means(parts, of),
-                ));
-            };
+            let mut add =
+                |id: &str,
+                 quantity: &str,
+                 unit: &str,
+                 printed: f64,
+                 number: &dyn Fn(&TrainAnalysis) -> Option<f64>| {
+                    let (id, quantity) = (format!("{id}-{hz}"), format!("{quantity}, {hz} Hz"));
+                    rows.push(row(
+                        (&id, &quantity, unit),
+                        Some(printed),
+                        self.means(parts, number),
+                    ));
+                };
             let own = move |analysis: &TrainAnalysis| analysis.exponentials[f];
             add("a", "a of the exponential fit", "N", a, &|analysis| {
                 Some(own(analysis)?.0.a_n)
@@ -116,14 +117,14 @@ impl Study {
             });
         }
         for (i, [_, printed]) in paper::TABLE_5_MEANS.iter().enumerate() {
-            let (id, what) = (
+            let (id, quantity) = (
                 format!("model-i{}", i + 1),
                 format!("NRMSE of the model at I{}", i + 1),
             );
             let own = self.means(parts, &|analysis| {
                 Some(analysis.agreements.get(i)?.nrmse_percent)
             });
-            rows.push(row((&id, &what, "%"), Some(*printed), own));
+            rows.push(row((&id, &quantity, "%"), Some(*printed), own));
         }
         rows.extend(self.figure_8_rows(parts));
         rows.extend(self.own_rows(parts));
@@ -131,9 +132,9 @@ impl Study {
     }
 
     fn figure_8_rows(&self, parts: &[Part]) -> Vec<Row> {
-        let each = (0..self.draws).filter_map(|draw| {
-            let of: Vec<&TrainAnalysis> = self.draw_analyses(parts, draw);
-            let points: Vec<(f64, f64)> = of
+        let results = (0..self.draws).filter_map(|draw| {
+            let analyses: Vec<&TrainAnalysis> = self.draw_analyses(parts, draw);
+            let points: Vec<(f64, f64)> = analyses
                 .iter()
                 .flat_map(|analysis| peak_pairs(analysis))
                 .collect();
@@ -141,7 +142,7 @@ impl Study {
             let square = points.iter().map(|(m, e)| (m - e).powi(2)).sum::<f64>();
             Some([slope, r2, (square / points.len() as f64).sqrt()])
         });
-        let each: Vec<[f64; 3]> = each.collect();
+        let results: Vec<[f64; 3]> = results.collect();
         let names = [
             (
                 "figure-8-slope",
@@ -151,33 +152,34 @@ impl Study {
             ("figure-8-r2", "R² of estimated over measured peaks", ""),
             ("figure-8-rmse", "RMSE of estimated peaks", "N"),
         ];
-        let all = names.iter().zip(paper::FIGURE_8).enumerate();
-        all.map(|(i, (told, printed))| {
-            row(
-                *told,
-                Some(printed),
-                each.iter().map(|values| values[i]).collect(),
-            )
-        })
-        .collect()
+        let entries = names.iter().zip(paper::FIGURE_8).enumerate();
+        entries
+            .map(|(i, (label, printed))| {
+                row(
+                    *label,
+                    Some(printed),
+                    results.iter().map(|values| values[i]).collect(),
+                )
+            })
+            .collect()
     }
 
     fn own_rows(&self, parts: &[Part]) -> Vec<Row> {
         let mut rows = Vec::new();
-        let one = |value: Option<f64>| value.into_iter().collect::<Vec<f64>>();
-        for (off, of) in self.t_rt_off_ms(parts).iter().zip(["fitted", "true"]) {
-            let told = format!("T_RT error, rms of 8 subjects, {of}");
+        let numbers = |value: Option<f64>| value.into_iter().collect::<Vec<f64>>();
+        for (off, source) in self.t_rt_off_ms(parts).iter().zip(["fitted", "true"]) {
+            let title = format!("T_RT error, rms of 8 subjects, {source}");
             rows.push(row(
-                (&format!("t-rt-off-{of}"), &told, "ms"),
+                (&format!("t-rt-off-{source}"), &title, "ms"),
                 None,
-                one(off.usual),
+                numbers(off.usual),
             ));
             for (subject, rms) in paper::APART.into_iter().zip(off.apart) {
-                let (id, what) = (
-                    format!("t-rt-off-{of}-{}", name(subject)),
-                    format!("T_RT error, {}, {of}", name(subject)),
+                let (id, quantity) = (
+                    format!("t-rt-off-{source}-{}", name(subject)),
+                    format!("T_RT error, {}, {source}", name(subject)),
                 );
-                rows.push(row((&id, &what, "ms"), None, one(rms)));
+                rows.push(row((&id, &quantity, "ms"), None, numbers(rms)));
             }
         }
         let cells = self.cells(parts, FitKind::Whitened);
@@ -189,43 +191,45 @@ impl Study {
                 .collect();
             let logarithms: Vec<f64> = ratios.iter().map(|ratio| ratio.ln()).collect();
             let geometric = mean_sd(&logarithms).map(|pair| pair.0.exp());
-            let (id, what) = (
+            let (id, quantity) = (
                 format!("over-bound-{name}"),
                 format!("variance / Cramér-Rao bound, {name}"),
             );
-            rows.push(row((&id, &what, ""), None, one(geometric)));
+            rows.push(row((&id, &quantity, ""), None, numbers(geometric)));
         }
         for subject in 0..SUBJECTS {
-            let all = super::quality::subject_replications(parts, subject)
+            let thresholds = super::quality::subject_replications(parts, subject)
                 .filter_map(|draw| draw.searched.i_mt_ma());
-            let (id, what) = (
+            let (id, quantity) = (
                 format!("i-mt-{}", name(subject)),
                 format!("I_MT found by force, {}", name(subject)),
             );
             let printed = self.truths.get(subject).map(|truth| truth.printed_ma);
-            rows.push(row((&id, &what, "mA"), printed, all.collect()));
+            rows.push(row((&id, &quantity, "mA"), printed, thresholds.collect()));
         }
         rows
     }
 
-    /// Returns the mean of `of` over subjects, for each replication in which all subjects have a
+    /// Returns the mean of `number` over subjects, for each replication in which all subjects have a
     /// value.
-    fn means(&self, parts: &[Part], of: &dyn Fn(&TrainAnalysis) -> Option<f64>) -> Vec<f64> {
-        let each = (0..self.draws).filter_map(|draw| {
-            let all: Option<Vec<f64>> = self
+    fn means(&self, parts: &[Part], number: &dyn Fn(&TrainAnalysis) -> Option<f64>) -> Vec<f64> {
+        let results = (0..self.draws).filter_map(|draw| {
+            let values: Option<Vec<f64>> = self
                 .draw_analyses(parts, draw)
                 .into_iter()
-                .map(of)
+                .map(number)
                 .collect();
-            Some(mean_sd(&all?)?.0)
+            Some(mean_sd(&values?)?.0)
         });
-        each.collect()
+        results.collect()
     }
 
     /// Returns the analyses of all subjects at the printed amplitudes in this replication.
     pub(super) fn draw_analyses<'p>(&self, parts: &'p [Part], draw: u64) -> Vec<&'p TrainAnalysis> {
-        let all = replications(parts).filter(|replication| replication.draw == draw);
-        all.filter_map(|draw| draw.printed.as_ref().ok()).collect()
+        let selected = replications(parts).filter(|replication| replication.draw == draw);
+        selected
+            .filter_map(|draw| draw.printed.as_ref().ok())
+            .collect()
     }
 }
 
@@ -243,7 +247,7 @@ pub(super) fn peak_pairs(analysis: &TrainAnalysis) -> Vec<(f64, f64)> {
 
 /// Describes how many sessions have no result, by reason.
 fn failures(parts: &[Part]) -> Vec<String> {
-    let mut all = std::collections::BTreeMap::<String, usize>::new();
+    let mut counts = std::collections::BTreeMap::<String, usize>::new();
     for part in parts {
         let why: Vec<&String> = match part {
             Part::Own(draw) => draw
@@ -258,10 +262,11 @@ fn failures(parts: &[Part]) -> Vec<String> {
         for why in why {
             // Groups by the number of the error and its first words.
             let why = why.split([':', ';']).next().unwrap_or_default().to_owned();
-            *all.entry(why).or_default() += 1;
+            *counts.entry(why).or_default() += 1;
         }
     }
-    all.into_iter()
+    counts
+        .into_iter()
         .map(|(why, count)| format!("{count} sessions have no result: {why}."))
         .collect()
 }

@@ -26,16 +26,16 @@ impl Study {
         let mut rows = Vec::new();
         for spread in SPREADS {
             for lowest in LOWEST {
-                let all: Vec<[f64; 3]> = (0..SUBJECTS)
+                let results: Vec<[f64; 3]> = (0..SUBJECTS)
                     .filter_map(|index| self.pool(index, (lowest, spread)))
                     .collect();
                 let mean = |i: usize| {
-                    let own: Vec<f64> = all.iter().map(|values| values[i]).collect();
+                    let own: Vec<f64> = results.iter().map(|values| values[i]).collect();
                     mean_sd(&own).map(|pair| pair.0)
                 };
                 rows.push(vec![
                     format!("{lowest} and {spread}"),
-                    all.len().to_string(),
+                    results.len().to_string(),
                     cell(mean(0), 3),
                     cell(mean(1), 3),
                     cell(mean(2), 2),

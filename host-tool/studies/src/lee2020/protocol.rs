@@ -142,8 +142,8 @@ pub fn search(by: &mut dyn Stimulator, declared: &Declaration) -> Result<SearchR
 
 /// Returns the largest 40 ms mean above rest, N.
 pub(super) fn peak_n(record: &ForceRecord) -> f64 {
-    let all = moving_average(&record.relative_to_rest());
-    all.into_iter().fold(0.0, f64::max)
+    let forces_n = moving_average(&record.relative_to_rest());
+    forces_n.into_iter().fold(0.0, f64::max)
 }
 
 /// Runs step 4 of the protocol: the fifteen trains.
@@ -158,7 +158,7 @@ pub fn run_fifteen_trains(
     let trains = &declared.trains;
     let mut records = Vec::with_capacity(amplitudes.0.len());
     for ma in &amplitudes.0 {
-        let mut one = |pulses: u32| {
+        let mut recording = |pulses: u32| {
             let record = by.train(&Train {
                 ma: *ma,
                 pulses,
@@ -171,7 +171,7 @@ pub fn run_fifteen_trains(
             Ok::<_, LeeError>(record)
         };
         let [low, middle, high] = trains.frequencies_hz;
-        records.push([one(low)?, one(middle)?, one(high)?]);
+        records.push([recording(low)?, recording(middle)?, recording(high)?]);
     }
     Ok(Session {
         amplitudes,

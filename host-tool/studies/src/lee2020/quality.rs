@@ -57,14 +57,14 @@ impl Study {
     /// Returns a train of one second at each frequency, with a record of zeros from 0.5 s before
     /// the train to `decay_ms` after it.
     fn trains(&self, frequencies_hz: &[u32], decay_ms: usize) -> Vec<ForceRecord> {
-        let one = |hz: &u32| ForceRecord {
+        let record = |hz: &u32| ForceRecord {
             pulses_us: (0..*hz)
                 .map(|i| 500_000 + i * ((1_000_000 + hz / 2) / hz))
                 .collect(),
             samples_n: vec![0.0; 1_500 + decay_ms],
             gain: 1.0,
         };
-        frequencies_hz.iter().map(one).collect()
+        frequencies_hz.iter().map(record).collect()
     }
 
     /// Returns the Cramér-Rao bound for a subject's trains at I5, one at each frequency, that are
@@ -123,9 +123,9 @@ impl Study {
     /// separate; K06's τ2 is corrected in both.
     pub(super) fn t_rt_off_ms(&self, parts: &[Part]) -> [TimesOff; 2] {
         let fitted = |subject: usize, f: usize| {
-            let all = printed_analyses(parts, subject)
+            let responses = printed_analyses(parts, subject)
                 .filter_map(|analysis| analysis.responses.last()?[f]);
-            super::spread::median(all.map(|response| 1e3 * response.t_rt_s()))
+            super::spread::median(responses.map(|response| 1e3 * response.t_rt_s()))
         };
         let truth = |subject: usize, f: usize| self.true_t_rt_ms(subject)[f];
         [times_off(&fitted), times_off(&truth)]
@@ -154,10 +154,10 @@ pub(super) struct TimesOff {
 
 fn times_off(ours: &dyn Fn(usize, usize) -> Option<f64>) -> TimesOff {
     let rms = |subjects: &[usize]| {
-        let all = subjects
+        let pairs = subjects
             .iter()
             .flat_map(|subject| (0..3).map(move |f| (*subject, f)));
-        let squares: Option<Vec<f64>> = all
+        let squares: Option<Vec<f64>> = pairs
             .map(|(subject, f)| Some((ours(subject, f)? - paper::TABLE_7[subject][f]).powi(2)))
             .collect();
         let squares = squares?;
@@ -197,14 +197,16 @@ impl Study {
     /// Counts the searches of these replications.
     pub(super) fn thresholds<'p>(
         &self,
-        all: impl Iterator<Item = &'p SubjectReplication>,
+        draws: impl Iterator<Item = &'p SubjectReplication>,
     ) -> Thresholds {
         let mut sum = Thresholds::default();
         let step = self.declared.search.step_ma + 1e-9;
-        for draw in all {
+        for draw in draws {
             let truth = &self.truths[draw.subject];
             let (found, bare) = (draw.searched.i_mt_ma(), draw.searched.bare_ma);
-            let is = |ma: Option<f64>, of: &dyn Fn(f64) -> bool| u64::from(ma.is_some_and(of));
+            let is = |ma: Option<f64>, condition: &dyn Fn(f64) -> bool| {
+                u64::from(ma.is_some_and(condition))
+            };
             let nothing = |ma: f64| ma <= truth.lowest_ma;
             let near = |ma: f64| (ma - truth.i_mt_ma).abs() <= step;
             sum.of += 1;

@@ -62,7 +62,7 @@ impl laboratory::Study for Run {
     }
 
     fn outcome(&self, parts: &[Part], cut_short: Option<String>) -> anyhow::Result<Outcome> {
-        let told = RunInfo {
+        let run_info = RunInfo {
             command: format!(
                 "experiment lee {} --draws {}",
                 self.device_argument(),
@@ -71,7 +71,7 @@ impl laboratory::Study for Run {
             cut_short,
             device: self.device.clone(),
         };
-        Ok(self.study.outcome(parts, told)?)
+        Ok(self.study.outcome(parts, run_info)?)
     }
 
     fn files(&self, parts: &[Part]) -> anyhow::Result<Vec<(String, String)>> {

@@ -4,28 +4,28 @@ use crate::laboratory::Row;
 use host_core::statistics::{mean, quantile, standard_deviation};
 
 /// Returns the mean and the sample standard deviation; `None` if there are no values.
-pub(super) fn mean_sd(all: &[f64]) -> Option<(f64, f64)> {
-    Some((mean(all)?, standard_deviation(all)?))
+pub(super) fn mean_sd(values: &[f64]) -> Option<(f64, f64)> {
+    Some((mean(values)?, standard_deviation(values)?))
 }
 
 /// Returns the median of the finite values.
-pub(super) fn median(all: impl IntoIterator<Item = f64>) -> Option<f64> {
-    quantile_of_finite(all, 0.5)
+pub(super) fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    quantile_of_finite(values, 0.5)
 }
 
 /// Returns a quantile of the finite values; `part` is from 0 to 1.
-pub(super) fn quantile_of_finite(all: impl IntoIterator<Item = f64>, part: f64) -> Option<f64> {
-    quantile(all.into_iter().filter(|value| value.is_finite()), part)
+pub(super) fn quantile_of_finite(values: impl IntoIterator<Item = f64>, part: f64) -> Option<f64> {
+    quantile(values.into_iter().filter(|value| value.is_finite()), part)
 }
 
 /// Returns a row with median, 5th and 95th percentile beside the paper's value.
 pub(super) fn row(
     (id, quantity, unit): (&str, &str, &str),
     paper: Option<f64>,
-    all: Vec<f64>,
+    values: Vec<f64>,
 ) -> Row {
-    let n = all.len();
-    let row = Row::from_numbers(id.to_owned(), quantity.to_owned(), unit, paper, all);
+    let n = values.len();
+    let row = Row::from_numbers(id.to_owned(), quantity.to_owned(), unit, paper, values);
     // Counts all values, including those that are not finite.
     Row { n, ..row }
 }
@@ -41,9 +41,9 @@ pub(super) fn regression(points: &[(f64, f64)]) -> Option<(f64, f64)> {
     if points.len() < 3 {
         return None;
     }
-    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / n;
+    let mean = |coordinate: fn(&(f64, f64)) -> f64| points.iter().map(coordinate).sum::<f64>() / n;
     let (x, y) = (mean(|pair| pair.0), mean(|pair| pair.1));
-    let sum = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>();
+    let sum = |term: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(term).sum::<f64>();
     let (xx, yy) = (
         sum(&|pair| (pair.0 - x).powi(2)),
         sum(&|pair| (pair.1 - y).powi(2)),

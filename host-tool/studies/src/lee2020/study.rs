@@ -96,14 +96,14 @@ impl Study {
     /// Returns all units, in the order of `draws.csv`.
     #[must_use]
     pub fn units(&self) -> Vec<Unit> {
-        let all = 0..self.truths.len();
-        let own = all
+        let subjects = 0..self.truths.len();
+        let own = subjects
             .clone()
             .flat_map(|index| (0..self.draws).map(move |draw| Unit::Own(index, draw)));
         let mut units: Vec<Unit> = own.collect();
         for kind in Kind::ALL {
             for size in &self.declared.foreign.sizes {
-                for subject in all.clone() {
+                for subject in subjects.clone() {
                     let foreign = Foreign { kind, size: *size };
                     let draws = 0..self.declared.foreign.draws.min(self.draws);
                     units.extend(draws.map(|draw| Unit::Foreign(subject, foreign, draw)));

@@ -48,15 +48,15 @@ impl Study {
             let mut row = vec![name(subject)];
             let (_, forces) = wrist::PRINTED[subject];
             for (f, [least, most]) in forces.into_iter().enumerate() {
-                let of = |i: usize| {
+                let median_peak = |i: usize| {
                     median(
                         printed_analyses(parts, subject)
                             .filter_map(|analysis| Some(analysis.peaks_n.get(i)?[f])),
                     )
                 };
                 let last = self.declared.trains.amplitudes - 1;
-                row.push(paper_and_ours(least, of(0), 2));
-                row.push(paper_and_ours(most, of(last), 1));
+                row.push(paper_and_ours(least, median_peak(0), 2));
+                row.push(paper_and_ours(most, median_peak(last), 1));
             }
             row
         };
@@ -93,14 +93,14 @@ impl Study {
                 &|analysis| Some(analysis.exponentials[f]?.1.nrmse_percent),
             ];
             let mut row = vec![format!("{hz} Hz")];
-            for (of, printed_is) in own.iter().zip(paper::TABLE_3[f]) {
-                let all: Vec<f64> = (0..SUBJECTS)
+            for (quantity, printed_is) in own.iter().zip(paper::TABLE_3[f]) {
+                let values: Vec<f64> = (0..SUBJECTS)
                     .flat_map(|index| printed_analyses(parts, index))
-                    .filter_map(|analysis| of(analysis))
+                    .filter_map(|analysis| quantity(analysis))
                     .collect();
                 row.push(paper_and_ours(
                     printed_is,
-                    mean_sd(&all).map(|pair| pair.0),
+                    mean_sd(&values).map(|pair| pair.0),
                     3,
                 ));
             }
@@ -135,7 +135,7 @@ impl Study {
         for subject in 0..SUBJECTS {
             let mut row = vec![name(subject)];
             for i in 0..PARAMETERS {
-                let of = |part| {
+                let constant = |part| {
                     quantile_of_finite(
                         printed_analyses(parts, subject)
                             .map(|analysis| SCALE[i] * analysis.fits[1].constants[i]),
@@ -144,7 +144,7 @@ impl Study {
                 };
                 row.push(paper_and_ours(
                     paper::TABLE_4[subject][i],
-                    of(0.5),
+                    constant(0.5),
                     DECIMALS[i],
                 ));
             }
@@ -191,13 +191,13 @@ impl Study {
         }
         let mut row = vec!["mean".to_owned()];
         for (i, [_, printed_is]) in paper::TABLE_5_MEANS.iter().enumerate().take(last) {
-            let all = (0..SUBJECTS).flat_map(|index| printed_analyses(parts, index));
-            let all: Vec<f64> = all
+            let analyses = (0..SUBJECTS).flat_map(|index| printed_analyses(parts, index));
+            let errors: Vec<f64> = analyses
                 .filter_map(|analysis| Some(analysis.agreements.get(i)?.nrmse_percent))
                 .collect();
             row.push(paper_and_ours(
                 *printed_is,
-                mean_sd(&all).map(|pair| pair.0),
+                mean_sd(&errors).map(|pair| pair.0),
                 2,
             ));
         }
@@ -218,18 +218,22 @@ impl Study {
     fn table_6(&self, parts: &[Part]) -> Sheet {
         let mut rows = Vec::new();
         for (subject, printed_is) in paper::TABLE_6.iter().enumerate() {
-            let of = |what: &dyn Fn(&host_core::identify::Response) -> f64| {
-                let all = printed_analyses(parts, subject)
+            let mean_ms = |time_s: &dyn Fn(&host_core::identify::Response) -> f64| {
+                let responses = printed_analyses(parts, subject)
                     .flat_map(|analysis| analysis.responses.iter().flatten().flatten());
-                let all: Vec<f64> = all.map(|response| 1e3 * what(response)).collect();
-                mean_sd(&all).map(|pair| pair.0)
+                let times_ms: Vec<f64> = responses.map(|response| 1e3 * time_s(response)).collect();
+                mean_sd(&times_ms).map(|pair| pair.0)
             };
             rows.push(vec![
                 name(subject),
-                paper_and_ours(printed_is[0], of(&|response| response.t10_s), 1),
-                paper_and_ours(printed_is[1], of(&|response| response.t50_s), 1),
-                paper_and_ours(printed_is[2], of(&|response| response.t90_s), 1),
-                paper_and_ours(printed_is[3], of(&host_core::identify::Response::t_rt_s), 1),
+                paper_and_ours(printed_is[0], mean_ms(&|response| response.t10_s), 1),
+                paper_and_ours(printed_is[1], mean_ms(&|response| response.t50_s), 1),
+                paper_and_ours(printed_is[2], mean_ms(&|response| response.t90_s), 1),
+                paper_and_ours(
+                    printed_is[3],
+                    mean_ms(&host_core::identify::Response::t_rt_s),
+                    1,
+                ),
             ]);
         }
         let heads = ["ms", "T0.1", "T0.5", "T0.9", "T_RT"];

@@ -35,11 +35,11 @@ fn times(title: &str, x: SheetAxis, own: &[(f64, f64)], paper: Vec<[f64; 2]>) ->
 
 impl Study {
     pub(super) fn figure_11(&self, parts: &[Part]) -> Sheet {
-        let all: Vec<&TrainAnalysis> = (0..SUBJECTS)
+        let analyses: Vec<&TrainAnalysis> = (0..SUBJECTS)
             .flat_map(|index| printed_analyses(parts, index))
             .collect();
         let by_frequency = |f: usize| {
-            let own = all
+            let own = analyses
                 .iter()
                 .filter_map(|analysis| analysis.responses.last()?[f]);
             spread(
@@ -48,7 +48,7 @@ impl Study {
             )
         };
         let by_amplitude = |i: usize| {
-            let own = all
+            let own = analyses
                 .iter()
                 .filter_map(|analysis| analysis.measured_t_rt_s.get(i));
             let own = own.flatten().flatten();
@@ -139,7 +139,7 @@ impl Study {
     ) -> Curve {
         let own = (0..SUBJECTS).flat_map(|index| printed_analyses(parts, index));
         let own = own.flat_map(|analysis| analysis.agreements.get(from..to).unwrap_or_default());
-        let mut all = vec![(0.0, own.map(|fit| fit.nrmse_percent).collect::<Vec<f64>>())];
+        let mut groups = vec![(0.0, own.map(|fit| fit.nrmse_percent).collect::<Vec<f64>>())];
         for size in &self.declared.foreign.sizes {
             let foreign = parts.iter().filter_map(|part| match part {
                 Part::Foreign(Ok(part)) => Some(part),
@@ -151,10 +151,10 @@ impl Study {
             let foreign = foreign.filter(|mismatch| is(mismatch.foreign));
             let numbers = foreign
                 .flat_map(|mismatch| mismatch.nrmse_percent.get(from..to).unwrap_or_default());
-            all.push((*size, numbers.copied().collect()));
+            groups.push((*size, numbers.copied().collect()));
         }
         let (mut points, mut ranges) = (Vec::new(), Vec::new());
-        for (size, numbers) in all {
+        for (size, numbers) in groups {
             let Some((mean, _)) = mean_sd(&numbers) else {
                 continue;
             };

@@ -31,7 +31,7 @@ impl Study {
     /// # Errors
     /// Fails with E648 if a number is outside the range of wearer files.
     pub fn wearers(&self, parts: &[Part]) -> Result<Vec<(String, String)>, LeeError> {
-        let mut all = Vec::new();
+        let mut files = Vec::new();
         for subject in 0..SUBJECTS {
             let first = subject_replications(parts, subject).find(|draw| draw.draw == 0);
             let Some(wearer) = first.and_then(|draw| self.wearer(draw)) else {
@@ -47,9 +47,9 @@ impl Study {
                     "reading the written file gives another wearer".to_owned(),
                 ));
             }
-            all.push((file, text));
+            files.push((file, text));
         }
-        Ok(all)
+        Ok(files)
     }
 
     fn wearer(&self, drawn: &SubjectReplication) -> Option<Wearer> {

@@ -150,10 +150,10 @@ fn rms_percent(squares: &[f64]) -> f64 {
     100.0 * (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
 }
 
-/// Returns the spread over all arms of a quantity `of` their scores, for the method with this
+/// Returns the spread over all arms of a quantity `quantity` their scores, for the method with this
 /// index.
 #[must_use]
-pub fn spread(arms: &[ArmScores], method: usize, of: impl Fn(&ArmScore) -> f64) -> Spread {
-    let all = arms.iter().filter_map(|arm| arm.get(method));
-    Spread::from_values(&all.map(of).collect::<Vec<_>>())
+pub fn spread(arms: &[ArmScores], method: usize, quantity: impl Fn(&ArmScore) -> f64) -> Spread {
+    let scores = arms.iter().filter_map(|arm| arm.get(method));
+    Spread::from_values(&scores.map(quantity).collect::<Vec<_>>())
 }

@@ -36,8 +36,8 @@ pub struct Spread {
 
 impl Spread {
     /// Computes the spread of values in any order; all fields are NaN if there are no values.
-    pub(super) fn from_values(all: &[f64]) -> Self {
-        let sorted = Sorted::of(all);
+    pub(super) fn from_values(values: &[f64]) -> Self {
+        let sorted = Sorted::of(values);
         let at = |part| {
             sorted
                 .as_ref()

@@ -62,7 +62,7 @@ pub fn pace() -> Result<Pace, LimbError> {
         with_posture.push(begin.elapsed().as_secs_f64() * 1e6);
     }
     let n = alone.len();
-    let median = |all: Vec<f64>| statistics::median(all).unwrap_or(f64::NAN);
+    let median = |times_us: Vec<f64>| statistics::median(times_us).unwrap_or(f64::NAN);
     Ok(Pace {
         least_squares_us: median(alone),
         with_posture_us: median(with_posture),

@@ -70,7 +70,7 @@ impl Study {
     #[must_use]
     pub fn rows(&self) -> Vec<Row> {
         let mut rows = Vec::new();
-        let of = |id: String, quantity: String, unit, spread: Spread, n| Row {
+        let row = |id: String, quantity: String, unit, spread: Spread, n| Row {
             id,
             quantity,
             unit,
@@ -85,7 +85,7 @@ impl Study {
             for (n, method) in Method::ALL.into_iter().enumerate() {
                 let spread = spread(&self.arms, n, quantity);
                 let words = format!("{}: {words}", method.name());
-                rows.push(of(
+                rows.push(row(
                     format!("{method:?}_{key}").to_lowercase(),
                     words,
                     unit,
@@ -96,7 +96,13 @@ impl Study {
         }
         let numbers = &self.numbers;
         let mut number = |id: &str, words: &str, unit, spread| {
-            rows.push(of(id.to_owned(), words.to_owned(), unit, spread, numbers.n));
+            rows.push(row(
+                id.to_owned(),
+                words.to_owned(),
+                unit,
+                spread,
+                numbers.n,
+            ));
         };
         let missed = "nearest neighbour, exact: relative force error";
         number(
@@ -131,12 +137,12 @@ impl Study {
             .filter_map(|claim| {
                 let holds = rule(&claim.name)?;
                 let held = self.arms.iter().filter(|arm| holds(arm)).count() as u64;
-                let of = self.arms.len() as u64;
-                let wilson = wilson_share(held as f64, of, 0.95).ok()?;
+                let total = self.arms.len() as u64;
+                let wilson = wilson_share(held as f64, total, 0.95).ok()?;
                 Some(Verdict {
                     claim: claim.says.clone(),
                     holds: held,
-                    of,
+                    of: total,
                     share: [wilson.share, wilson.low, wilson.high],
                 })
             })

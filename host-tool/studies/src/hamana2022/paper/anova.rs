@@ -15,16 +15,16 @@ pub(super) const SOURCES: [&str; 3] = ["number of points", "participant", "inter
 /// Analyses the values of all trials, indexed by number of points, participant and trial; `None` if
 /// they allow no analysis of variance.
 fn two_way_anova(cells: &[Vec<Vec<f64>>]) -> Option<Anova> {
-    let all = two_way(cells).ok()?;
-    Some([all.first, all.second, all.interaction].map(|effect| [effect.f, effect.p]))
+    let analysis = two_way(cells).ok()?;
+    Some([analysis.first, analysis.second, analysis.interaction].map(|effect| [effect.f, effect.p]))
 }
 
 /// Computes the analysis of variance from the trials that table 8 prints. Its first F is 4.32;
 /// table 9 prints 4.30, because the paper computed it from numbers with more digits.
 pub(super) fn published() -> Option<Anova> {
     let points = [0, 1].map(|place| {
-        let all = TABLE_8.iter().map(|(_, trials)| trials[place].to_vec());
-        all.collect::<Vec<_>>()
+        let participants = TABLE_8.iter().map(|(_, trials)| trials[place].to_vec());
+        participants.collect::<Vec<_>>()
     });
     two_way_anova(&points)
 }
@@ -40,13 +40,13 @@ pub(super) fn has_all<'a>(names: impl Iterator<Item = &'a str>) -> bool {
 pub(super) fn replications(parts: &[Part], law: &str) -> Vec<Anova> {
     let draws: BTreeSet<u64> = parts.iter().map(|part| part.draw).collect();
     let replication = |draw: u64| {
-        let (mut one, mut two) = (Vec::new(), Vec::new());
+        let (mut one_point, mut two) = (Vec::new(), Vec::new());
         for (name, _) in &TABLE_8 {
             let tracking = find_draw(parts, name, draw)?.tracking()?;
-            one.push(tracking.one_point_rmse(law)?.1);
+            one_point.push(tracking.one_point_rmse(law)?.1);
             two.push(tracking.two_point_rmse(law)?);
         }
-        two_way_anova(&[one, two])
+        two_way_anova(&[one_point, two])
     };
     draws.into_iter().filter_map(replication).collect()
 }
@@ -55,11 +55,16 @@ pub(super) fn replications(parts: &[Part], law: &str) -> Vec<Anova> {
 /// these means is missing.
 pub(super) fn complete_means(parts: &[Part], law: &str) -> Vec<Vec<[f64; 2]>> {
     let draws: BTreeSet<u64> = parts.iter().map(|part| part.draw).collect();
-    let both = |name: &str, draw: u64| {
+    let mean_pair = |name: &str, draw: u64| {
         let [one, two] = find_draw(parts, name, draw)?.tracking()?.means(law);
         Some([one?, two?])
     };
-    let replication = |draw: u64| TABLE_8.iter().map(|(name, _)| both(name, draw)).collect();
+    let replication = |draw: u64| {
+        TABLE_8
+            .iter()
+            .map(|(name, _)| mean_pair(name, draw))
+            .collect()
+    };
     draws.into_iter().filter_map(replication).collect()
 }
 
@@ -83,19 +88,19 @@ mod tests {
     #[test]
     fn sums_of_squares_are_those_printed() {
         let points = [0, 1].map(|place| {
-            let all = TABLE_8.iter().map(|(_, trials)| trials[place].to_vec());
-            all.collect::<Vec<_>>()
+            let participants = TABLE_8.iter().map(|(_, trials)| trials[place].to_vec());
+            participants.collect::<Vec<_>>()
         });
-        let all = two_way(&points).unwrap();
-        let of =
-            [all.first, all.second, all.interaction].map(|effect| (effect.sum_squares, effect.df));
+        let analysis = two_way(&points).unwrap();
+        let effects = [analysis.first, analysis.second, analysis.interaction]
+            .map(|effect| (effect.sum_squares, effect.df));
         for ((ours, df), (printed, printed_df)) in
-            of.into_iter().zip([(97.2, 1), (79.6, 2), (52.2, 2)])
+            effects.into_iter().zip([(97.2, 1), (79.6, 2), (52.2, 2)])
         {
             assert!((ours - printed).abs() < 0.01 * printed, "{ours} {printed}");
             assert_eq!(df, printed_df);
         }
-        assert!((all.first.error_sum_squares - 542.0).abs() < 5.0);
-        assert_eq!(all.first.error_df, 24);
+        assert!((analysis.first.error_sum_squares - 542.0).abs() < 5.0);
+        assert_eq!(analysis.first.error_df, 24);
     }
 }

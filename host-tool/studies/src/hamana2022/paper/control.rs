@@ -37,8 +37,10 @@ fn means(parts: &[Part], name: &str, law: &str) -> Vec<[Option<f64>; 2]> {
 
 /// Returns the [`means`] of the draws that have both.
 fn pairs(parts: &[Part], name: &str, law: &str) -> Vec<[f64; 2]> {
-    let all = means(parts, name, law).into_iter();
-    all.filter_map(|[one, two]| Some([one?, two?])).collect()
+    let draw_means = means(parts, name, law).into_iter();
+    draw_means
+        .filter_map(|[one_point, two]| Some([one_point?, two?]))
+        .collect()
 }
 
 impl Study {
@@ -60,12 +62,15 @@ impl Study {
             }
         }
         for law in LAWS.into_iter().filter(|_| self.has_all()) {
-            let all = replications(parts, law);
+            let analyses = replications(parts, law);
             for (source, name) in SOURCES.into_iter().enumerate() {
-                for (place, what) in ["F", "p"].into_iter().enumerate() {
-                    let quantity = format!("{name}, {}, {what}", in_words(law));
-                    let id = format!("{name}, {}, {what}/Table 9: {what}", id_name(law));
-                    let values = all.iter().map(|values| values[source][place]).collect();
+                for (place, statistic) in ["F", "p"].into_iter().enumerate() {
+                    let quantity = format!("{name}, {}, {statistic}", in_words(law));
+                    let id = format!("{name}, {}, {statistic}/Table 9: {statistic}", id_name(law));
+                    let values = analyses
+                        .iter()
+                        .map(|values| values[source][place])
+                        .collect();
                     rows.push(row(&id, quantity, "", Some(TABLE_9[source][place]), values));
                 }
             }
@@ -84,29 +89,30 @@ impl Study {
             }
         }
         for law in LAWS.into_iter().filter(|_| self.has_all()) {
-            let all = anova::complete_means(parts, law);
+            let draw_means = anova::complete_means(parts, law);
             let words = in_words(law);
             shares.push(claim(
                 &format!("table-8-{law}"),
                 format!("P, Q, S: two points better, {words}"),
                 Some(true),
-                all.iter()
-                    .map(|items| Some(items.iter().all(|[one, two]| two < one))),
+                draw_means
+                    .iter()
+                    .map(|items| Some(items.iter().all(|[one_point, two]| two < one_point))),
             ));
-            let all = replications(parts, law);
+            let analyses = replications(parts, law);
             let says = [
                 ("points", "points", true),
                 ("participants", "participants", false),
                 ("interaction", "interaction", false),
             ];
-            for (source, (id, what, paper)) in says.into_iter().enumerate() {
-                let is = all
+            for (source, (id, effect, paper)) in says.into_iter().enumerate() {
+                let is = analyses
                     .iter()
                     .map(|values| Some(values[source][1] < self.protocol.significant));
                 let id = format!("table-9-{id}-{law}");
                 shares.push(claim(
                     &id,
-                    format!("ANOVA, {what}: p < 0.05, {words}"),
+                    format!("ANOVA, {effect}: p < 0.05, {words}"),
                     Some(paper),
                     is,
                 ));
@@ -127,10 +133,10 @@ impl Study {
         let mut rows = Vec::new();
         for participant in &self.participants.all {
             for law in LAWS {
-                let all = means(parts, &participant.name, law);
+                let draw_means = means(parts, &participant.name, law);
                 let mut row = vec![format!("{}, {}", participant.name, short_name(law))];
                 for place in 0..METHODS.len() {
-                    let spread = Spread::of(all.iter().filter_map(|values| values[place]));
+                    let spread = Spread::of(draw_means.iter().filter_map(|values| values[place]));
                     row.extend(cells(spread, 1));
                     let paper = participant
                         .paper
@@ -161,34 +167,43 @@ impl Study {
         let (mut rows, mut whose) = (Vec::new(), Vec::new());
         for participant in &self.participants.all {
             let name = &participant.name;
-            let both = parts.iter().filter(|part| part.participant == *name);
-            let first = both.filter_map(|part| {
+            let own_parts = parts.iter().filter(|part| part.participant == *name);
+            let first = own_parts.filter_map(|part| {
                 let tracking = part.became.as_ref().ok()?.tracking()?;
-                let (_, one) = tracking.one_point_rmse(LAWS[0])?;
-                Some((part.draw, [one, tracking.two_point_rmse(LAWS[0])?]))
+                let (_, one_point) = tracking.one_point_rmse(LAWS[0])?;
+                Some((part.draw, [one_point, tracking.two_point_rmse(LAWS[0])?]))
             });
             let Some((draw, ours)) = first.into_iter().next() else {
                 continue;
             };
             whose.push(format!("{name}'s draw {draw}"));
-            let paper = TABLE_8.iter().find(|(who, _)| who == name);
+            let paper = TABLE_8
+                .iter()
+                .find(|(printed_name, _)| printed_name == name);
             for number in 0..ours[0].len() {
-                let of = |place: usize| {
-                    let paper = paper.and_then(|(_, all)| all[place].get(number).copied());
+                let trial_cells = |place: usize| {
+                    let paper = paper.and_then(|(_, trials)| trials[place].get(number).copied());
                     [cell(ours[place].get(number).copied(), 1), cell(paper, 1)]
                 };
                 let name = format!("{name}, trial {}", number + 1);
-                rows.push([&[name][..], &of(0), &of(1)].concat());
+                rows.push([&[name][..], &trial_cells(0), &trial_cells(1)].concat());
             }
             let averages = [mean(&ours[0]), mean(&ours[1])];
-            let of = |place: usize| {
+            let average_cells = |place: usize| {
                 let paper = participant
                     .paper
                     .as_ref()
                     .map(|printed_value| printed_value.rmse_deg[place]);
                 [cell(Some(averages[place]), 1), cell(paper, 1)]
             };
-            rows.push([&[format!("{name}, average")][..], &of(0), &of(1)].concat());
+            rows.push(
+                [
+                    &[format!("{name}, average")][..],
+                    &average_cells(0),
+                    &average_cells(1),
+                ]
+                .concat(),
+            );
         }
         let caption = format!(
             "RMSE of each trial under the paper's controller, °, in the first draw in which all \
@@ -208,7 +223,7 @@ impl Study {
 
 fn rmse_rows(participant: &Participant, law: &str, parts: &[Part]) -> Vec<Row> {
     let name = &participant.name;
-    let all = means(parts, name, law);
+    let draw_means = means(parts, name, law);
     let methods = METHODS.into_iter().enumerate();
     let row_of = |(place, method): (usize, &str)| {
         let quantity = format!("{name}, {method}, {}", in_words(law));
@@ -216,7 +231,10 @@ fn rmse_rows(participant: &Participant, law: &str, parts: &[Part]) -> Vec<Row> {
             .paper
             .as_ref()
             .map(|printed_value| printed_value.rmse_deg[place]);
-        let values = all.iter().filter_map(|values| values[place]).collect();
+        let values = draw_means
+            .iter()
+            .filter_map(|values| values[place])
+            .collect();
         row(
             &format!("{name}, {method}, {}/RMSE (°)", id_name(law)),
             quantity,
@@ -230,17 +248,21 @@ fn rmse_rows(participant: &Participant, law: &str, parts: &[Part]) -> Vec<Row> {
 
 fn share_of(participant: &Participant, law: &str, parts: &[Part]) -> Vec<Share> {
     let (name, words) = (&participant.name, in_words(law));
-    let both = pairs(parts, name, law);
+    let mean_pairs = pairs(parts, name, law);
     let is_printed = participant.paper.as_ref().map(|_| true);
     let mut shares = vec![claim(
         &format!("two-better-{name}-{law}"),
         format!("{name}: two points follow better, {words}"),
         is_printed,
-        both.iter().map(|[one, two]| Some(two < one)),
+        mean_pairs
+            .iter()
+            .map(|[one_point, two]| Some(two < one_point)),
     )];
     // Compares the means with the paper's own numbers: whether they lie within the range of its
     // trials.
-    let trials = TABLE_8.iter().find(|(who, _)| who == name);
+    let trials = TABLE_8
+        .iter()
+        .find(|(printed_name, _)| printed_name == name);
     if let Some((_, trials)) = trials {
         let within = |place: usize, number: f64| {
             let (low, high) = trials[place]
@@ -254,8 +276,9 @@ fn share_of(participant: &Participant, law: &str, parts: &[Part]) -> Vec<Share> 
             &format!("table-8-within-{name}-{law}"),
             format!("{name}: means in table 8's range, {words}"),
             is_printed,
-            both.iter()
-                .map(|[one, two]| Some(within(0, *one) && within(1, *two))),
+            mean_pairs
+                .iter()
+                .map(|[one_point, two]| Some(within(0, *one_point) && within(1, *two))),
         ));
     }
     shares
@@ -266,12 +289,12 @@ fn table_9(parts: &[Part]) -> Sheet {
     let ours = LAWS.map(|law| replications(parts, law));
     let mut rows = Vec::new();
     for (source, name) in SOURCES.into_iter().enumerate() {
-        for (place, (what, digits)) in [("F", 2), ("p", 4)].into_iter().enumerate() {
+        for (place, (statistic, digits)) in [("F", 2), ("p", 4)].into_iter().enumerate() {
             let paper = cell(Some(TABLE_9[source][place]), digits);
             let again = cell(recomputed.map(|values| values[source][place]), digits);
-            let mut row = vec![format!("{name}, {what}"), paper, again];
-            for all in &ours {
-                let spread = Spread::of(all.iter().map(|values| values[source][place]));
+            let mut row = vec![format!("{name}, {statistic}"), paper, again];
+            for analyses in &ours {
+                let spread = Spread::of(analyses.iter().map(|values| values[source][place]));
                 row.extend(cells(spread, digits));
             }
             rows.push(row);
@@ -323,7 +346,7 @@ mod tests {
             most_v: [28.0, 36.0],
             ratio: Some(0.7),
         };
-        let what = DrawMeasurements::Tracked(Tracking {
+        let measurements = DrawMeasurements::Tracked(Tracking {
             trials: all.collect(),
             courses: Vec::new(),
         });
@@ -333,7 +356,7 @@ mod tests {
             became: Ok(DrawResult {
                 voltages,
                 extensor_v: [14.0, 26.0],
-                what,
+                what: measurements,
             }),
         }
     }
@@ -374,9 +397,9 @@ mod tests {
     /// The averages of table 8 agree with its trials to the printed digits.
     #[test]
     fn averages_are_those_of_the_trials() {
-        let all = crate::hamana2022::Participants::load(None).unwrap().all;
+        let participants = crate::hamana2022::Participants::load(None).unwrap().all;
         for (name, trials) in TABLE_8 {
-            let own = all
+            let own = participants
                 .iter()
                 .find(|participant| participant.name == name)
                 .unwrap();

@@ -31,24 +31,27 @@ impl Study {
     /// # Errors
     /// Returns E628 if the output differs from the intended pattern.
     pub(super) fn check_outputs(&self, parts: &[Part]) -> Result<Vec<String>, TwoPointsError> {
-        let whole = parts
+        let complete_parts = parts
             .iter()
             .filter_map(|part| Some((part, part.became.as_ref().ok()?)));
         let mut notes = Vec::new();
-        for (part, came) in whole.step_by(CHECKED_OF) {
+        for (part, came) in complete_parts.step_by(CHECKED_OF) {
             let patterns: Vec<(Pattern, [f64; 2])> = match &came.what {
                 DrawMeasurements::Patterns(session) => {
-                    let all = session.conditions.iter();
-                    all.map(|condition| (condition.pattern, condition.volts))
+                    let conditions = session.conditions.iter();
+                    conditions
+                        .map(|condition| (condition.pattern, condition.volts))
                         .collect()
                 }
                 DrawMeasurements::Held(_) => {
-                    let all = [
+                    let held_patterns = [
                         Pattern::isolated_point(A),
                         Pattern::isolated_point(B),
                         Pattern::default_two_point(),
                     ];
-                    all.map(|pattern| (pattern, came.voltages.most_v)).into()
+                    held_patterns
+                        .map(|pattern| (pattern, came.voltages.most_v))
+                        .into()
                 }
                 DrawMeasurements::Tracked(_) => continue,
             };
@@ -56,8 +59,8 @@ impl Study {
                 continue;
             };
             let put_out = wearer.compare_outputs(patterns, &self.device)?;
-            let who = format!("{}'s draw {}", part.participant, part.draw);
-            notes.push(put_out.in_words(&who, &self.device));
+            let subject = format!("{}'s draw {}", part.participant, part.draw);
+            notes.push(put_out.in_words(&subject, &self.device));
         }
         Ok(notes)
     }

@@ -9,14 +9,19 @@ use crate::laboratory::{Row, Share};
 /// Returns for each draw of participant `name` how far the finger sinks in ten seconds with one
 /// point and with two, °, as the mean over the trials.
 fn mean_drops_deg(parts: &[Part], name: &str) -> Vec<[f64; 2]> {
-    let of = |all: &[[Hold; 2]]| {
+    let mean_drops = |holds: &[[Hold; 2]]| {
         [0, 1].map(|place| {
-            let all: Vec<f64> = all.iter().map(|values| values[place].drop_deg()).collect();
-            mean(&all)
+            let drops_deg: Vec<f64> = holds
+                .iter()
+                .map(|values| values[place].drop_deg())
+                .collect();
+            mean(&drops_deg)
         })
     };
     let held = draw_results(parts, name).filter_map(|outcome| outcome.held());
-    held.filter(|values| !values.is_empty()).map(of).collect()
+    held.filter(|values| !values.is_empty())
+        .map(mean_drops)
+        .collect()
 }
 
 impl Study {
@@ -26,14 +31,14 @@ impl Study {
         let mut rows = Vec::new();
         for participant in &self.participants.all {
             let name = &participant.name;
-            let all = mean_drops_deg(parts, name);
+            let drops_deg = mean_drops_deg(parts, name);
             for (place, method) in ["one point", "two points"].into_iter().enumerate() {
                 let quantity = format!("{name}, angle lost with {method}");
                 let paper = participant
                     .paper
                     .as_ref()
                     .map(|printed_value| printed_value.sinks_deg[place]);
-                let values = all.iter().map(|values| values[place]).collect();
+                let values = drops_deg.iter().map(|values| values[place]).collect();
                 let id = format!("{name}, {method} sinks/Sinks in 10 s (°)");
                 rows.push(row(&id, quantity, "°", paper, values));
             }
@@ -45,12 +50,14 @@ impl Study {
     pub(super) fn hold_shares(&self, parts: &[Part]) -> Vec<Share> {
         let share_of = |participant: &crate::hamana2022::Participant| {
             let name = &participant.name;
-            let all = mean_drops_deg(parts, name);
+            let drops_deg = mean_drops_deg(parts, name);
             claim(
                 &format!("two-better-{name}"),
                 format!("{name}: finger sinks less with two points"),
                 participant.paper.as_ref().map(|_| true),
-                all.iter().map(|[one, two]| Some(two < one)),
+                drops_deg
+                    .iter()
+                    .map(|[one_point, two]| Some(two < one_point)),
             )
         };
         self.participants.all.iter().map(share_of).collect()

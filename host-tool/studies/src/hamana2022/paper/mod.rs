@@ -86,13 +86,13 @@ impl Kind {
     /// Returns the kind of the study with this name on the command line, such as `hamana-1`.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        let mut all = ALL.into_iter();
-        all.find_map(|(own, kind, _)| (own == name).then_some(kind))
+        let mut kinds = ALL.into_iter();
+        kinds.find_map(|(own, kind, _)| (own == name).then_some(kind))
     }
 
     fn name_and_title(self) -> (&'static str, &'static str) {
-        let mut all = ALL.into_iter();
-        let own = all.find_map(|(name, kind, title)| (kind == self).then_some((name, title)));
+        let mut kinds = ALL.into_iter();
+        let own = kinds.find_map(|(name, kind, title)| (kind == self).then_some((name, title)));
         own.unwrap_or_default()
     }
 }
@@ -180,9 +180,9 @@ impl Study {
         ];
         let options = options
             .into_iter()
-            .filter_map(|(name, said)| Some((name, said?)));
+            .filter_map(|(name, value)| Some((name, value?)));
         let mut typed: String = options
-            .map(|(name, said)| format!("{name} {} ", quote_for_shell(said)))
+            .map(|(name, value)| format!("{name} {} ", quote_for_shell(value)))
             .collect();
         typed += &format!("--device {}", device.to_argument());
         Ok(Self {
@@ -208,8 +208,9 @@ impl Study {
     /// participant and the index of a draw.
     #[must_use]
     pub fn units(&self) -> Vec<(usize, u64)> {
-        let all = 0..self.participants.all.len();
-        all.flat_map(|who| (0..self.draws).map(move |draw| (who, draw)))
+        let indices = 0..self.participants.all.len();
+        indices
+            .flat_map(|participant| (0..self.draws).map(move |draw| (participant, draw)))
             .collect()
     }
 
@@ -238,11 +239,11 @@ impl Study {
             Ok(wearer) => wearer,
             Err(why) => return Ok(Some(part(Err(why.to_owned())))),
         };
-        let what = self.measure_draw((participant, draw), &wearer, goes_on)?;
-        let came = what.map(|what| DrawResult {
+        let outcome = self.measure_draw((participant, draw), &wearer, goes_on)?;
+        let came = outcome.map(|measurements| DrawResult {
             voltages: wearer.voltages,
             extensor_v: wearer.extensor_v,
-            what,
+            what: measurements,
         });
         Ok(came.map(|came| part(Ok(came))))
     }

@@ -44,11 +44,11 @@ impl Study {
     /// # Errors
     /// Fails if a forearm that a figure shows is invalid. Returns E628 if the device plays another
     /// pattern.
-    pub fn outcome(&self, parts: &[Part], told: RunInfo) -> Result<Outcome, TwoPointsError> {
+    pub fn outcome(&self, parts: &[Part], run_info: RunInfo) -> Result<Outcome, TwoPointsError> {
         let (name, title) = self.kind.name_and_title();
         let (rows, shares) = self.compared(parts);
         let mut notes = self.notes(parts);
-        if told.cut_short.is_none() {
+        if run_info.cut_short.is_none() {
             notes.extend(self.check_outputs(parts)?);
         }
         Ok(Outcome {
@@ -56,10 +56,10 @@ impl Study {
             title: title.to_owned(),
             seed: self.seed,
             simulated: Some(true),
-            cut_short: told.cut_short,
+            cut_short: run_info.cut_short,
             declared: Preregistration {
                 asked: name.to_owned(),
-                command: Some(told.command),
+                command: Some(run_info.command),
                 device: Some(self.device.to_argument()),
                 sha256: self.sha256(),
                 source: self.source().to_owned(),
@@ -128,14 +128,14 @@ impl Study {
 
     /// Returns the tables, then the figures, in the order of the paper.
     fn sheets(&self, parts: &[Part]) -> Result<Vec<Sheet>, TwoPointsError> {
-        let mut all: Vec<Sheet> = self.voltage_sheet(parts).into_iter().collect();
+        let mut sheets: Vec<Sheet> = self.voltage_sheet(parts).into_iter().collect();
         match self.kind {
-            Kind::Patterns(experiment) => all.extend(self.pattern_tables(experiment, parts)),
-            Kind::Control => all.extend(self.control_sheets(parts)),
+            Kind::Patterns(experiment) => sheets.extend(self.pattern_tables(experiment, parts)),
+            Kind::Control => sheets.extend(self.control_sheets(parts)),
             Kind::Hold => {}
         }
-        all.extend(self.figures(parts)?);
-        Ok(all)
+        sheets.extend(self.figures(parts)?);
+        Ok(sheets)
     }
 
     fn notes(&self, parts: &[Part]) -> Vec<String> {
@@ -155,15 +155,16 @@ impl Study {
             let name = &participant.name;
             let mut missing: BTreeMap<String, usize> = BTreeMap::new();
             let mut count = |why: String| *missing.entry(why).or_default() += 1;
-            let of = parts.iter().filter(|part| part.participant == *name);
-            of.filter_map(|part| part.became.as_ref().err())
+            let own_parts = parts.iter().filter(|part| part.participant == *name);
+            own_parts
+                .filter_map(|part| part.became.as_ref().err())
                 .for_each(|why| count(why.clone()));
             let tracked = draw_results(parts, name).filter_map(|outcome| outcome.tracking());
             tracked
                 .flat_map(|tracking| tracking.refused())
                 .for_each(count);
-            let told = missing.into_iter();
-            notes.extend(told.map(|(why, count)| {
+            let reasons = missing.into_iter();
+            notes.extend(reasons.map(|(why, count)| {
                 format!("{name}: in {count} of {draws} draws: {}.", in_words(&why))
             }));
         }

@@ -63,7 +63,7 @@ pub(super) fn printed_values<const N: usize>(
     table: &[(&str, [f64; N])],
     name: &str,
 ) -> Option<[f64; N]> {
-    let own = table.iter().find(|(who, _)| *who == name);
+    let own = table.iter().find(|(printed_name, _)| *printed_name == name);
     own.map(|(_, numbers)| *numbers)
 }
 
@@ -77,11 +77,11 @@ mod tests {
         let golden = include_str!("../../../../../tests/golden/hamana2022_table8_rmse.csv");
         let rows = golden.lines().filter(|line| !line.starts_with(['#', 'p']));
         let mut rows = rows.map(|row| row.split(',').collect::<Vec<_>>());
-        for (name, [one, two]) in TABLE_8 {
-            for (one, two) in one.into_iter().zip(two) {
+        for (name, [one_point, two]) in TABLE_8 {
+            for (one_deg, two) in one_point.into_iter().zip(two) {
                 let row = rows.next().unwrap();
                 let numbers = [1, 2].map(|at| row[at].parse::<f64>().unwrap());
-                assert_eq!((row[0], numbers), (name, [one, two]));
+                assert_eq!((row[0], numbers), (name, [one_deg, two]));
             }
         }
         assert_eq!(rows.next(), None);

@@ -33,17 +33,17 @@ impl laboratory::Study for Study {
         goes_on: &(dyn Fn() -> bool + Sync),
     ) -> anyhow::Result<Option<Part>> {
         let draws = self.draws.max(1);
-        let who = usize::try_from(index / draws).unwrap_or(usize::MAX);
-        Ok(self.compute_part((who, index % draws), goes_on)?)
+        let participant = usize::try_from(index / draws).unwrap_or(usize::MAX);
+        Ok(self.compute_part((participant, index % draws), goes_on)?)
     }
 
     fn outcome(&self, parts: &[Part], cut_short: Option<String>) -> anyhow::Result<Outcome> {
         let (name, arguments, draws) = (self.kind.name_and_title().0, &self.typed, self.draws);
-        let told = RunInfo {
+        let run_info = RunInfo {
             command: format!("experiment {name} {arguments} --draws {draws}"),
             cut_short,
         };
-        Ok(self.outcome(parts, told)?)
+        Ok(self.outcome(parts, run_info)?)
     }
 
     fn files(&self, parts: &[Part]) -> anyhow::Result<Vec<(String, String)>> {

@@ -16,14 +16,18 @@ use std::collections::BTreeMap;
 pub(super) fn averages(experiment: Experiment, sessions: &[Session]) -> Vec<Vec<Averages>> {
     let mut draws: BTreeMap<u64, Vec<Averages>> = BTreeMap::new();
     for session in sessions {
-        let of = Averages::from_session(experiment, &session.conditions, &session.stimulated);
-        draws.entry(session.draw).or_default().push(of);
+        let session_averages =
+            Averages::from_session(experiment, &session.conditions, &session.stimulated);
+        draws
+            .entry(session.draw)
+            .or_default()
+            .push(session_averages);
     }
     draws.into_values().collect()
 }
 
-fn heads(all: &str) -> Vec<String> {
-    all.split('|').map(str::to_owned).collect()
+fn heads(text: &str) -> Vec<String> {
+    text.split('|').map(str::to_owned).collect()
 }
 
 impl Study {
@@ -39,9 +43,11 @@ impl Study {
 
     fn table_4(&self, sessions: &[Session]) -> Sheet {
         let mut rows = Vec::new();
-        for (who, _) in people(sessions) {
-            let own = sessions.iter().filter(|session| session.participant == who);
-            let all: Vec<Averages> = own
+        for (participant, _) in people(sessions) {
+            let own = sessions
+                .iter()
+                .filter(|session| session.participant == participant);
+            let session_averages: Vec<Averages> = own
                 .map(|session| {
                     Averages::from_session(
                         Experiment::Torque,
@@ -51,34 +57,36 @@ impl Study {
                 })
                 .collect();
             let spreads: [Option<Spread>; 6] = std::array::from_fn(|place| {
-                let of = |averages: &Averages| match place {
+                let torque = |averages: &Averages| match place {
                     0..4 => averages.points[place],
                     _ => Some(averages.one_point?[place - 4]),
                 };
-                Spread::of(all.iter().filter_map(of))
+                Spread::of(session_averages.iter().filter_map(torque))
             });
-            for (what, at) in LINES {
+            for (statistic, at) in LINES {
                 let cells = spreads.map(|spread| cell(spread.map(at), 2));
-                let n = match what {
-                    "median" => all.len().to_string(),
+                let n = match statistic {
+                    "median" => session_averages.len().to_string(),
                     _ => String::new(),
                 };
-                rows.push([&[format!("{who}, {what}"), n][..], &cells].concat());
+                rows.push([&[format!("{participant}, {statistic}"), n][..], &cells].concat());
             }
         }
         let draws = averages(Experiment::Torque, sessions);
-        let all: Vec<Replication> = draws
+        let replications: Vec<Replication> = draws
             .iter()
             .map(|averages| Replication::from_averages(averages))
             .collect();
-        let of = |place: usize| {
+        let one_point_spread = |place: usize| {
             Spread::of(
-                all.iter()
+                replications
+                    .iter()
                     .filter_map(|replication| Some(replication.one_point?[place])),
             )
         };
-        let ours = [of(0), of(1)].map(|spread| cell(spread.map(|spread| spread.median), 2));
-        let n = of(0).map_or(0, |spread| spread.n).to_string();
+        let ours = [one_point_spread(0), one_point_spread(1)]
+            .map(|spread| cell(spread.map(|spread| spread.median), 2));
+        let n = one_point_spread(0).map_or(0, |spread| spread.n).to_string();
         let paper = self
             .protocol
             .paper
@@ -103,18 +111,19 @@ impl Study {
 
     fn table_5(&self, sessions: &[Session]) -> Sheet {
         let draws = averages(Experiment::Torque, sessions);
-        let all: Vec<Replication> = draws
+        let replications: Vec<Replication> = draws
             .iter()
             .map(|averages| Replication::from_averages(averages))
             .collect();
         let row = |number: usize| {
-            let of = |place: usize| {
+            let test_spread = |place: usize| {
                 Spread::of(
-                    all.iter()
+                    replications
+                        .iter()
                         .filter_map(|replication| Some(replication.table_5[number]?[place])),
                 )
             };
-            let (t, p) = (of(0), of(1));
+            let (t, p) = (test_spread(0), test_spread(1));
             let n = t.map_or(0, |spread| spread.n).to_string();
             let is_less = |replication: &&Replication| {
                 let p = replication.table_5[number].map(|[_, p]| p);
@@ -126,7 +135,7 @@ impl Study {
             ];
             let paper = format!("{:.2}", self.protocol.paper.table_5[number]);
             let paper_p = format!("{}", TABLE_5_P[number]);
-            let less = all.iter().filter(is_less).count().to_string();
+            let less = replications.iter().filter(is_less).count().to_string();
             vec![number.to_string(), n, t, paper, p, paper_p, less]
         };
         let caption = "Paired t-test of each two-point pattern against one conducted point, over \
@@ -157,12 +166,12 @@ const LINES: [Line; 3] = [
 /// are no sessions.
 fn table_6(sessions: &[Session]) -> Option<Sheet> {
     let mut rows = Vec::new();
-    let all = people(sessions);
-    for (who, _) in &all {
+    let participants = people(sessions);
+    for (participant, _) in &participants {
         let own = || {
             sessions
                 .iter()
-                .filter(|session| session.participant == *who)
+                .filter(|session| session.participant == *participant)
         };
         let mut patterns: BTreeMap<&str, Pattern> = BTreeMap::new();
         for condition in own().flat_map(|session| &session.conditions) {
@@ -174,12 +183,12 @@ fn table_6(sessions: &[Session]) -> Option<Sheet> {
                 .filter(|condition| condition.name == name)
                 .map(|condition| condition.volts)
                 .collect();
-            let mut row = vec![format!("{who}, {name}"), volts.len().to_string()];
+            let mut row = vec![format!("{participant}, {name}"), volts.len().to_string()];
             for point in 0..2 {
                 let is_driven = !matches!(pattern.points, Points::One(other) if other != point);
-                let of = Spread::of(volts.iter().map(|volt| volt[point])).filter(|_| is_driven);
+                let spread = Spread::of(volts.iter().map(|volt| volt[point])).filter(|_| is_driven);
                 row.extend(LINES.map(|(_, at)| match is_driven {
-                    true => cell(of.map(at), 1),
+                    true => cell(spread.map(at), 1),
                     false => "none".to_owned(),
                 }));
             }
@@ -196,5 +205,5 @@ fn table_6(sessions: &[Session]) -> Option<Sheet> {
         rows,
     };
     let sheet = Sheet::table("Table 6", "intensities of experiment 3, V", caption, grid);
-    (!all.is_empty()).then_some(sheet)
+    (!participants.is_empty()).then_some(sheet)
 }

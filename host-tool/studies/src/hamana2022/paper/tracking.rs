@@ -60,8 +60,8 @@ impl Study {
                     if !goes_on() {
                         return Ok(None);
                     }
-                    let of = (&self.device, number);
-                    let track = wearer.track(&self.population, (method, law), of)?;
+                    let trial = (&self.device, number);
+                    let track = wearer.track(&self.population, (method, law), trial)?;
                     trials.push(Trial {
                         law: law.to_owned(),
                         method,
@@ -77,12 +77,12 @@ impl Study {
                 }
             }
         }
-        let mut all = Tracking {
+        let mut result = Tracking {
             trials,
             courses: Vec::new(),
         };
-        all.courses = all.shown_courses(&tracked);
-        Ok(Some(all))
+        result.courses = result.shown_courses(&tracked);
+        Ok(Some(result))
     }
 }
 
@@ -92,8 +92,8 @@ impl Tracking {
     fn trial_rmse(&self, law: &str, method: Method) -> Option<Vec<f64>> {
         let own = self.trials.iter();
         let own = own.filter(|trial| trial.law == law && trial.method == method);
-        let all: Option<Vec<f64>> = own.map(|trial| trial.rmse_deg.clone().ok()).collect();
-        all.filter(|values| !values.is_empty())
+        let errors_deg: Option<Vec<f64>> = own.map(|trial| trial.rmse_deg.clone().ok()).collect();
+        errors_deg.filter(|values| !values.is_empty())
     }
 
     /// Returns A or B, whichever has the smaller mean RMSE (as in the paper, III-D5), and the RMSE
@@ -116,8 +116,13 @@ impl Tracking {
     /// two points; `None` where trials have no RMSE.
     #[must_use]
     pub fn means(&self, law: &str) -> [Option<f64>; 2] {
-        let one = self.one_point_rmse(law).map(|(_, all)| mean(&all));
-        [one, self.two_point_rmse(law).map(|all| mean(&all))]
+        let one_point = self
+            .one_point_rmse(law)
+            .map(|(_, errors_deg)| mean(&errors_deg));
+        [
+            one_point,
+            self.two_point_rmse(law).map(|errors_deg| mean(&errors_deg)),
+        ]
     }
 
     /// Lists the reasons why trials have no RMSE, each once and preceded by the methods to which it
@@ -130,40 +135,45 @@ impl Tracking {
                 trial.rmse_deg.as_ref().err().filter(|_| is)
             })
         };
-        let mut all: Vec<(&str, Vec<String>)> = Vec::new();
+        let mut reasons: Vec<(&str, Vec<String>)> = Vec::new();
         for method in Method::ALL {
-            let both = LAWS.map(|law| why(law, method).map(|why| brief_reason(why)));
-            let is_same = both[0] == both[1];
-            for (law, why) in LAWS.into_iter().zip(both).take(if is_same { 1 } else { 2 }) {
+            let law_reasons = LAWS.map(|law| why(law, method).map(|why| brief_reason(why)));
+            let is_same = law_reasons[0] == law_reasons[1];
+            for (law, why) in LAWS
+                .into_iter()
+                .zip(law_reasons)
+                .take(if is_same { 1 } else { 2 })
+            {
                 let Some(why) = why else { continue };
                 let name = match is_same {
                     true => method.name().to_owned(),
                     false => format!("{} ({})", method.name(), in_words(law)),
                 };
-                match all.iter_mut().find(|(known, _)| *known == why) {
+                match reasons.iter_mut().find(|(known, _)| *known == why) {
                     Some((_, methods)) => methods.push(name),
-                    None => all.push((why, vec![name])),
+                    None => reasons.push((why, vec![name])),
                 }
             }
         }
-        let told = all.into_iter();
-        told.map(|(why, methods)| format!("{}: {why}", methods.join(", ")))
+        let entries = reasons.into_iter();
+        entries
+            .map(|(why, methods)| format!("{}: {why}", methods.join(", ")))
             .collect()
     }
 
     /// Returns the best and the worst of these trials under the paper's controller, with one point
     /// and with two.
     fn shown_courses(&self, tracked: &[(Method, u64, TrialTracking)]) -> Vec<Course> {
-        let one = self.one_point_rmse(LAWS[0]).map(|(method, _)| method);
+        let one_point = self.one_point_rmse(LAWS[0]).map(|(method, _)| method);
         let two = self.two_point_rmse(LAWS[0]).map(|_| Method::Two);
-        let mut all = Vec::new();
-        for method in [one, two].into_iter().flatten() {
+        let mut courses = Vec::new();
+        for method in [one_point, two].into_iter().flatten() {
             let own = || tracked.iter().filter(move |pair| pair.0 == method);
             let by = |a: &&(_, _, TrialTracking), b: &&(_, _, TrialTracking)| {
                 a.2.rmse_deg.total_cmp(&b.2.rmse_deg)
             };
             for (is_best, shown) in [(true, own().min_by(by)), (false, own().max_by(by))] {
-                all.extend(shown.map(|(method, number, tracking)| Course {
+                courses.extend(shown.map(|(method, number, tracking)| Course {
                     is_two: *method == Method::Two,
                     is_best,
                     method: *method,
@@ -173,7 +183,7 @@ impl Tracking {
                 }));
             }
         }
-        all
+        courses
     }
 }
 
@@ -182,9 +192,9 @@ pub(super) fn in_words(law: &str) -> &'static str {
     LawName::from_name(law).map_or("", LawName::title)
 }
 
-/// Returns the mean of `all`, which must not be empty.
-pub(super) fn mean(all: &[f64]) -> f64 {
-    all.iter().sum::<f64>() / all.len() as f64
+/// Returns the mean of `values`, which must not be empty.
+pub(super) fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// Cuts a reason at the first semicolon or parenthesis. Numbers of the draw and advice follow

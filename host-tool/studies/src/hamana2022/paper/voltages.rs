@@ -29,10 +29,10 @@ fn draw_voltages(came: &DrawResult) -> [Option<f64>; 9] {
     let [[a, b], [am, bm]] = [came.voltages.threshold_v, came.voltages.most_v];
     let [e, em] = came.extensor_v;
     let r = came.voltages.ratio;
-    let all = [a, am, b, bm, e, em].map(Some);
-    let [a, am, b, bm, e, em] = all;
-    let both = [am, bm].map(|most| Some(r? * most?));
-    [a, am, b, bm, e, em, r, both[0], both[1]]
+    let volts = [a, am, b, bm, e, em].map(Some);
+    let [a, am, b, bm, e, em] = volts;
+    let scaled_v = [am, bm].map(|most| Some(r? * most?));
+    [a, am, b, bm, e, em, r, scaled_v[0], scaled_v[1]]
 }
 
 /// Returns the printed values of a participant, in the order of [`TABLE_7`].
@@ -41,8 +41,8 @@ fn printed(participant: &Participant) -> [Option<f64>; 9] {
         return [None; 9];
     };
     let [am, bm, em] = paper.most_v;
-    let both = printed_values(&TABLE_7_BOTH_V, &participant.name);
-    let [both_a, both_b] = both.map_or([None; 2], |values| values.map(Some));
+    let pair = printed_values(&TABLE_7_BOTH_V, &participant.name);
+    let [both_a, both_b] = pair.map_or([None; 2], |values| values.map(Some));
     let [a, am, b, bm, e, em, r] = [a, am, b, bm, e, em, paper.r_th].map(Some);
     [a, am, b, bm, e, em, r, both_a, both_b]
 }
@@ -62,16 +62,17 @@ fn printed_voltages(experiment: Experiment) -> Option<(&'static str, &'static Pr
 impl Study {
     /// Computes the rows of every voltage that the paper prints for this study.
     pub(super) fn voltage_rows(&self, parts: &[Part]) -> Vec<Row> {
-        let all = self.participants.all.iter();
+        let participants = self.participants.all.iter();
         match self.kind {
-            Kind::Control => all
+            Kind::Control => participants
                 .flat_map(|participant| table_7_rows(participant, parts))
                 .collect(),
             Kind::Patterns(experiment) => {
                 let Some((_, paper)) = printed_voltages(experiment) else {
                     return Vec::new();
                 };
-                all.flat_map(|participant| applied_rows(participant, paper, parts))
+                participants
+                    .flat_map(|participant| applied_rows(participant, paper, parts))
                     .collect()
             }
             Kind::Hold => Vec::new(),
@@ -94,9 +95,11 @@ impl Study {
         let mut rows = Vec::new();
         for participant in &self.participants.all {
             let name = &participant.name;
-            let all: Vec<[Option<f64>; 9]> = draw_results(parts, name).map(draw_voltages).collect();
-            let of = |place: usize| Spread::of(all.iter().filter_map(|values| values[place]));
-            let spreads: [Option<Spread>; 9] = std::array::from_fn(of);
+            let draws: Vec<[Option<f64>; 9]> =
+                draw_results(parts, name).map(draw_voltages).collect();
+            let place_spread =
+                |place: usize| Spread::of(draws.iter().filter_map(|values| values[place]));
+            let spreads: [Option<Spread>; 9] = std::array::from_fn(place_spread);
             let lines = [
                 (
                     "median",
@@ -109,11 +112,11 @@ impl Study {
                 ),
                 ("paper", printed(participant)),
             ];
-            for (what, numbers) in lines {
+            for (label, numbers) in lines {
                 let numbers = numbers.into_iter().map(|number| cell(number, 1));
-                let first = match what {
+                let first = match label {
                     "paper" => [format!("{name}, paper"), String::new()],
-                    _ => [format!("{name}, {what}"), all.len().to_string()],
+                    _ => [format!("{name}, {label}"), draws.len().to_string()],
                 };
                 rows.push(first.into_iter().chain(numbers).collect());
             }
@@ -142,7 +145,7 @@ impl Study {
                 let spread = Spread::of(
                     draw_results(parts, name).map(|outcome| outcome.voltages.most_v[point]),
                 );
-                let at = |of: fn(Spread) -> f64| cell(spread.map(of), 1);
+                let at = |statistic: fn(Spread) -> f64| cell(spread.map(statistic), 1);
                 row.extend([
                     at(|spread| spread.median),
                     at(|spread| spread.low),
@@ -170,7 +173,7 @@ impl Study {
 
 fn table_7_rows(participant: &Participant, parts: &[Part]) -> Vec<Row> {
     let name = &participant.name;
-    let all: Vec<[Option<f64>; 9]> = draw_results(parts, name).map(draw_voltages).collect();
+    let draws: Vec<[Option<f64>; 9]> = draw_results(parts, name).map(draw_voltages).collect();
     let paper = printed(participant);
     let row_of = |place: usize| {
         let quantity = format!("{name}, {}", TABLE_7[place]);
@@ -178,7 +181,7 @@ fn table_7_rows(participant: &Participant, parts: &[Part]) -> Vec<Row> {
             R_TH => ("r_th", ""),
             _ => ("Voltage (V)", "V"),
         };
-        let values = all.iter().filter_map(|values| values[place]).collect();
+        let values = draws.iter().filter_map(|values| values[place]).collect();
         let id = format!("{quantity}/{measure}");
         row(&id, quantity, unit, paper[place], values)
     };

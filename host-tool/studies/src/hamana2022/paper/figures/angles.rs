@@ -45,7 +45,7 @@ impl Study {
         ];
         let (mut plots, mut whose) = (Vec::new(), Vec::new());
         for (number, is_two, is_best) in kinds {
-            let what = format!(
+            let label = format!(
                 "{number}: {}, {}",
                 METHODS[usize::from(is_two)],
                 if is_best { "best" } else { "worst" }
@@ -62,7 +62,7 @@ impl Study {
                 course.number + 1
             ));
             plots.push(tracking_plot(
-                format!("{what}: {:.1}°", course.rmse_deg),
+                format!("{label}: {:.1}°", course.rmse_deg),
                 course,
             ));
         }
@@ -96,10 +96,10 @@ impl Study {
             .all
             .iter()
             .map(|participant| &*participant.name);
-        let mut all = std::iter::once("P")
+        let mut ordered_parts = std::iter::once("P")
             .chain(others)
             .flat_map(|name| parts.iter().filter(move |part| part.participant == name));
-        all.find_map(|part| {
+        ordered_parts.find_map(|part| {
             let tracking = part.became.as_ref().ok()?.tracking()?;
             let mut own = tracking.courses.iter();
             let own = own.find(|course| (course.is_two, course.is_best) == (is_two, is_best))?;
@@ -113,14 +113,14 @@ impl Study {
         let Some(whose) = self.shown_wearer("Q", parts)? else {
             return Ok(Vec::new());
         };
-        let of = |pattern, lies| {
+        let hold = |pattern, lies| {
             whose
                 .wearer
                 .hold_pattern(&self.population, 0, (pattern, lies))
         };
         let [a, b] = [
-            of(Pattern::isolated_point(A), 0.0)?,
-            of(Pattern::isolated_point(B), 0.0)?,
+            hold(Pattern::isolated_point(A), 0.0)?,
+            hold(Pattern::isolated_point(B), 0.0)?,
         ];
         let better = if a.greatest_deg() >= b.greatest_deg() {
             a
@@ -134,7 +134,7 @@ impl Study {
         {
             let mut curves = Vec::new();
             for (series, lies) in LIES_DEG.into_iter().enumerate() {
-                curves.push(course(series, &of(pattern, lies)?));
+                curves.push(course(series, &hold(pattern, lies)?));
             }
             plots.push(Plot {
                 title: format!("{name}: {}", pattern.in_words()),
@@ -166,14 +166,16 @@ impl Study {
     pub(super) fn figure_31(&self, parts: &[Part]) -> Vec<Sheet> {
         let sessions = sessions(parts);
         let mut plots = Vec::new();
-        for (who, _) in people(&sessions) {
-            let own = sessions.iter().filter(|session| session.participant == who);
-            let all: Vec<IndexAngles> = own.filter_map(index_angles).collect();
+        for (participant, _) in people(&sessions) {
+            let own = sessions
+                .iter()
+                .filter(|session| session.participant == participant);
+            let angles: Vec<IndexAngles> = own.filter_map(index_angles).collect();
             let mut bars = Vec::new();
             for place in 0..LIES_DEG.len() {
                 for method in 0..METHODS.len() {
                     let left = place as f64 + [-0.38, 0.02][method];
-                    let spread = Spread::of(all.iter().map(|values| values[method][place]));
+                    let spread = Spread::of(angles.iter().map(|values| values[method][place]));
                     bars.extend(spread.map(|spread| Bar {
                         series: method,
                         x: [left, left + 0.36],
@@ -183,7 +185,7 @@ impl Study {
                 }
             }
             plots.push(Plot {
-                title: draw_count_label(who, all.len()),
+                title: draw_count_label(participant, angles.len()),
                 x: SheetAxis::categorical("pronation", LIES_DEG.map(|lies| format!("{lies}°"))),
                 y: angle(),
                 bars,
@@ -218,10 +220,10 @@ impl Study {
                 let held = part.became.as_ref().ok()?.held()?;
                 Some((part.draw, held.first()?))
             });
-            let Some((draw, both)) = first else { continue };
+            let Some((draw, holds)) = first else { continue };
             whose.push(format!("{name}'s draw {draw}"));
-            let curves = both.iter().enumerate();
-            let [one, two] = both.each_ref().map(Hold::drop_deg);
+            let curves = holds.iter().enumerate();
+            let [one, two] = holds.each_ref().map(Hold::drop_deg);
             plots.push(Plot {
                 title: format!("{name}: sinks {one:.1}°, {two:.1}°"),
                 x: ten_seconds(),
@@ -253,13 +255,13 @@ impl Study {
 }
 
 fn tracking_plot(title: String, course: &Course) -> Plot {
-    let of = |place: usize| course.rows.iter().map(move |row| [row[0], row[place]]);
+    let column = |place: usize| course.rows.iter().map(move |row| [row[0], row[place]]);
     Plot {
         title,
         x: SheetAxis::linear("time (s)", [0.0, 30.0]),
         y: angle(),
         aside: Some([0.0, 10.0]),
-        curves: vec![Curve::line(0, of(2)), Curve::line(1, of(1))],
+        curves: vec![Curve::line(0, column(2)), Curve::line(1, column(1))],
         ..Plot::default()
     }
 }
@@ -317,13 +319,13 @@ mod tests {
             followed_by("P", 4),
             followed_by("P", 5),
         ];
-        let told = caption(&of_p);
-        assert!(told.contains("25: P, draw 4, B trial 3;"), "{told}");
-        assert!(told.contains("28: no draw has this trial"), "{told}");
-        let told = caption(&of_p[..1]);
+        let text = caption(&of_p);
+        assert!(text.contains("25: P, draw 4, B trial 3;"), "{text}");
+        assert!(text.contains("28: no draw has this trial"), "{text}");
+        let text_of_q = caption(&of_p[..1]);
         assert!(
-            told.contains("25: Q, draw 0 (no draw of P has points and voltages), B trial 3"),
-            "{told}"
+            text_of_q.contains("25: Q, draw 0 (no draw of P has points and voltages), B trial 3"),
+            "{text_of_q}"
         );
     }
 }

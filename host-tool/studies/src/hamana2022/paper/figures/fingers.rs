@@ -137,11 +137,11 @@ impl Study {
     /// Plots nine bar charts of the digits' angles for each participant, one for each intensity.
     pub(super) fn figure_21(&self, parts: &[Part]) -> Vec<Sheet> {
         let sessions = sessions(parts);
-        let all = people(&sessions).into_iter();
-        all.map(|(who, _)| {
+        let participants = people(&sessions).into_iter();
+        participants.map(|(participant, _)| {
             let own: Vec<&Session> = sessions
                 .iter()
-                .filter(|session| session.participant == who)
+                .filter(|session| session.participant == participant)
                 .collect();
             let mut names: Vec<&str> = Vec::new();
             for condition in own.iter().flat_map(|session| &session.conditions) {
@@ -157,7 +157,7 @@ impl Study {
             };
             let caption = format!(
                 "Angle of each finger above rest, as a fraction of its range and as the mean of \
-                 five trials: median and 5th to 95th percentile of the {} draws of {who} that have \
+                 five trials: median and 5th to 95th percentile of the {} draws of {participant} that have \
                  points and voltages. Simulated. T thumb, I index, M middle, R ring, L \
                  little finger. In the paper's figure 21, of P, the index finger bends alone at \
                  intensities a to f, and fully at d and e; the thumb also bends at g, the little \
@@ -173,10 +173,10 @@ impl Study {
 /// Plots the angles of five fingers at one intensity.
 fn intensity(name: &str, sessions: &[&Session]) -> Plot {
     let bar = |digit: usize| {
-        let of = sessions
+        let values = sessions
             .iter()
             .filter_map(|session| mean(session, |c| c.name == name, |s| s.flexed[digit]));
-        let spread = Spread::of(of)?;
+        let spread = Spread::of(values)?;
         let at = digit as f64;
         Some(Bar {
             series: 0,

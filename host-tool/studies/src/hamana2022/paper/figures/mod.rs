@@ -34,17 +34,17 @@ impl Study {
     pub(super) fn figures(&self, parts: &[Part]) -> Result<Vec<Sheet>, TwoPointsError> {
         Ok(match self.kind {
             Kind::Patterns(Experiment::Selectivity) => {
-                let mut all = self.figure_8(parts)?;
-                all.extend(self.figures_9_to_11(parts)?);
-                all.extend(self.individuation_figures(parts));
-                all
+                let mut sheets = self.figure_8(parts)?;
+                sheets.extend(self.figures_9_to_11(parts)?);
+                sheets.extend(self.individuation_figures(parts));
+                sheets
             }
             Kind::Patterns(Experiment::Torque) => self.torque_figures(parts),
             Kind::Patterns(Experiment::Intensities) => self.figure_21(parts),
             Kind::Patterns(Experiment::Posture) => {
-                let mut all = self.figure_30(parts)?;
-                all.extend(self.figure_31(parts));
-                all
+                let mut sheets = self.figure_30(parts)?;
+                sheets.extend(self.figure_31(parts));
+                sheets
             }
             Kind::Control => self.figures_25_to_28(parts),
             Kind::Hold => self.figure_32(parts),

@@ -103,9 +103,9 @@ impl<'s> PatternFigure<'s> {
     }
 
     /// Returns four figures: by participant, averages, by phase difference, and conducted beside
-    /// isolated. `one` is the torque that the paper prints for one point; without it, the figures
+    /// isolated. `one_point` is the torque that the paper prints for one point; without it, the figures
     /// omit one point.
-    fn sheets(&self, numbers: [&str; 4], papers: [&str; 4], one: Option<f64>) -> Vec<Sheet> {
+    fn sheets(&self, numbers: [&str; 4], papers: [&str; 4], one_point: Option<f64>) -> Vec<Sheet> {
         if self.draws.is_empty() {
             return Vec::new();
         }
@@ -118,33 +118,34 @@ impl<'s> PatternFigure<'s> {
             ("conducted and isolated", whose),
         ];
         let plots = [
-            self.people(one),
-            self.means(one),
+            self.people(one_point),
+            self.means(one_point),
             self.phases(),
             self.pairs(),
         ];
-        let each = numbers.into_iter().zip(papers).zip(whats).zip(plots);
-        each.map(|(((number, paper), (title, whose)), plots)| {
-            let caption = format!("{words}, {whose}, simulated; {SPREAD}. {paper}");
-            Sheet::figure(number, title, caption, plots)
-        })
-        .collect()
+        let figures = numbers.into_iter().zip(papers).zip(whats).zip(plots);
+        figures
+            .map(|(((number, paper), (title, whose)), plots)| {
+                let caption = format!("{words}, {whose}, simulated; {SPREAD}. {paper}");
+                Sheet::figure(number, title, caption, plots)
+            })
+            .collect()
     }
 
     fn y(&self) -> SheetAxis {
         SheetAxis::linear(self.measure.axis, [0.0, 1.05])
     }
 
-    /// Plots a bar for each pattern. `one` adds a bar for one point: the simulated spread and the
+    /// Plots a bar for each pattern. `one_point` adds a bar for one point: the simulated spread and the
     /// printed value.
     fn plot(
         &self,
         title: &str,
-        of: &dyn Fn(usize) -> Option<Spread>,
-        one: Option<(Option<Spread>, Option<f64>)>,
+        spreads: &dyn Fn(usize) -> Option<Spread>,
+        one_point: Option<(Option<Spread>, Option<f64>)>,
     ) -> Plot {
         let names = (0..PATTERNS).map(|index| index.to_string());
-        let names = names.chain(one.map(|_| "one".to_owned()));
+        let names = names.chain(one_point.map(|_| "one".to_owned()));
         let bar = |at: usize, series: usize, item: Spread| {
             let at = at as f64;
             Bar {
@@ -154,9 +155,9 @@ impl<'s> PatternFigure<'s> {
                 range: Some(item.range()),
             }
         };
-        let bars = (0..PATTERNS).filter_map(|at| Some(bar(at, state(at), of(at)?)));
-        let ours = one.and_then(|(ours, _)| ours);
-        let paper = one.and_then(|(_, paper)| paper);
+        let bars = (0..PATTERNS).filter_map(|at| Some(bar(at, state(at), spreads(at)?)));
+        let ours = one_point.and_then(|(ours, _)| ours);
+        let paper = one_point.and_then(|(_, paper)| paper);
         Plot {
             title: title.to_owned(),
             x: SheetAxis::categorical("pattern", names),
@@ -181,13 +182,13 @@ impl<'s> PatternFigure<'s> {
             .collect()
     }
 
-    fn people(&self, one: Option<f64>) -> Plots {
-        let plot = |who: &str| {
+    fn people(&self, one_point: Option<f64>) -> Plots {
+        let plot = |participant: &str| {
             let own = self
                 .sessions
                 .iter()
-                .filter(|session| session.participant == who);
-            let all: Vec<Averages> = own
+                .filter(|session| session.participant == participant);
+            let session_averages: Vec<Averages> = own
                 .map(|session| {
                     Averages::from_session(
                         self.measure.experiment,
@@ -196,21 +197,27 @@ impl<'s> PatternFigure<'s> {
                     )
                 })
                 .collect();
-            let of =
-                |at: usize| Spread::of(all.iter().filter_map(|averages| averages.patterns[at]));
+            let spreads = |at: usize| {
+                Spread::of(
+                    session_averages
+                        .iter()
+                        .filter_map(|averages| averages.patterns[at]),
+                )
+            };
             let alone = Spread::of(
-                all.iter()
+                session_averages
+                    .iter()
                     .filter_map(|averages| Some(averages.one_point?[0])),
             );
-            let title = draw_count_label(who, all.len());
-            self.plot(&title, &of, one.map(|_| (alone, None)))
+            let title = draw_count_label(participant, session_averages.len());
+            self.plot(&title, &spreads, one_point.map(|_| (alone, None)))
         };
         Plots {
             beside: 2,
-            series: Self::series(one.is_some()),
+            series: Self::series(one_point.is_some()),
             plots: people(self.sessions)
                 .iter()
-                .map(|(who, _)| plot(who))
+                .map(|(participant, _)| plot(participant))
                 .collect(),
         }
     }
@@ -223,15 +230,15 @@ impl<'s> PatternFigure<'s> {
         )
     }
 
-    fn means(&self, one: Option<f64>) -> Plots {
+    fn means(&self, one_point: Option<f64>) -> Plots {
         let alone = Spread::of(
             self.draws
                 .iter()
                 .filter_map(|replication| Some(replication.one_point?[0])),
         );
-        let given = one.map(|paper| (alone, Some(paper)));
+        let given = one_point.map(|paper| (alone, Some(paper)));
         let mut plot = self.plot("", &|at| self.mean_of(at), given);
-        let band = alone.filter(|_| one.is_some()).map(|spread| Band {
+        let band = alone.filter(|_| one_point.is_some()).map(|spread| Band {
             series: ONE,
             low: spread.low,
             middle: spread.median,
@@ -240,7 +247,7 @@ impl<'s> PatternFigure<'s> {
         plot.bands.extend(band);
         Plots {
             beside: 1,
-            series: Self::series(one.is_some()),
+            series: Self::series(one_point.is_some()),
             plots: vec![plot],
         }
     }
