@@ -23,7 +23,7 @@ fn ramps_are_told_and_written() {
     }
     assert!(people.contains("Angles: effect of ±15°"), "{people}");
     assert!(
-        people.contains("1000 to 1000 µs, by design 1000"),
+        people.contains("1000 to 1000 µs; the design value is 1000"),
         "{people}"
     );
     for out in ["one", "two"] {
