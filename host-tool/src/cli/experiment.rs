@@ -39,8 +39,7 @@ pub struct ExperimentArgs {
     /// Device: native, chip, qemu, a serial port, or tcp:HOST:PORT
     #[arg(long, default_value = "native")]
     device: DeviceName,
-    /// Number of random wearers; default: the declaration's number on a simulator of this program,
-    /// none on a board
+    /// Number of random wearers; default: the declaration's number, on a board none
     #[arg(long)]
     draws: Option<u64>,
     /// Seed of the order of trials, the noise and the random wearers; default: the declaration's
@@ -257,9 +256,8 @@ impl Order<'_> {
         record.trials = trials.map(|played| played.trial.clone()).collect();
         let outcome = write_outcome(self, dir, &course, &beside);
         bar.finish();
-        let completion =
-            outcome.and_then(|outcome| require_complete(course, outcome, &interruption));
-        let came = completion.map(|(course, outcome)| ExperimentResult {
+        let ended = outcome.and_then(|outcome| require_complete(course, outcome, &interruption));
+        let came = ended.map(|(course, outcome)| ExperimentResult {
             course,
             took,
             outcome,
@@ -278,8 +276,7 @@ impl Order<'_> {
         Ok(value)
     }
 
-    /// Returns the rows of the random wearers if this same experiment was interrupted in its
-    /// folder. The simulated trials are run again and give the same results.
+    /// Returns the rows of the random wearers if this experiment was interrupted in its folder.
     fn recorded_draws(&self) -> Option<String> {
         let is_mine = !self.out.overwrites() && !self.device.is_port();
         let dir = self.out.dir().filter(|_| is_mine)?;
@@ -366,8 +363,7 @@ fn add_comparison(experiment: &Experiment, record: &mut Run, came: &ExperimentRe
     }));
 }
 
-/// Computes the outcome of the trials and of the random wearers, and writes it beside the record,
-/// even if it is incomplete.
+/// Computes and writes the outcome of trials and random wearers, even if they are incomplete.
 fn write_outcome(
     order: &Order<'_>,
     dir: &Path,
@@ -401,8 +397,7 @@ fn write_outcome(
     Ok(swept.outcome)
 }
 
-/// Returns whether all trials are simulated, as their devices reported. Trials in this process
-/// always are; the result is `None` if a device behind a port has not answered.
+/// Returns whether all trials are simulated; `None` if a device behind a port has not answered.
 fn all_simulated(trials: &[ConductedTrial], is_port: bool) -> Option<bool> {
     let trials = trials.iter().map(|played| &played.trial);
     let is_simulated = trials.map(|trial| match &trial.identity {
