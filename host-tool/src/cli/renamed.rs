@@ -3,6 +3,7 @@
 //! In: the arguments as typed. Out: the arguments with today's names, and one note for each
 //! former name.
 
+use super::wearer_args::PARTICIPANTS;
 use std::ffi::OsString;
 
 /// Former and present name of an option, and what happens to its value.
@@ -69,9 +70,6 @@ const fn renamed(
 
 /// Former and present name of a chart.
 const CHART: (&str, &str) = ("ladder", "model-selection");
-
-/// Letters of the participants of Hamana 2022, and all of them.
-pub const PARTICIPANTS: [&str; 5] = ["P", "Q", "R", "S", "all"];
 
 /// Replaces former names in `typed`, the arguments with the program's name before them. Arguments
 /// after `--` and arguments that are not UTF-8 stay as they are. Returns the arguments, and a note

@@ -1,7 +1,9 @@
 //! Options that select the wearer of a study or chart.
 
-use super::renamed::PARTICIPANTS;
 use clap::Args;
+
+/// Letters of the participants of Hamana 2022, and all of them.
+pub const PARTICIPANTS: [&str; 5] = ["P", "Q", "R", "S", "all"];
 
 #[derive(Args, Debug, Default)]
 pub struct WearerArgs {

@@ -134,14 +134,9 @@ fn hands_plan(args: &Control) -> Result<hands::Plan, String> {
 fn plant_count(args: &Control, (chart, quick): (u64, u64)) -> Result<u64, String> {
     let usual = if args.quick { quick } else { chart };
     let plants = args.plants.unwrap_or(usual);
-    if plants > MOST_PLANTS {
+    if !(2..=MOST_PLANTS).contains(&plants) {
         return Err(format!(
-            "--plants is {plants}; allowed: 2 to 100000 (a chart uses {chart})"
-        ));
-    }
-    if plants < 2 {
-        return Err(format!(
-            "--plants is {plants}; allowed: 2 to 100000 (a chart uses {chart})"
+            "--plants is {plants}; allowed: 2 to {MOST_PLANTS} (a chart uses {chart})"
         ));
     }
     Ok(plants)
