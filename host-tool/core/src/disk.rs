@@ -8,13 +8,13 @@ use std::path::Path;
 
 /// Destination for the files of a trial: the file system, or in tests a disk that is full after a
 /// given number of bytes.
-pub trait Disk: fmt::Debug {
+pub trait Disk: fmt::Debug + Send {
     /// Creates a file at `path`, replacing an old one. The returned writer hands every write to the
     /// operating system at once, without a buffer.
     ///
     /// # Errors
     /// The file cannot be created.
-    fn create(&self, path: &Path) -> io::Result<Box<dyn Write>>;
+    fn create(&self, path: &Path) -> io::Result<Box<dyn Write + Send>>;
 }
 
 /// Destination that writes to the computer's own file system.
@@ -22,7 +22,7 @@ pub trait Disk: fmt::Debug {
 pub struct FileSystem;
 
 impl Disk for FileSystem {
-    fn create(&self, path: &Path) -> io::Result<Box<dyn Write>> {
+    fn create(&self, path: &Path) -> io::Result<Box<dyn Write + Send>> {
         Ok(Box::new(File::create(path)?))
     }
 }

@@ -114,7 +114,7 @@ impl Observer for Person {
 fn play_recorded(
     file: &SessionFile,
     dir: &Path,
-    hands: impl Observer,
+    hands: impl Observer + Send,
 ) -> (Vec<Marker>, Trace, u64) {
     let _ = std::fs::remove_dir_all(dir);
     let mut run_of = Run {

@@ -26,7 +26,7 @@ pub fn play<P: Port>(
     (session, device): (&SessionFile, &str),
     port: P,
     recorder: &mut Recorder,
-    outputs: &mut dyn Outputs,
+    outputs: &mut (dyn Outputs + Send),
     interruption: &Interruption,
 ) -> (Outcome, anyhow::Result<()>) {
     let model = Model::new(device, Some(session)).with_hands();

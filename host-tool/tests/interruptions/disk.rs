@@ -4,25 +4,25 @@ use crate::program::{one_channel, test_folder};
 use host_core::link::Port;
 use host_core::record::{self, Disk, Recorder, Run};
 use host_core::run::{RunError, SessionFile, begin_trial, run, simulated_port};
-use std::cell::Cell;
 use std::io::{self, Write};
 use std::path::Path;
-use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Accepts `left` more bytes, then none.
 #[derive(Clone, Debug)]
 struct Full {
-    left: Rc<Cell<usize>>,
+    left: Arc<AtomicUsize>,
 }
 
 struct FullFile {
-    left: Rc<Cell<usize>>,
+    left: Arc<AtomicUsize>,
     file: std::fs::File,
 }
 
 impl Disk for Full {
-    fn create(&self, path: &Path) -> io::Result<Box<dyn Write>> {
-        let left = Rc::clone(&self.left);
+    fn create(&self, path: &Path) -> io::Result<Box<dyn Write + Send>> {
+        let left = Arc::clone(&self.left);
         let file = std::fs::File::create(path)?;
         Ok(Box::new(FullFile { left, file }))
     }
@@ -30,11 +30,11 @@ impl Disk for Full {
 
 impl Write for FullFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let fits = bytes.len().min(self.left.get());
+        let fits = bytes.len().min(self.left.load(Ordering::Relaxed));
         if fits == 0 && !bytes.is_empty() {
             return Err(io::ErrorKind::StorageFull.into());
         }
-        self.left.set(self.left.get() - fits);
+        self.left.fetch_sub(fits, Ordering::Relaxed);
         self.file.write_all(&bytes[..fits])?;
         Ok(fits)
     }
@@ -47,7 +47,7 @@ impl Write for FullFile {
 /// Runs a session of 50 ms on a disk with room for `bytes`. Returns `None` if everything fits.
 fn run_on(bytes: usize, file: &SessionFile, out: &Path) -> Option<()> {
     let disk = Full {
-        left: Rc::new(Cell::new(bytes)),
+        left: Arc::new(AtomicUsize::new(bytes)),
     };
     let is_numbered = |error: &str| {
         assert!(error.contains("E582 cannot write"), "{bytes}: {error}");

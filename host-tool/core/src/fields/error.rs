@@ -358,6 +358,18 @@ impl Problem {
         }
     }
 
+    /// Returns the values that the field may have, if the problem is that its value is outside of
+    /// them.
+    pub(super) fn allowed(&self) -> Option<&str> {
+        match self {
+            Self::OutOfRange { allowed }
+            | Self::NotFinite {
+                allowed: Some(allowed),
+            } => Some(allowed),
+            _ => None,
+        }
+    }
+
     /// Returns the short text that is written under the marked place when the file is shown.
     pub(super) fn label(&self) -> String {
         match self {

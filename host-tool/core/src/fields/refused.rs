@@ -140,6 +140,32 @@ impl SessionError {
         lines.join("\n")
     }
 
+    /// Returns the path of the field with the error, for example "channel.train.width_us"; an empty
+    /// text for an error without a field.
+    #[must_use]
+    pub fn field(&self) -> &str {
+        &self.0.place.field
+    }
+
+    /// Returns the text of the field's value in the file; an empty text for an error without a
+    /// field.
+    #[must_use]
+    pub fn given(&self) -> &str {
+        &self.0.place.given
+    }
+
+    /// Returns the values that the field may have, if the error is about its range.
+    #[must_use]
+    pub fn allowed(&self) -> Option<&str> {
+        self.0.problem.allowed()
+    }
+
+    /// Returns what the user should do about the error; `None` if the message says so.
+    #[must_use]
+    pub fn remedy(&self) -> Option<String> {
+        self.0.problem.help()
+    }
+
     /// Returns the problem of this error, without those of the further ones.
     #[must_use]
     pub fn problem(&self) -> &Problem {

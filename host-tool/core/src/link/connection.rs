@@ -87,12 +87,16 @@ impl<P: Port> Connection<P> {
         }
     }
 
-    /// Returns a copy of this session with a copy of the simulated device; both continue
-    /// independently of the originals. `None` if the device cannot be copied.
+    /// Returns a copy of this session with a copy of the simulated device, whose port is as
+    /// `convert` returns it; both continue independently of the originals. `None` if the device
+    /// cannot be copied.
     #[must_use]
-    pub fn snapshot(&self) -> Option<Connection<SimulatedPort>> {
+    pub fn snapshot_with<Q: Port>(
+        &self,
+        convert: impl FnOnce(SimulatedPort) -> Q,
+    ) -> Option<Connection<Q>> {
         Some(Connection {
-            port: self.port.snapshot()?,
+            port: convert(self.port.snapshot()?),
             client: self.client.snapshot(),
             keeper: None,
             interruption: self.interruption.clone(),

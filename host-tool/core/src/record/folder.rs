@@ -47,7 +47,7 @@ pub fn write_header(dir: &Path, run: &Run) -> Result<(), RecordError> {
 pub fn save(dir: &Path, run: &Run) -> Result<(), RecordError> {
     write_run(dir, run)?;
     for (position, trial) in run.trials.iter().enumerate() {
-        let recorder = Recorder::create(dir, position, trial)?;
+        let mut recorder = Recorder::create(dir, position, trial)?;
         recorder.finish(&trial.counters, trial.duration_s)?;
     }
     Ok(())

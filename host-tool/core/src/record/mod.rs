@@ -42,7 +42,9 @@ pub use provenance::{ClockFit, DeclaredFile, HostFacts, Plan, Program};
 pub use recorder::Recorder;
 pub use sample::{DeviceState, Sample};
 pub use samples::Samples;
-pub use table::{read_edges, read_samples, write_edges, write_samples};
+pub use table::{
+    Field, read_edges, read_samples, sample_columns, visit_sample, write_edges, write_samples,
+};
 pub use worn::TrialWearer;
 
 use crate::clock::Moment;

@@ -25,8 +25,8 @@ pub struct Recorder {
     disk: Box<dyn Disk>,
     folder: PathBuf,
     trial: Trial,
-    samples: Box<dyn Write>,
-    markers: Box<dyn Write>,
+    samples: Box<dyn Write + Send>,
+    markers: Box<dyn Write + Send>,
     /// Text of the row that is being written.
     row: Vec<u8>,
     /// Time of the event at which `trial.json` was last written because of an event, s after the
@@ -167,7 +167,7 @@ impl Recorder {
 
     /// Ends the trial: writes its counters and its actual duration, s, to `trial.json`.
     pub fn finish(
-        mut self,
+        &mut self,
         counters: &[(String, u64)],
         duration_s: f64,
     ) -> Result<(), RecordError> {

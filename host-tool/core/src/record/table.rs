@@ -30,65 +30,84 @@ pub(super) fn push_sample_header(text: &mut Vec<u8>, channels: &[ChannelInfo]) {
     text.push(b'\n');
 }
 
-/// Appends a row to `text`. A missing or unknown value becomes an empty field, never a zero.
-/// Amplitudes or forces for which `channels` has no column are left out.
-pub(super) fn push_sample(text: &mut Vec<u8>, sample: &Sample, channels: &[ChannelInfo]) {
+/// Value of one field of a row of `samples.csv`.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Field {
+    /// Time in s, written with six decimals.
+    Time(f64),
+    /// Number; `None` for a missing or unknown value, whose field is empty.
+    Number(Option<f64>),
+    /// Word from a fixed list.
+    Word(&'static str),
+}
+
+/// Returns the names of the columns of `samples.csv` in a trial with these channels, from left to
+/// right.
+#[must_use]
+pub fn sample_columns(channels: &[ChannelInfo]) -> Vec<String> {
+    let header = columns::header(&columns::SAMPLES, channels);
+    header.split(',').map(str::to_owned).collect()
+}
+
+/// Hands the fields of a row to `receive`, in the order of [`sample_columns`]. Amplitudes or forces
+/// for which `channels` has no column are left out.
+pub fn visit_sample(sample: &Sample, channels: &[ChannelInfo], mut receive: impl FnMut(Field)) {
     let predicted = channels.iter().filter(|c| c.muscle).count();
     let live = channels.iter().filter(|c| c.live_width).count();
     let controlled = channels.iter().filter(|c| c.force).count();
-    number::push_micros(text, sample.t_s);
+    receive(Field::Time(sample.t_s));
+    let mut number = |value| receive(Field::Number(value));
     for value in [sample.target_deg, sample.measured_deg, sample.true_deg] {
-        push_field(text, value);
+        number(value);
     }
-    push_field(text, sample.effort);
-    text.extend_from_slice(if sample.limiting { b",1," } else { b",0," });
-    text.extend_from_slice(state_word(&DEVICE_STATES, sample.state).as_bytes());
-    for column in 0..channels.len() {
-        push_field(text, sample.amplitudes.get(column).copied().flatten());
-    }
-    for column in 0..live {
-        push_field(text, sample.widths_us.get(column).copied().flatten());
-    }
-    for column in 0..predicted {
-        push_field(text, sample.forces_n.get(column).copied().flatten());
-    }
+    number(sample.effort);
+    number(Some(f64::from(u8::from(sample.limiting))));
+    receive(Field::Word(state_word(&DEVICE_STATES, sample.state)));
+    let mut list = |values: &[Option<f64>], count| {
+        for column in 0..count {
+            receive(Field::Number(values.get(column).copied().flatten()));
+        }
+    };
+    list(&sample.amplitudes, channels.len());
+    list(&sample.widths_us, live);
+    list(&sample.forces_n, predicted);
     for values in [
         &sample.wanted_n,
         &sample.rates_hz,
         &sample.below_n,
         &sample.above_n,
     ] {
-        for column in 0..controlled {
-            push_field(text, values.get(column).copied().flatten());
-        }
+        list(values, controlled);
     }
     if channels.iter().any(|channel| channel.line) {
-        for column in 0..3 {
-            push_field(text, sample.hand_n.get(column).copied().flatten());
-        }
-        push_field(text, sample.hand_made);
-        for column in 0..3 {
-            push_field(text, sample.hand_true_n.get(column).copied().flatten());
-        }
+        list(&sample.hand_n, 3);
+        list(&[sample.hand_made], 1);
+        list(&sample.hand_true_n, 3);
     }
     let joints = columns::joints(channels).count();
     if joints > 0 {
-        push_field(text, sample.held);
+        list(&[sample.held], 1);
         for values in [&sample.joint_deg, &sample.phase] {
-            for column in 0..joints {
-                push_field(text, values.get(column).copied().flatten());
-            }
+            list(values, joints);
         }
     }
-    text.push(b'\n');
 }
 
-/// Appends a comma and then the value; only the comma for `None`.
-fn push_field(text: &mut Vec<u8>, value: Option<f64>) {
-    text.push(b',');
-    if let Some(value) = value {
-        number::push(text, value);
-    }
+/// Appends a row to `text`. A missing or unknown value becomes an empty field, never a zero.
+pub(super) fn push_sample(text: &mut Vec<u8>, sample: &Sample, channels: &[ChannelInfo]) {
+    let begin = text.len();
+    visit_sample(sample, channels, |field| {
+        if text.len() > begin {
+            text.push(b',');
+        }
+        match field {
+            Field::Time(seconds) => number::push_micros(text, seconds),
+            Field::Number(Some(value)) => number::push(text, value),
+            Field::Number(None) => {}
+            Field::Word(word) => text.extend_from_slice(word.as_bytes()),
+        }
+    });
+    text.push(b'\n');
 }
 
 /// Writes a complete `samples.csv`, header included.

@@ -157,7 +157,7 @@ pub fn profile(
     prefetched: Prefetched,
     seed: u64,
     clock: &dyn Clock,
-    observer: impl Observer,
+    observer: impl Observer + Send,
 ) -> Result<Profiled, ProfileError> {
     let mut board = power_on(&file.session, image, Profile::new(image))?;
     board.around.soc.flash.set_prefetched(prefetched);

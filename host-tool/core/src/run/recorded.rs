@@ -50,7 +50,7 @@ pub fn record(
     file: &SessionFile,
     (device, seed): (&DeviceName, u64),
     edges_us: u64,
-    observer: impl Observer,
+    observer: impl Observer + Send,
 ) -> Result<RecordedTrial, BeginError> {
     let port = device.open(&file.session, seed)?;
     let (recorded, _) = record_on(place, file, port, edges_us, observer)?;
@@ -67,7 +67,7 @@ pub fn record_on<P: Port>(
     file: &SessionFile,
     port: P,
     edges_us: u64,
-    observer: impl Observer,
+    observer: impl Observer + Send,
 ) -> Result<(RecordedTrial, Option<P>), RecordError> {
     let named = Trial {
         name: place.name.to_owned(),

@@ -5,6 +5,7 @@ use super::wearer::{attach_electrodes, create_body};
 use crate::link::SimulatedPort;
 use crate::session::Session;
 use firmware::units::Micros;
+use hal_sim::body::Body;
 use hal_sim::lockstep::Device;
 use hal_sim::wire::faults::Faults;
 use hal_sim::world::World;
@@ -22,7 +23,20 @@ pub fn simulated_port(
     boot: Micros,
 ) -> Result<SimulatedPort, OpenError> {
     let body = create_body(session, seed)?;
+    Ok(simulated_port_with(body, session, seed, device, boot))
+}
+
+/// Creates a simulated world as [`simulated_port`] does, with a wearer of the caller's own instead
+/// of the session's.
+#[must_use]
+pub fn simulated_port_with(
+    body: Box<dyn Body>,
+    session: &Session,
+    seed: u64,
+    device: Box<dyn Device>,
+    boot: Micros,
+) -> SimulatedPort {
     let mut world = World::new(device, body, boot, Faults::default(), seed);
     attach_electrodes(&mut world, session);
-    Ok(SimulatedPort::new(world))
+    SimulatedPort::new(world)
 }

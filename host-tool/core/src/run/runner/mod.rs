@@ -17,7 +17,7 @@ pub fn run<P: Port>(
     file: &SessionFile,
     port: P,
     recorder: Option<&mut Recorder>,
-    observer: impl Observer,
+    observer: impl Observer + Send,
 ) -> (Outcome, Option<P>) {
     conduct(file, port, recorder, None, observer)
 }
@@ -28,8 +28,8 @@ pub fn run_with_outputs<P: Port>(
     file: &SessionFile,
     port: P,
     recorder: Option<&mut Recorder>,
-    observer: impl Observer,
-    outputs: &mut dyn Outputs,
+    observer: impl Observer + Send,
+    outputs: &mut (dyn Outputs + Send),
 ) -> (Outcome, Option<P>) {
     conduct(file, port, recorder, Some(outputs), observer)
 }
@@ -38,8 +38,8 @@ fn conduct<P: Port>(
     file: &SessionFile,
     port: P,
     recorder: Option<&mut Recorder>,
-    outputs: Option<&mut dyn Outputs>,
-    observer: impl Observer,
+    outputs: Option<&mut (dyn Outputs + Send)>,
+    observer: impl Observer + Send,
 ) -> (Outcome, Option<P>) {
     let attached = Attachments {
         recorder: recorder.map(|recorder| Box::new(recorder) as _),

@@ -1,7 +1,9 @@
 //! Ends a session: stops the device in every case, and records the rest.
 
 use super::listen::MOST_AT_ONCE;
-use super::{Observation, Outcome, RunError, Stepper, Stopped, to_signal_error, trial};
+use super::{
+    Attachments, Observation, Outcome, RunError, Stepper, Stopped, to_signal_error, trial,
+};
 use crate::link::{Error, Incoming, Port};
 use firmware::link::Event;
 
@@ -9,7 +11,7 @@ use firmware::link::Event;
 /// µs.
 const STOP_US: u64 = 300_000;
 
-impl<P: Port> Stepper<'_, P> {
+impl<'a, P: Port> Stepper<'a, P> {
     /// Requests a stop of the device and waits for the acknowledgement, even if a signal arrives.
     ///
     /// # Errors
@@ -21,7 +23,17 @@ impl<P: Port> Stepper<'_, P> {
 
     /// Stops the device and ends the run; returns the outcome and the port. `ran` is the result of
     /// the session's steps. If it is an error, errors of the stop are not reported.
-    pub fn close(mut self, ran: Result<(), RunError>) -> (Outcome, P) {
+    pub fn close(self, ran: Result<(), RunError>) -> (Outcome, P) {
+        let (outcome, port, _) = self.close_keeping_attachments(ran);
+        (outcome, port)
+    }
+
+    /// Ends the run as [`Self::close`] does, and also returns the recorder, the receiver of outputs
+    /// and the observer, for a caller that owns none of them.
+    pub fn close_keeping_attachments(
+        mut self,
+        ran: Result<(), RunError>,
+    ) -> (Outcome, P, Attachments<'a>) {
         let is_started = self.started_us.is_some();
         let t_s = is_started.then(|| self.t_s());
         // Request a stop in every case; a lost device stops by itself.
@@ -40,7 +52,8 @@ impl<P: Port> Stepper<'_, P> {
             (Err(error), Ok(())) => Err(to_signal_error(error, t_s, Stopped::Acknowledged)),
             (Err(error), Err(why)) => Err(to_signal_error(error, t_s, Stopped::Unanswered(why))),
         };
-        if self.is_stopped && result.is_ok() {
+        let has_length = !self.is_live();
+        if (self.is_stopped || !has_length) && result.is_ok() {
             self.trial.duration_s = self.t_s();
         }
         self.record_clock();
@@ -59,7 +72,7 @@ impl<P: Port> Stepper<'_, P> {
             refused: self.refused,
             error: result.err(),
         };
-        (outcome, self.connection.into_port())
+        (outcome, self.connection.into_port(), self.attached)
     }
 
     /// Waits until the device reports that its outputs are disconnected after the stop, then

@@ -88,7 +88,7 @@ impl<P: Port> Stepper<'_, P> {
     /// channel at its limit, an electrode that is off at a resume) is no error: the reason is
     /// recorded and shown.
     pub fn control(&mut self, control: &Control) -> Result<(), RunError> {
-        let (host_us, device_us) = (self.time_us(), self.device_now_us());
+        let (host_us, device_us) = (self.time_us(), self.device_time_us());
         let refused = match control {
             Control::Pause => self.pause()?,
             Control::Resume => self.resume()?,

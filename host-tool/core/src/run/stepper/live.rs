@@ -91,7 +91,10 @@ impl<P: Port> Stepper<'_, P> {
             if self.keep_alive_us.is_some_and(|due_us| now_us >= due_us) {
                 self.post(Request::KeepAlive)?;
             }
+            let time_us = self.time_us();
+            self.post_programs(time_us)?;
             let due_us = self.keep_alive_us.unwrap_or(to_us);
+            let due_us = due_us.min(self.next_program_us().unwrap_or(to_us));
             self.listen(to_us.min(due_us), to_us, ends_at_event)?;
             self.take_outputs();
         }

@@ -16,7 +16,7 @@ impl<P: Port> Stepper<'_, P> {
     /// Returns requests that tell the device the measured angles of a simulated arm, one for each
     /// angle.
     pub(super) fn posture_requests(&mut self) -> Vec<Request> {
-        let at = stamp(self.device_now_us());
+        let at = stamp(self.device_time_us());
         let angles = self.connection.port().posture_deg().into_iter().flatten();
         let measured = (0u8..).zip(angles).map(|(joint, deg)| {
             let centideg = (deg * 100.0).round() as i16; // saturates
@@ -33,7 +33,7 @@ impl<P: Port> Stepper<'_, P> {
     /// gives these angles for the time `due`, µs after the start of the trains. They are stamped as
     /// if they were measured now.
     pub(super) fn joint_angle_requests(&mut self, due: u64) -> Vec<Request> {
-        let at = stamp(self.device_now_us());
+        let at = stamp(self.device_time_us());
         let joints = self.session.modulations.iter();
         let measured = joints.map(|joint| Request::Measurement {
             joint: joint.spec.joint,

@@ -44,12 +44,12 @@ const TAKE_US: u64 = 1_000_000;
 /// none.
 pub struct Attachments<'a> {
     /// Recorder that writes every row to disk as it arrives; `None` keeps the rows in memory only.
-    pub recorder: Option<Box<dyn DerefMut<Target = Recorder> + 'a>>,
+    pub recorder: Option<Box<dyn DerefMut<Target = Recorder> + Send + 'a>>,
     /// Receiver of a simulated device's output while it runs; without one, the simulated world
     /// keeps the output.
-    pub outputs: Option<Box<dyn Outputs + 'a>>,
+    pub outputs: Option<Box<dyn Outputs + Send + 'a>>,
     /// Observer that sees the session run and may end it.
-    pub observer: Box<dyn Observer + 'a>,
+    pub observer: Box<dyn Observer + Send + 'a>,
 }
 
 impl Default for Attachments<'_> {
@@ -416,8 +416,8 @@ impl<'a, P: Port> Stepper<'a, P> {
         self.step(StepLimit::Time(u64::MAX)).map(drop)
     }
 
-    /// Estimates the present device time, µs.
-    fn device_now_us(&mut self) -> u64 {
+    /// Returns the present device time as the host estimates it, µs.
+    pub fn device_time_us(&mut self) -> u64 {
         let now_us = self.connection.port().now_us();
         self.device_time(now_us)
     }

@@ -2,7 +2,7 @@
 
 use super::{RunError, Stepper};
 use crate::link::{Port, stamp};
-use crate::session::{Course, Setpoint};
+use crate::session::{Course, Programs, Setpoint};
 use firmware::link::Request;
 use firmware::safety::Stimulus;
 use std::iter;
@@ -60,6 +60,35 @@ impl<P: Port> Stepper<'_, P> {
         Ok(())
     }
 
+    /// Replaces the programs of a live session. They count from the start of the trains, and what
+    /// the earlier programs have asked for up to 100 ms ahead stays. A refused amplitude of a
+    /// program ends the session.
+    ///
+    /// # Errors
+    /// The device is lost.
+    pub fn set_programs(&mut self, programs: Programs) -> Result<(), RunError> {
+        self.session.to_mut().setpoints.programs = programs;
+        self.programmed.latest.clear();
+        let now_us = self.time_us();
+        if let Some(tick_us) = self.session.setpoints.programs.tick_us() {
+            // The next tick that lies ahead: an order for a past time would be refused.
+            let next_us = (now_us / tick_us + 1) * tick_us;
+            self.programmed.next_us = self.programmed.next_us.max(next_us);
+        }
+        match self.started_us {
+            Some(_) => self.post_programs(now_us),
+            None => Ok(()),
+        }
+    }
+
+    /// Returns when the next amplitudes of programs are to be sent in a live session, in the port's
+    /// time, µs; `None` without programs or before the start.
+    pub(super) fn next_program_us(&self) -> Option<u64> {
+        let tick_us = self.session.setpoints.programs.tick_us()?;
+        let ahead_us = PROGRAM_AHEAD_US.min(MOST_TICKS * tick_us);
+        Some(self.started_us? + self.programmed.next_us.saturating_sub(ahead_us))
+    }
+
     /// Returns the amplitudes that the session's programs give for `at_us`, µs after the start of
     /// the trains, scaled by the intensities of their channels.
     fn programmed_amplitudes(&self, at_us: u64) -> Vec<(u8, Stimulus)> {
@@ -98,7 +127,7 @@ impl<P: Port> Stepper<'_, P> {
         if self.measures_angle()
             && let Some(deg) = self.connection.port().glove_deg()
         {
-            let at = stamp(self.device_now_us());
+            let at = stamp(self.device_time_us());
             let (joint, centideg) = (0, (deg * 100.0).round() as i16); // saturates
             let measured = Request::Measurement {
                 joint,

@@ -28,9 +28,12 @@ impl<P: Port> Stepper<'_, P> {
         Ok(())
     }
 
-    /// Receives and records the readings of the electrode check if arming failed, so that the
-    /// trains were not started.
-    pub(super) fn read_electrodes(&mut self) -> Result<(), RunError> {
+    /// Receives and records the readings of the electrode check, which [`Self::arm`] makes the
+    /// device take. Call it before the trains start; a later step would record them too.
+    ///
+    /// # Errors
+    /// The record cannot be written.
+    pub fn read_electrodes(&mut self) -> Result<(), RunError> {
         let now_us = self.connection.port().now_us();
         while let Ok(Some(incoming)) = self.connection.next(now_us) {
             if let Incoming::Event(_, event) = incoming {
@@ -203,7 +206,7 @@ impl<P: Port> Stepper<'_, P> {
             Incoming::Refused(_, refused) if refused.number == Code::Stopped as u16 => {}
             Incoming::Refused(seq, refused) => {
                 self.refused += 1;
-                let at_us = self.device_now_us();
+                let at_us = self.device_time_us();
                 let t_s = self.since_start_s(at_us);
                 self.attached
                     .observer

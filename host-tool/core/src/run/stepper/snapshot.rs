@@ -7,13 +7,25 @@ use std::borrow::Cow;
 impl<P: Port> Stepper<'_, P> {
     /// Returns a copy of the session together with a copy of the simulated device in its present
     /// state. The copies continue independently of the originals, and have no recorder, receiver of
-    /// outputs or observer. Returns `None` if the device or its wearer cannot be copied. Of all
-    /// devices, only the chip simulator can be copied.
+    /// outputs or observer. Returns `None` if the device or its wearer cannot be copied. The native
+    /// simulator can be copied, and the chip simulator without a debugger or log; QEMU and boards
+    /// cannot. Every wearer that a session file describes can be copied; a caller's own wearer can
+    /// be copied if it implements [`Body::fork`](hal_sim::body::Body::fork).
     #[must_use]
     pub fn snapshot(&self) -> Option<Stepper<'static, SimulatedPort>> {
+        self.snapshot_with(|port| port)
+    }
+
+    /// Returns a copy as [`Self::snapshot`] does, with the port of the copied device as `convert`
+    /// returns it.
+    #[must_use]
+    pub fn snapshot_with<Q: Port>(
+        &self,
+        convert: impl FnOnce(SimulatedPort) -> Q,
+    ) -> Option<Stepper<'static, Q>> {
         Some(Stepper {
             session: Cow::Owned(self.session.clone().into_owned()),
-            connection: self.connection.snapshot()?,
+            connection: self.connection.snapshot_with(convert)?,
             info: self.info.clone(),
             trial: self.trial.clone(),
             attached: Attachments::default(),
