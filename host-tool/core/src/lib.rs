@@ -4,6 +4,7 @@
 //!   `fields` checks both against their permitted fields.
 //! - `link` speaks the protocol, and `run` carries out a session through it. `choice` tries which
 //!   level of a muscle model suffices. `calibration` finds thresholds with an operator.
+//!   `drive` drives a device call by call, for programs that decide while it runs.
 //! - `record` writes and reads records, `analysis` computes their results, `statistics` compares
 //!   them, and `report` draws them with `plot`.
 //! - `identify` fits a muscle model to measured force; `limb` chooses muscles for a force at the
@@ -21,6 +22,7 @@ pub mod calibration;
 pub mod choice;
 pub mod clock;
 pub mod disk;
+pub mod drive;
 pub mod fields;
 pub mod identify;
 pub mod limb;
