@@ -1,0 +1,126 @@
+"""Exceptions of the package, and how the extension makes them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """One reason for which something was refused.
+
+    Attributes:
+        message: Number, what is wrong and what to do, in one line.
+        number: Number of the error; ``flexor explain E407`` explains it. None without a number.
+        field: Argument or field of a session that is concerned; empty if none is.
+        value: Value that was given, as text; None if the message does not name one.
+        allowed: Allowed values, as text; None if the mistake is of another kind.
+        remedy: What to do; None if the message says so.
+    """
+
+    message: str
+    number: int | None = None
+    field: str | None = None
+    value: str | None = None
+    allowed: str | None = None
+    remedy: str | None = None
+
+
+class FlexorError(Exception):
+    """Base of all exceptions of this package.
+
+    Attributes:
+        mistakes: All reasons, at least one.
+    """
+
+    mistakes: tuple[Mistake, ...]
+
+    def __init__(self, *mistakes: Mistake | str) -> None:
+        """Create the exception from its mistakes; a text becomes a mistake without a field."""
+        known = [m if isinstance(m, Mistake) else Mistake(m) for m in mistakes]
+        self.mistakes = tuple(known) or (Mistake(type(self).__name__),)
+        super().__init__(*self.mistakes)
+
+    def __str__(self) -> str:
+        """Return all messages, one per line."""
+        return "\n".join(mistake.message for mistake in self.mistakes)
+
+    def __reduce__(self) -> tuple[type[FlexorError], tuple[Mistake, ...]]:
+        """Return what pickle needs."""
+        return type(self), self.mistakes
+
+    @property
+    def number(self) -> int | None:
+        """Number of the first mistake; None if it has none."""
+        return self.mistakes[0].number
+
+    @property
+    def field(self) -> str | None:
+        """Field or argument of the first mistake; None if it concerns none."""
+        return self.mistakes[0].field or None
+
+    @property
+    def value(self) -> str | None:
+        """Value of the first mistake, as text."""
+        return self.mistakes[0].value
+
+    @property
+    def allowed(self) -> str | None:
+        """Allowed values of the first mistake, as text."""
+        return self.mistakes[0].allowed
+
+    @property
+    def remedy(self) -> str | None:
+        """What to do about the first mistake."""
+        return self.mistakes[0].remedy
+
+
+class Refused(FlexorError, ValueError):
+    """A value, a setup or a request was refused; stimulation goes on as before."""
+
+
+class ArmRefused(FlexorError):
+    """The device did not arm: an electrode, an input, its stages or its state is in the way."""
+
+
+class DeviceFault(FlexorError):
+    """The device ended stimulation by itself."""
+
+
+class LeaseExpired(FlexorError):
+    """No call came for the time of the lease, so stimulation was stopped."""
+
+
+class ConnectionLost(FlexorError, ConnectionError):
+    """The device cannot be opened, does not answer, or is gone."""
+
+
+CLASSES: dict[str, type[FlexorError]] = {
+    "refused": Refused,
+    "arm": ArmRefused,
+    "fault": DeviceFault,
+    "lease": LeaseExpired,
+    "lost": ConnectionLost,
+    "error": FlexorError,
+}
+
+
+def build(kind: str, mistakes: list[dict[str, Any]]) -> FlexorError:
+    """Return the exception that the extension asks for.
+
+    Names of session fields become the names of this package's arguments.
+    """
+    return CLASSES[kind](*(Mistake(**_renamed(entry)) for entry in mistakes))
+
+
+_NAMES = {"frequency_hz": "rate_hz"}
+
+
+def _renamed(entry: dict[str, Any]) -> dict[str, Any]:
+    names = {key: value for key, value in entry.items()}
+    for old, new in _NAMES.items():
+        for key in ("message", "field", "remedy"):
+            if isinstance(names[key], str):
+                names[key] = names[key].replace(f"train.{old}", f"train.{new}")
+    return names

@@ -1,0 +1,86 @@
+//! Converts Python's dictionaries into the text of a session file.
+
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
+use toml::{Table, Value};
+
+/// Returns the text of the session file with the fields of `document`. Fields that are `None` are
+/// left out.
+///
+/// # Errors
+/// A value is of a type that no field has.
+pub fn to_text(document: &Bound<'_, PyDict>) -> PyResult<String> {
+    let table = to_table(document, "")?;
+    toml::to_string(&table).map_err(|error| PyTypeError::new_err(error.to_string()))
+}
+
+fn to_table(dictionary: &Bound<'_, PyDict>, path: &str) -> PyResult<Table> {
+    let mut table = Table::new();
+    for (key, value) in dictionary {
+        let key: String = key.extract()?;
+        let path = match path {
+            "" => key.clone(),
+            path => format!("{path}.{key}"),
+        };
+        if !value.is_none() {
+            table.insert(key, to_value(&value, &path)?);
+        }
+    }
+    Ok(table)
+}
+
+fn to_value(value: &Bound<'_, PyAny>, path: &str) -> PyResult<Value> {
+    if let Ok(flag) = value.cast::<PyBool>() {
+        return Ok(Value::Boolean(flag.is_true()));
+    }
+    if let Ok(text) = value.cast::<PyString>() {
+        return Ok(Value::String(text.to_str()?.to_owned()));
+    }
+    if let Ok(dictionary) = value.cast::<PyDict>() {
+        return Ok(Value::Table(to_table(dictionary, path)?));
+    }
+    if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
+        let items = value.try_iter()?.map(|item| to_value(&item?, path));
+        return Ok(Value::Array(items.collect::<PyResult<_>>()?));
+    }
+    if value.is_instance_of::<PyInt>() {
+        return value.extract().map(Value::Integer);
+    }
+    if value.is_instance_of::<PyFloat>() {
+        return value.extract().map(Value::Float);
+    }
+    // Numbers of numpy: whole ones have `__index__`, all have `__float__`.
+    if value.hasattr("__array__")? && value.getattr("ndim")?.extract::<usize>()? > 0 {
+        return to_value(&value.call_method0("tolist")?, path);
+    }
+    if let Ok(whole) = value.extract::<i64>() {
+        return Ok(Value::Integer(whole));
+    }
+    if let Ok(number) = value.extract::<f64>() {
+        return Ok(Value::Float(number));
+    }
+    let kind = value.get_type().name()?.to_string();
+    Err(PyTypeError::new_err(format!(
+        "{path} is a {kind}; give a number, a text, true or false, or a list of them"
+    )))
+}
+
+/// Returns a number for the argument `name`. Truth values, texts and everything that is no single
+/// number are refused.
+///
+/// # Errors
+/// `TypeError`.
+pub fn number(value: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
+    let is_number = !value.is_instance_of::<PyBool>()
+        && !value.is_instance_of::<PyString>()
+        && value.get_type().name()? != "bool" // numpy.bool
+        && value.get_type().name()? != "bool_";
+    let number = value.extract::<f64>().ok().filter(|_| is_number);
+    number.ok_or_else(|| {
+        let shown = value
+            .repr()
+            .map_or_else(|_| "?".to_owned(), |repr| repr.to_string());
+        PyTypeError::new_err(format!("{name} must be a number, not {shown}"))
+    })
+}

@@ -1,0 +1,180 @@
+//! Turns errors of `host-core` into the exceptions that `flexor._errors` defines.
+
+use host_core::drive::{DriveError, SetpointError};
+use host_core::link::{Error, RefusalInWords};
+use host_core::run::{OpenError, RunError};
+use host_core::session::SessionError;
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+/// One mistake as Python gets it.
+#[derive(Default)]
+struct Mistake {
+    message: String,
+    number: Option<u16>,
+    field: Option<String>,
+    value: Option<String>,
+    allowed: Option<String>,
+    remedy: Option<String>,
+}
+
+impl Mistake {
+    /// Returns a mistake whose message begins with its number, as every message of `host-core` does.
+    fn from_message(message: String) -> Self {
+        let digits: String = message
+            .strip_prefix('E')
+            .unwrap_or_default()
+            .chars()
+            .take_while(char::is_ascii_digit)
+            .collect();
+        Self {
+            number: digits.parse().ok(),
+            message,
+            ..Self::default()
+        }
+    }
+}
+
+/// Returns an exception of the class that `kind` names in `flexor._errors.CLASSES`.
+fn raise(py: Python<'_>, kind: &str, mistakes: Vec<Mistake>) -> PyErr {
+    let raised = || -> PyResult<PyErr> {
+        let list = PyList::empty(py);
+        for mistake in mistakes {
+            let entry = PyDict::new(py);
+            entry.set_item("message", mistake.message)?;
+            entry.set_item("number", mistake.number)?;
+            entry.set_item("field", mistake.field)?;
+            entry.set_item("value", mistake.value)?;
+            entry.set_item("allowed", mistake.allowed)?;
+            entry.set_item("remedy", mistake.remedy)?;
+            list.append(entry)?;
+        }
+        let module = py.import("flexor._errors")?;
+        let error = module.call_method1("build", (kind, list))?;
+        Ok(PyErr::from_value(error))
+    };
+    raised().unwrap_or_else(|error| error)
+}
+
+/// Returns the exception for a session or wearer file that is refused, with all its mistakes.
+pub fn of_session(py: Python<'_>, error: &SessionError) -> PyErr {
+    let mistakes = error.errors().map(|error| Mistake {
+        message: error.summary(),
+        number: Some(error.problem().number()),
+        field: Some(error.field().to_owned()),
+        value: Some(error.given().to_owned()),
+        allowed: error.allowed().map(str::to_owned),
+        remedy: error.remedy(),
+    });
+    raise(py, "refused", mistakes.collect())
+}
+
+/// Returns the exception for values of a call that are refused.
+pub fn of_setpoints(py: Python<'_>, errors: &[SetpointError]) -> PyErr {
+    let mistakes = errors.iter().map(|error| {
+        let mut mistake = Mistake::from_message(error.to_string());
+        (mistake.field, mistake.value, mistake.allowed) = match error {
+            SetpointError::NoChannel { field, channel, .. } => {
+                (Some(*field), Some(channel.to_string()), None)
+            }
+            SetpointError::OtherKind { field, channel, .. } => {
+                (Some(*field), Some(channel.to_string()), None)
+            }
+            SetpointError::OutOfRange {
+                field,
+                value,
+                allowed,
+                ..
+            } => (Some(*field), Some(value.to_string()), Some(allowed.clone())),
+            SetpointError::Impossible {
+                field,
+                value,
+                allowed,
+            } => (
+                Some(*field),
+                Some(value.to_string()),
+                Some((*allowed).to_owned()),
+            ),
+            SetpointError::NoAmplitude { channel } => {
+                (Some("width_us"), Some(channel.to_string()), None)
+            }
+        }
+        .map_field();
+        mistake
+    });
+    raise(py, "refused", mistakes.collect())
+}
+
+/// Gives the first of three values an owner.
+trait MapField {
+    fn map_field(self) -> (Option<String>, Option<String>, Option<String>);
+}
+
+impl MapField for (Option<&'static str>, Option<String>, Option<String>) {
+    fn map_field(self) -> (Option<String>, Option<String>, Option<String>) {
+        (self.0.map(str::to_owned), self.1, self.2)
+    }
+}
+
+/// Returns the exception for an error of a drive. `is_arming` says whether the call was `arm()`.
+pub fn of_drive(py: Python<'_>, error: &DriveError, is_arming: bool) -> PyErr {
+    let mistake = match error {
+        DriveError::Run(RunError::Link(Error::Refused(refused))) => of_refusal(refused),
+        error => Mistake::from_message(error.to_string()),
+    };
+    raise(py, kind(error, is_arming), vec![mistake])
+}
+
+/// Returns the exception for a device that could not be opened.
+pub fn of_open(py: Python<'_>, error: &OpenError) -> PyErr {
+    raise(py, "lost", vec![Mistake::from_message(error.to_string())])
+}
+
+/// Returns the exception for an error with a number in its message.
+pub fn of_message(py: Python<'_>, kind: &str, error: &impl ToString) -> PyErr {
+    raise(py, kind, vec![Mistake::from_message(error.to_string())])
+}
+
+/// Returns the exception for a fault of this package itself.
+pub fn internal(error: impl ToString) -> PyErr {
+    PyRuntimeError::new_err(error.to_string())
+}
+
+/// Returns the name of an exception's class.
+const fn kind(error: &DriveError, is_arming: bool) -> &'static str {
+    match error {
+        DriveError::Run(RunError::Link(Error::Refused(_))) if is_arming => "arm",
+        DriveError::Run(RunError::Link(Error::Refused(_))) => "refused",
+        DriveError::Run(RunError::Link(_)) => "lost",
+        DriveError::Run(RunError::Ended { .. }) => "fault",
+        DriveError::Run(
+            RunError::OtherStages(_) | RunError::StagesUnknown(_) | RunError::Opposed(_),
+        ) => "arm",
+        DriveError::Open(OpenError::Port(_)) => "lost",
+        DriveError::LeaseExpired { .. } => "lease",
+        DriveError::Late { .. } | DriveError::Choice(_) | DriveError::OtherBody => "refused",
+        DriveError::Run(_)
+        | DriveError::Open(_)
+        | DriveError::Record(_)
+        | DriveError::Order { .. }
+        | DriveError::Closed
+        | DriveError::NotSimulated(_)
+        | DriveError::NotCopyable
+        | DriveError::Over => "error",
+    }
+}
+
+fn of_refusal(refused: &RefusalInWords) -> Mistake {
+    let allowed = refused.allowed.map(|(min, max)| format!("{min} to {max}"));
+    Mistake {
+        message: refused.to_string(),
+        number: Some(refused.number),
+        field: Some(refused.field.clone()),
+        value: None,
+        allowed,
+        remedy: refused
+            .code()
+            .map(|code| host_core::link::advice(code).to_owned()),
+    }
+}

@@ -1,0 +1,30 @@
+//! The extension module `flexor._native`: sessions, devices and records of `host-core` for Python.
+//!
+//! Nothing here decides what a session means or what the protocol says. This crate converts Python
+//! values into those of `host-core` and back, and sees to it that a call can be interrupted. The
+//! classes and functions that users see are written in Python, in `flexor/`.
+
+mod body;
+mod convert;
+mod device;
+mod errors;
+mod open;
+mod record;
+mod runner;
+mod session;
+mod setpoints;
+
+use pyo3::prelude::*;
+
+/// Private extension of the package `flexor`.
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use super::device::Device;
+    #[pymodule_export]
+    use super::record::Record;
+    #[pymodule_export]
+    use super::session::{
+        check, edges, run, run_many, session_text, sessions, wearer_text, wearers,
+    };
+}
