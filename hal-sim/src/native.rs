@@ -49,6 +49,10 @@ pub fn native(boot: Micros) -> Lockstep {
 }
 
 impl Device for Lockstep {
+    fn fork(&self) -> Option<Box<dyn Device>> {
+        Some(Box::new(self.clone()))
+    }
+
     fn output(&self, channel: usize) -> Option<Output> {
         let setup = self.setup()?;
         let stage = setup.channels.get(channel).copied().flatten()?.stage;

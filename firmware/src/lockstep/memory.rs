@@ -5,7 +5,7 @@ use crate::safety::{AllowanceWords, Entry, Ledger, UsageAtBoot};
 
 /// Two copies of the part of the wearer's allowance that was spent, and the ledger that writes
 /// them.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Memory {
     pub copies: [AllowanceWords; 2],
     ledger: Ledger,

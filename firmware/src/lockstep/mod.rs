@@ -114,7 +114,7 @@ impl Default for Sensors {
 /// };
 /// assert_eq!(info.session, 7);
 /// ```
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Lockstep {
     pulser: Pulser,
     controller: Controller,

@@ -60,7 +60,7 @@ impl PulseList {
 const NONE: u8 = u8::MAX;
 
 /// The list in progress and the position in it.
-#[derive(Debug, Hash)]
+#[derive(Clone, Debug, Hash)]
 pub(super) struct Playing {
     list: PulseList,
     /// Index of the next pulse.

@@ -20,7 +20,7 @@ pub struct Timed {
 }
 
 /// The queued setpoints in the order of their times, each with a checksum.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct TimedOrders(Deque<(Timed, Checksum), MAX_TIMED>);
 
 impl TimedOrders {

@@ -27,6 +27,7 @@ mod session_program_errors;
 mod session_programs;
 mod session_schema;
 mod session_silent;
+mod session_snapshots;
 mod session_values;
 mod session_wearer;
 mod statistics;

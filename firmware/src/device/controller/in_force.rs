@@ -9,7 +9,7 @@ use crate::units::{Amplitude, Micros};
 const GRACE_US: u32 = 1_500;
 
 /// Amplitude and rate of the pulses that each channel plays.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct CurrentPulses {
     /// The latest pulse and the time of its leading edge; `None` for silence.
     latest: [Option<(Stimulus, Micros)>; CHANNELS],

@@ -69,7 +69,7 @@ impl From<WallOrders> for TickResult {
 }
 
 /// State and telemetry of a channel under force control.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct ForceChannel {
     state: ForceState,
     /// Wanted force, mN; `None` before the first setpoint.
@@ -79,7 +79,7 @@ struct ForceChannel {
 }
 
 /// The controller, which owns the control law, the wall and the muscle models.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Controller {
     phase: Phase,
     setup: ControlSetup,

@@ -8,7 +8,7 @@ use crate::pulse::CHANNELS;
 use crate::units::{Angle, Force, Micros};
 
 /// The host's request for telemetry samples, and the time to the next.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Subscription {
     /// Number of ticks from sample to sample; 0 for no samples.
     period: u16,

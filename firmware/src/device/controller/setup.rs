@@ -8,7 +8,7 @@ use crate::pulse::CHANNELS;
 use heapless::Vec;
 
 /// The controller's setup from arming on.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct ControlSetup {
     /// Channels in the setup, bit i for channel i.
     pub(super) channels: u16,

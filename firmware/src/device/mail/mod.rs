@@ -215,7 +215,7 @@ pub enum ControlEvent {
 /// All mailboxes; each has room for one item less than the number in its type. Large items have a
 /// mailbox of their own. The controller's mailbox of parts is not empty from an arm order to its
 /// verdict.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Mailboxes {
     setup: Queue<Setup, 2>,
     lists: Queue<PulseList, 2>,

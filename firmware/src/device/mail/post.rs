@@ -148,3 +148,64 @@ impl SessionMail<'_> {
         waiting < self.control_reports.capacity() && self.control_requests.ready()
     }
 }
+
+impl Clone for StopFlag {
+    /// Returns a counter of its own that starts at the present count.
+    fn clone(&self) -> Self {
+        Self(AtomicU32::new(self.count_raised()))
+    }
+}
+
+impl Clone for LostMessages {
+    /// Returns a counter of its own that starts at the present number.
+    fn clone(&self) -> Self {
+        Self(AtomicU32::new(self.count()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ControlEvent, Micros};
+    use crate::device::mail::{Mailboxes, Order, OrderKind};
+    use std::vec::Vec;
+
+    fn post(mail: &mut Mailboxes, seq: u16) {
+        let (.., mut session) = mail.split();
+        let stops = session.stop.raise();
+        let order = Order {
+            seq,
+            at: Micros::new(0),
+            stops,
+            kind: OrderKind::Status,
+        };
+        assert!(session.orders.enqueue(order).is_ok(), "the mailbox is full");
+    }
+
+    fn take(mail: &mut Mailboxes) -> Vec<u16> {
+        let (mut pulser, ..) = mail.split();
+        std::iter::from_fn(|| pulser.orders.dequeue().map(|order| order.seq)).collect()
+    }
+
+    #[test]
+    fn a_copy_has_the_same_messages_and_counts_and_is_independent() {
+        let mut mail = Mailboxes::new();
+        // The ring buffer of the original begins in the middle.
+        (0..20).for_each(|seq| post(&mut mail, seq));
+        assert_eq!(take(&mut mail).len(), 20);
+        (20..45).for_each(|seq| post(&mut mail, seq));
+        let (mut pulser, ..) = mail.split();
+        while pulser.report_pulse(ControlEvent::Slowed).is_ok() {}
+        let mut copy = mail.clone();
+        assert_eq!(copy.stop.count_raised(), mail.stop.count_raised());
+        assert_eq!(copy.lost.count(), 1);
+        assert_eq!(copy.control_events.len(), mail.control_events.len());
+
+        post(&mut copy, 45);
+        let (mut pulser, ..) = copy.split();
+        assert!(pulser.report_pulse(ControlEvent::Slowed).is_err());
+        assert_eq!(take(&mut copy), (20..=45).collect::<Vec<_>>());
+        assert_eq!(take(&mut mail), (20..45).collect::<Vec<_>>());
+        assert_eq!((mail.stop.count_raised(), mail.lost.count()), (45, 1));
+        assert_eq!((copy.stop.count_raised(), copy.lost.count()), (46, 2));
+    }
+}

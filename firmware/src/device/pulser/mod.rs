@@ -15,7 +15,7 @@ use crate::units::{Micros, us};
 use heapless::Vec;
 
 /// The pulser, which owns the guard and the scheduler. On a board it runs in one interrupt.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Pulser {
     guard: Guard,
     scheduler: Scheduler,

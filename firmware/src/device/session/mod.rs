@@ -42,7 +42,7 @@ const STOP_RESERVED: usize = 128;
 const STOPS: usize = 8;
 
 /// The session of a host: it owns the link and the draft.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Session {
     identity: Identity,
     decoder: Decoder,

@@ -5,7 +5,7 @@ pub(super) const ROOM: usize = 2048;
 
 /// A ring buffer that is filled and emptied in runs, which takes a fraction of the time of single
 /// bytes.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Outbox {
     bytes: [u8; ROOM],
     /// Position of the oldest byte, below [`ROOM`].

@@ -11,7 +11,7 @@ use crate::safety::{StageTable, State};
 use crate::units::Micros;
 
 /// A takeover or a restart that the pulser has not judged yet.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Release {
     seq: u16,
     at: Micros,

@@ -10,7 +10,7 @@ const _: () = assert!(SLOTS <= 256);
 /// The queue of changes of the outputs' `Picture` in one window. Changes are entered in any order
 /// and handed over in the order of their slots. Each operation takes the same time however many
 /// changes are queued.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct EventQueue {
     start: Micros,
     /// Bitmap of the slots that have a change: bit n of all words together stands for slot n.

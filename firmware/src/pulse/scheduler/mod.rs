@@ -73,7 +73,7 @@ impl Picture {
 }
 
 /// Player of the trains of all channels. It has little state and no clock of its own.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Scheduler {
     lanes: [Option<Lane>; CHANNELS],
     groups: Vec<Group, MAX_GROUPS>,

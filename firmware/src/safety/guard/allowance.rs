@@ -26,7 +26,7 @@ const SAVE_US: u32 = 200_000;
 const _: () = assert!(SAVE_US + 2 * WINDOW_US + 12_000 < OPEN_US);
 
 /// Stimulation time and charge spent since power came up.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Allowance {
     /// Stimulation time up to `since`, µs.
     time_us: u64,

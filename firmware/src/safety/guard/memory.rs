@@ -8,7 +8,7 @@ use crate::seal::{CheckSchedule, Checksum};
 use core::hash::Hash;
 
 /// Checksums over the guard's memory, and which parts a refill has changed.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct GuardChecksums {
     core: Checksum,
     /// Checksum over the part of the setup that concerns all channels.

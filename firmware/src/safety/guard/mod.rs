@@ -72,7 +72,7 @@ enum Mode {
 }
 
 /// The safety state machine. Each device has one, owned by the pulser.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Guard {
     mode: Mode,
     setup: Option<Setup>,

@@ -80,7 +80,7 @@ struct Line {
 }
 
 /// The check of all windows: what each channel may output, and what it has output so far.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct OutputCheck {
     expected: [Option<Expected>; CHANNELS],
     lines: [Line; CHANNELS],

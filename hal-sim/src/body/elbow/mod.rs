@@ -209,6 +209,10 @@ impl Body for Elbow {
         }
     }
 
+    fn fork(&self) -> Option<Box<dyn Body>> {
+        Some(Box::new(self.clone()))
+    }
+
     /// Advances the joint in whole milliseconds. Until the next millisecond is complete, no value
     /// changes.
     fn advance(&mut self, to_us: u64) -> bool {

@@ -270,6 +270,10 @@ impl Body for MovingHand {
         };
     }
 
+    fn fork(&self) -> Option<Box<dyn Body>> {
+        Some(Box::new(self.clone()))
+    }
+
     /// Advances digits and sensor in whole milliseconds. Until the next millisecond is complete, no
     /// value changes.
     fn advance(&mut self, to_us: u64) -> bool {

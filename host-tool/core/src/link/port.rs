@@ -46,8 +46,9 @@ pub trait Port: Send {
         None
     }
     /// Returns a copy of the simulated world behind this port in its present state. The copy
-    /// continues independently. `None` for a device that cannot be copied; only the chip simulator
-    /// can.
+    /// continues independently. `None` if the device or its wearer cannot be copied. The native
+    /// simulator can be copied, and the chip simulator without a debugger or log; QEMU and boards
+    /// cannot.
     fn snapshot(&self) -> Option<SimulatedPort> {
         None
     }
