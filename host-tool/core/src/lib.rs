@@ -7,6 +7,7 @@
 //!   `drive` drives a device call by call, for programs that decide while it runs.
 //! - `record` writes and reads records, `analysis` computes their results, `statistics` compares
 //!   them, and `report` draws them with `plot`.
+//! - `models` evaluates the device's muscle models and controllers apart from a device.
 //! - `identify` fits a muscle model to measured force; `limb` chooses muscles for a force at the
 //!   hand.
 //! - `clock` reads the time, `disk` replaces files as a whole, `number` formats numbers, and
@@ -27,6 +28,7 @@ pub mod fields;
 pub mod identify;
 pub mod limb;
 pub mod link;
+pub mod models;
 mod number;
 #[cfg(feature = "report")]
 pub mod plot;

@@ -3,11 +3,11 @@
 use super::{Output, WrongUse, check_range, usage_error};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
-use firmware::muscle::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain};
+use firmware::muscle::{CalciumForce, CalciumForceSpec};
 use firmware::range::OutOfRange;
-use firmware::units::Micros;
-use hal_sim::body::muscle::{Parameters, reference};
+use hal_sim::body::muscle::Parameters;
 use hal_sim::input;
+use host_core::models::{ResponseRow, device_response, reference_response};
 use host_core::record::{RecordError, check_writable};
 use std::path::{Path, PathBuf};
 
@@ -62,12 +62,6 @@ pub struct Muscle {
 enum Model {
     Fixed,
     Reference,
-}
-
-struct Row {
-    t_s: f64,
-    c: f64,
-    force_n: f64,
 }
 
 /// # Errors
@@ -178,29 +172,10 @@ impl Muscle {
         Ok(())
     }
 
-    fn fixed_point_rows(&self, pulses: &[u64]) -> anyhow::Result<Vec<Row>> {
+    fn fixed_point_rows(&self, pulses: &[u64]) -> anyhow::Result<Vec<ResponseRow>> {
         let muscle = self.device_model()?;
         self.check_pulses(pulses)?;
-        let mut state = CalciumForceState::at_rest(Micros::new(0));
-        let mut pulses = pulses.iter().copied().peekable();
-        let mut rows = Vec::new();
-        // The device ticks at 1 kHz and receives the exact µs of each pulse.
-        for tick_us in (0..=self.duration_us()).step_by(1000) {
-            while let Some(at) = pulses.next_if(|&at| at <= tick_us) {
-                muscle.pulse(&mut state, Micros::new(at as u32), Gain::FULL);
-            }
-            muscle.advance(&mut state, Micros::new(tick_us as u32));
-            if tick_us % ROW_US == 0 {
-                let t_s = tick_us as f64 * 1e-6;
-                let force_n = muscle.force(&state).get().to_num();
-                rows.push(Row {
-                    t_s,
-                    c: muscle.calcium(&state).to_num(),
-                    force_n,
-                });
-            }
-        }
-        Ok(rows)
+        Ok(device_response(&muscle, pulses, self.duration_us(), ROW_US))
     }
 
     /// Rewrites the device's refusal in terms of this command's options.
@@ -218,7 +193,7 @@ impl Muscle {
         WrongUse(format!("{name} is {given}; allowed: {min} to {max}{why}")).into()
     }
 
-    fn reference_rows(&self, pulses: &[u64]) -> anyhow::Result<Vec<Row>> {
+    fn reference_rows(&self, pulses: &[u64]) -> anyhow::Result<Vec<ResponseRow>> {
         self.device_model()?;
         let parameters = Parameters {
             a_n_per_s: self.a_n_per_s,
@@ -233,15 +208,8 @@ impl Muscle {
             _ => pulses.iter().map(|&us| us as f64 * 1e-6).collect(),
         };
         let duration_s = self.duration_us() as f64 * 1e-6;
-        let samples = reference::integrate(&parameters, &times, duration_s, ROW_US as f64 * 1e-6);
-        Ok(samples
-            .iter()
-            .map(|s| Row {
-                t_s: s.t_s,
-                c: s.c,
-                force_n: s.force_n,
-            })
-            .collect())
+        let row_s = ROW_US as f64 * 1e-6;
+        Ok(reference_response(&parameters, &times, duration_s, row_s))
     }
 
     fn duration_us(&self) -> u64 {

@@ -10,8 +10,8 @@ use anyhow::Context;
 use clap::Args;
 use host_core::choice;
 use host_core::record::{
-    DeviceKind, Difference, Place, Plan, Program, RecordError, Run, compare_rows, load, sha256,
-    trial_folder,
+    DeviceKind, Difference, PROGRAM_COMMAND, Place, Plan, Program, RecordError, Run, compare_rows,
+    load, sha256, trial_folder,
 };
 use host_core::run::{DeviceName, Keys, SessionFile};
 use host_core::session::{KEPT_AS, LawName};
@@ -47,6 +47,11 @@ enum RerunError {
          microsecond; run its session with flexor run {dir}/01-*/session.toml"
     )]
     RealTime { dir: PathBuf, device: String },
+    #[error(
+        "E589 {dir} was recorded by a program of its own (`{command}`), whose calls it does not \
+         contain; run that program again"
+    )]
+    OwnProgram { dir: PathBuf, command: String },
     #[error(
         "E599 {dir} does not contain {what}: it was written by an older flexor, or changed; run \
          the session again"
@@ -115,6 +120,10 @@ fn repeatable_plan(dir: &Path, record: &Run) -> Result<Plan, RerunError> {
     let Some(plan) = record.plan.clone() else {
         return Err(RerunError::Unknown { dir, what: part });
     };
+    if plan.command == PROGRAM_COMMAND {
+        let command = record.host.arguments.join(" ");
+        return Err(RerunError::OwnProgram { dir, command });
+    }
     Ok(plan)
 }
 

@@ -33,7 +33,7 @@ pub enum DriveError {
     #[error(transparent)]
     Choice(#[from] ChoiceError),
     /// The call is not possible in the present state (E772).
-    #[error("E772 {call}() is not possible while the device is {state}; {needed}")]
+    #[error("E772 {call}() is not possible while the device is {state}; {}", .needed.advice(*.state))]
     Order {
         /// Name of the call.
         call: &'static str,
@@ -99,12 +99,15 @@ impl fmt::Display for DriveState {
     }
 }
 
-impl fmt::Display for RequiredState {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Idle => "call stop() first",
-            Self::Armed => "call arm() first",
-            Self::Running => "call arm() and start() first",
-        })
+impl RequiredState {
+    /// Returns which calls lead from `state` to the required one.
+    const fn advice(self, state: DriveState) -> &'static str {
+        match (self, state) {
+            (Self::Armed, DriveState::Running) => "call stop() and arm() first",
+            (Self::Idle, _) => "call stop() first",
+            (Self::Armed, _) => "call arm() first",
+            (Self::Running, DriveState::Armed) => "call start() first",
+            (Self::Running, _) => "call arm() and start() first",
+        }
     }
 }

@@ -93,7 +93,9 @@ impl LeasedDrive {
     ) -> Result<T, DriveError> {
         self.take_end()?;
         self.shared.renew();
-        self.inspect(call)?
+        // If the trial ended meanwhile, the reason says more than what the call then met.
+        let called = self.inspect(call)?;
+        called.map_err(|error| self.take_end().err().unwrap_or(error))
     }
 
     /// Carries out `look` on the drive's thread without renewing the lease, and returns the result.
@@ -112,18 +114,29 @@ impl LeasedDrive {
         answered.recv().map_err(|_| DriveError::Closed)
     }
 
-    /// Sends setpoints as [`Drive::send`] does, unless they had to wait longer than the wearer's
-    /// host timeout: an old setpoint is not played late.
+    /// Sends setpoints as [`Drive::send`] does, unless they had to wait too long: an old setpoint is
+    /// not played late.
     ///
     /// # Errors
-    /// The errors of [`Drive::send`] and [`Self::call`]; E774.
+    /// The errors of [`Drive::send`] and [`Self::call_promptly`].
     pub fn send(&self, requests: Vec<Request>) -> Result<(), DriveError> {
+        self.call_promptly(move |drive| drive.send(requests))
+    }
+
+    /// Carries out `call` as [`Self::call`] does, unless it had to wait longer than the wearer's
+    /// host timeout.
+    ///
+    /// # Errors
+    /// The errors of [`Self::call`]; E774.
+    pub fn call_promptly<T: Send + 'static>(
+        &self,
+        call: impl FnOnce(&mut Drive) -> Result<T, DriveError> + Send + 'static,
+    ) -> Result<T, DriveError> {
         let (clock, asked) = (self.shared.clock, self.shared.clock.now());
         self.call(move |drive| {
             let waited = clock.now().saturating_sub(asked);
-            let timeout_ms = drive
-                .session()
-                .map_or(0, |session| session.wearer.host_timeout_ms);
+            let session = drive.session();
+            let timeout_ms = session.map_or(u16::MAX, |session| session.wearer.host_timeout_ms);
             let timeout_ms = u64::from(timeout_ms);
             if waited > Duration::from_millis(timeout_ms) {
                 let late_ms = u64::try_from(waited.as_millis()).unwrap_or(u64::MAX);
@@ -132,7 +145,7 @@ impl LeasedDrive {
                     timeout_ms,
                 });
             }
-            drive.send(requests)
+            call(drive)
         })
     }
 
@@ -140,9 +153,12 @@ impl LeasedDrive {
     /// saw it.
     ///
     /// # Errors
-    /// The error that ended the trial since the last call.
+    /// The error that ended the trial since the last call; or the drive is gone.
     pub fn renew(&self) -> Result<u64, DriveError> {
         self.take_end()?;
+        if self.thread.as_ref().is_none_or(JoinHandle::is_finished) {
+            return Err(DriveError::Closed);
+        }
         self.shared.renew();
         Ok(self.shared.progress().time_us)
     }
@@ -214,11 +230,7 @@ impl Shared {
         }
         let unattended = self.clock.now().saturating_sub(self.progress().renewed);
         let ended = match unattended > self.lease {
-            true => {
-                let lease_s = self.lease.as_secs_f64();
-                let expired = DriveError::LeaseExpired { lease_s };
-                Some(drive.stop().err().unwrap_or(expired))
-            }
+            true => Some(drive.stop_expired(self.lease.as_secs_f64())),
             false => drive.wait(SLICE_US).err(),
         };
         if ended.is_some() {

@@ -20,7 +20,7 @@ mod trials;
 pub use error::DriveError;
 #[cfg(feature = "realtime")]
 pub use leased::{LeasedDrive, MAX_LEASE};
-pub use setpoints::{LatestAmplitudes, SetpointError, SetpointValues};
+pub use setpoints::{LatestAmplitudes, SetpointError, SetpointValues, check_channel};
 pub use source::{BodyMaker, Source};
 pub use trials::TrialLog;
 
@@ -70,7 +70,7 @@ pub enum DriveState {
 /// values = [{ channel = 1, value = 0.0 }]
 /// rate_hz = 50
 /// "#)?;
-/// let mut drive = Drive::new(Source::simulated(1), None);
+/// let mut drive = Drive::new(Source::simulated(1));
 /// let readings = drive.arm(file)?;
 /// assert_eq!(readings[0].channel, 1);
 /// drive.start()?;
@@ -91,6 +91,8 @@ pub struct Drive {
     session: Option<Session>,
     /// Latest complete trial.
     trial: Option<Trial>,
+    /// Reason for which that trial ended early, in words.
+    ended: Option<String>,
     /// Samples for a program that follows the trial.
     telemetry: TelemetryQueue,
     /// Number of trials so far.
@@ -110,21 +112,27 @@ enum Stage {
 }
 
 impl Drive {
-    /// Creates a drive for the device of `source`, which records its trials in `log`.
+    /// Creates a drive for the device of `source`.
     #[must_use]
-    pub fn new(source: Source, log: Option<TrialLog>) -> Self {
+    pub fn new(source: Source) -> Self {
         Self {
             source,
             stage: Stage::Idle(None),
-            log,
+            log: None,
             outputs: DriveOutputs::default(),
             telemetry: TelemetryQueue::default(),
             session: None,
             trial: None,
+            ended: None,
             count: 0,
             telemetry_ms: 10,
             keeps_edges: false,
         }
+    }
+
+    /// Records every later trial in `log`.
+    pub fn record_in(&mut self, log: TrialLog) {
+        self.log = Some(log);
     }
 
     /// Makes every later trial keep all edges of a simulated device in memory, instead of one
@@ -182,6 +190,16 @@ impl Drive {
         match &self.stage {
             Stage::Active { stepper, .. } => Some(stepper.trial()),
             Stage::Idle(_) | Stage::Closed => self.trial.as_ref(),
+        }
+    }
+
+    /// Returns the reason for which the latest complete trial ended early; `None` if it did not, and
+    /// while a trial runs.
+    #[must_use]
+    pub fn early_end(&self) -> Option<&str> {
+        match &self.stage {
+            Stage::Active { .. } => None,
+            Stage::Idle(_) | Stage::Closed => self.ended.as_deref(),
         }
     }
 

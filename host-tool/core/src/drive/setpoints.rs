@@ -11,6 +11,10 @@ use std::collections::BTreeMap;
 /// Largest code of an amplitude DAC.
 const FULL_CODE: f64 = 65_535.0;
 
+/// Smallest amplitude above 0, mA or V. Every wearer's thresholds are far above it: a smaller value
+/// is one in amperes or kilovolts.
+const LEAST: f64 = 0.05;
+
 /// Values that one call asks for. Channels are numbered from 1.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct SetpointValues {
@@ -56,7 +60,7 @@ pub enum SetpointError {
         remedy: &'static str,
     },
     /// The value is not a number that the device could play (E793).
-    #[error("E793 {field}: {value} for channel {channel} is not possible; allowed: {allowed}")]
+    #[error("E793 {field}: {value:?} for channel {channel} is not possible; allowed: {allowed}")]
     OutOfRange {
         /// Name of the argument.
         field: &'static str,
@@ -68,7 +72,7 @@ pub enum SetpointError {
         allowed: String,
     },
     /// A value that belongs to no channel is out of range (E794).
-    #[error("E794 {field}: {value} is not possible; allowed: {allowed}")]
+    #[error("E794 {field}: {value:?} is not possible; allowed: {allowed}")]
     Impossible {
         /// Name of the argument.
         field: &'static str,
@@ -208,13 +212,14 @@ impl Check<'_> {
         }
         let limit = f64::from(channel.spec.limit.get()) / 1e3;
         let step = full_scale(&channel.spec.stage) / FULL_CODE;
-        let is_possible = value == 0.0 || (step..=limit).contains(&value);
+        let least = step.max(LEAST);
+        let is_possible = value == 0.0 || (least..=limit).contains(&value);
         if !is_possible {
             let symbol = unit.symbol();
-            let allowed = format!(
-                "0, or {:.3} {symbol} (one DAC step) to {limit} {symbol} (the channel's limit)",
-                (step * 1e3).ceil() / 1e3
-            );
+            let mut allowed = format!("0, or {least} {symbol} to {limit} {symbol}, its limit");
+            if value > 0.0 && value < least && value * 1e3 <= limit {
+                allowed += &format!("; did you mean {} {symbol}?", value * 1e3);
+            }
             self.refuse(field, number, value, allowed);
             return None;
         }
@@ -308,17 +313,9 @@ impl Check<'_> {
 
     /// Returns whether the setup has the channel; otherwise notes the mistake.
     fn has_channel(&mut self, field: &'static str, number: u8) -> bool {
-        let mut channels = self.session.channels.iter();
-        let is_known = channels.any(|channel| channel.number == number);
-        if !is_known {
-            let numbers = self.session.channels.iter().map(|c| c.number.to_string());
-            let known = numbers.collect::<Vec<_>>().join(", ");
-            self.mistakes.push(SetpointError::NoChannel {
-                field,
-                channel: number,
-                known,
-            });
-        }
+        let found = check_channel(self.session, field, number);
+        let is_known = found.is_ok();
+        self.mistakes.extend(found.err());
         is_known
     }
 
@@ -338,6 +335,28 @@ const fn impossible(field: &'static str, value: f64, allowed: &'static str) -> S
         value,
         allowed,
     }
+}
+
+/// Returns the index on the link (0–9) of the channel with this number.
+///
+/// # Errors
+/// The session has no such channel. `field` is the argument that names it.
+pub fn check_channel(
+    session: &Session,
+    field: &'static str,
+    number: u8,
+) -> Result<u8, SetpointError> {
+    let mut channels = session.channels.iter();
+    if let Some(channel) = channels.find(|channel| channel.number == number) {
+        return Ok(channel.index());
+    }
+    let numbers = session.channels.iter().map(|c| c.number.to_string());
+    let known = numbers.collect::<Vec<_>>().join(", ");
+    Err(SetpointError::NoChannel {
+        field,
+        channel: number,
+        known,
+    })
 }
 
 /// Returns the output at the full DAC code, mA or V.

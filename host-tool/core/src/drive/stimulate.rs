@@ -228,6 +228,21 @@ impl Drive {
         Ok(port)
     }
 
+    /// Stops stimulation because the program did not renew its lease of `lease_s`, and returns the
+    /// error that says so.
+    pub(super) fn stop_expired(&mut self, lease_s: f64) -> DriveError {
+        if let Err(error) = self.stop() {
+            return error;
+        }
+        let expired = DriveError::LeaseExpired { lease_s };
+        let reason = expired.to_string();
+        if let Some(log) = &mut self.log {
+            log.note_early_end(&reason);
+        }
+        self.ended = Some(reason);
+        expired
+    }
+
     /// Carries out a step of the present trial. An error ends the trial.
     fn attempt(
         &mut self,
@@ -276,6 +291,7 @@ impl Drive {
             let kept = log.end_trial(&trial, error.as_ref());
             error = error.or(kept.err().map(RunError::from));
         }
+        self.ended = error.as_ref().map(ToString::to_string);
         self.trial = Some(trial);
         self.stage = Stage::Idle(self.source.is_reusable(error.as_ref()).then_some(port));
         error

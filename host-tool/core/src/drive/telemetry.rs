@@ -87,7 +87,7 @@ impl Drive {
             count: self.count,
             telemetry_ms: self.telemetry_ms,
             keeps_edges: self.keeps_edges,
-            ..Self::new(source, None)
+            ..Self::new(source)
         })
     }
 }

@@ -61,10 +61,15 @@ impl TrialLog {
         error: Option<&RunError>,
     ) -> Result<(), RecordError> {
         self.run.trials.push(trial.clone());
-        if self.cut_short.is_none() {
-            self.cut_short = error.map(ToString::to_string);
+        if let Some(error) = error {
+            self.note_early_end(&error.to_string());
         }
         write_header(self.place.dir(), &self.run)
+    }
+
+    /// Notes why a trial ended early. The first reason is that of the record.
+    pub(super) fn note_early_end(&mut self, reason: &str) {
+        self.cut_short.get_or_insert_with(|| reason.to_owned());
     }
 
     /// Completes the record with its summary and, if this program can draw, its page.

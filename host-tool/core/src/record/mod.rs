@@ -38,7 +38,7 @@ pub use folder::{load, load_each, save, write_header, write_run};
 pub use identity::{DeviceKind, Identity};
 pub use marker::{Marker, MarkerKind, read_markers};
 pub use place::{Place, check_writable};
-pub use provenance::{ClockFit, DeclaredFile, HostFacts, Plan, Program};
+pub use provenance::{ClockFit, DeclaredFile, HostFacts, PROGRAM_COMMAND, Plan, Program};
 pub use recorder::Recorder;
 pub use sample::{DeviceState, Sample};
 pub use samples::Samples;
@@ -137,10 +137,13 @@ impl Run {
 
     /// Returns the command that repeats the run when it is typed in the record's folder. A
     /// simulated run of this program is repeated byte for byte; for any other run, its first
-    /// session is run again.
+    /// session is run again. A run whose setpoints a program decided on is repeated by that program,
+    /// whose name is in [`HostFacts::arguments`].
     #[must_use]
     pub fn how_to_reproduce(&self) -> &'static str {
+        let command = self.plan.as_ref().map(|plan| &*plan.command);
         match self.is_repeatable() {
+            _ if command == Some(PROGRAM_COMMAND) => "python3 PROGRAM.py",
             true => "flexor rerun .",
             false => "flexor run 01-*/session.toml --device PORT",
         }

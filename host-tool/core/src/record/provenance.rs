@@ -43,6 +43,10 @@ impl Program {
     }
 }
 
+/// Command in the plan of a record whose setpoints a program decided on. Such a record cannot be
+/// repeated from its folder alone.
+pub const PROGRAM_COMMAND: &str = "python";
+
 /// Command and options that determine a simulated run, together with the session files in the
 /// folders of its trials.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]

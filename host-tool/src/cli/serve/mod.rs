@@ -1,6 +1,7 @@
 //! `flexor serve`: simulates a board in real time for any client.
 
 mod pace;
+mod trace;
 
 use super::chip::ChipArgs;
 use super::{Output, interrupt, usage_error};
@@ -12,11 +13,13 @@ use hal_sim::chip::gdb::AfterDebugger;
 use hal_sim::wire::pty::PtyWire;
 use hal_sim::wire::{ByteStream, tcp::TcpWire};
 use host_core::link::Port;
+use host_core::record::{RecordError, check_writable};
 use host_core::run::{DeviceName, SessionFile};
 use pace::Pace;
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
+use trace::TraceFile;
 
 /// Serve a simulated board on a pseudo-terminal or a socket
 #[derive(Args, Debug)]
@@ -49,6 +52,10 @@ pub struct Serve {
     /// not end stimulation, and host silence cannot be tested
     #[arg(long)]
     wait_for_host: bool,
+    /// Write received requests, output levels and DAC writes to this new file, in device time: one
+    /// JSON object per line
+    #[arg(long)]
+    trace: Option<PathBuf>,
     #[command(flatten)]
     chip: ChipArgs,
 }
@@ -130,6 +137,13 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
         false,
         AfterDebugger::Debugger,
     )?;
+    let mut trace = match &args.trace {
+        Some(path) => {
+            check_writable(path, false, &[], None)?;
+            Some(TraceFile::create(path).map_err(RecordError::write(path))?)
+        }
+        None => None,
+    };
     let image = port.image().map(std::path::Path::to_owned);
     // Before a client can begin a session that a signal must end.
     let interruption = interrupt::catch_signals()?;
@@ -173,7 +187,13 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
             0 => {}
             count => world.send(&buffer[..count]),
         }
-        world.recorder.discard_trace();
+        match &mut trace {
+            Some(trace) => {
+                trace.note_received(&buffer[..count]);
+                trace.write_line(world)?;
+            }
+            None => world.recorder.discard_trace(),
+        }
     }
     Ok(())
 }

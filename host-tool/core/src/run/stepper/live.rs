@@ -19,6 +19,7 @@ impl<P: Port> Stepper<'_, P> {
     #[must_use]
     pub fn with_live_setpoints(mut self) -> Self {
         self.keep_alive_us = Some(u64::MAX); // nothing is due before the start
+        self.trial.duration_s = 0.0; // known at the end
         self
     }
 
@@ -28,9 +29,12 @@ impl<P: Port> Stepper<'_, P> {
     /// # Errors
     /// The request is refused or not answered, or the device is lost.
     pub fn request(&mut self, request: Request) -> Result<u64, RunError> {
+        let is_setpoint = shows_life(&request);
         let at_us = self.connection.request(request)?;
         self.note_received();
-        self.delay_keep_alive();
+        if is_setpoint {
+            self.delay_keep_alive();
+        }
         Ok(at_us)
     }
 
@@ -39,8 +43,11 @@ impl<P: Port> Stepper<'_, P> {
     /// # Errors
     /// The request is too large for the link, or the device is lost.
     pub fn post(&mut self, request: Request) -> Result<(), RunError> {
+        let is_setpoint = shows_life(&request);
         self.connection.post(request)?;
-        self.delay_keep_alive();
+        if is_setpoint {
+            self.delay_keep_alive();
+        }
         Ok(())
     }
 
@@ -99,4 +106,18 @@ impl<P: Port> Stepper<'_, P> {
             self.take_outputs();
         }
     }
+}
+
+/// Returns whether the device takes a request as a sign that its host is alive: a keep-alive or a
+/// setpoint, and nothing else, such as a measurement.
+const fn shows_life(request: &Request) -> bool {
+    matches!(
+        request,
+        Request::KeepAlive
+            | Request::Amplitudes { .. }
+            | Request::Angle { .. }
+            | Request::Force { .. }
+            | Request::Wrench { .. }
+            | Request::ObjectHeld { .. }
+    )
 }
