@@ -5,7 +5,18 @@ use hal_sim::body::{Body, CHANNELS, Drive, Load, Pulse};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
+use std::cell::Cell;
 use std::sync::{Arc, Mutex, PoisonError};
+
+thread_local! {
+    /// Whether this thread computes a limb at present.
+    static IN_LIMB: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Returns whether this thread computes a limb at present, which must not wait for its device.
+pub fn is_in_limb() -> bool {
+    IN_LIMB.get()
+}
 
 /// First exception that a limb raised; the call that let time pass raises it again.
 #[derive(Clone, Default)]
@@ -61,6 +72,7 @@ impl PythonLimb {
     /// Calls the callable for its state at `t_us`. After an exception the limb stays as it is.
     fn call(&mut self, t_us: u64) {
         let pulses = std::mem::take(&mut self.pulses);
+        IN_LIMB.set(true);
         let called = Python::attach(|py| {
             let list = PyList::empty(py);
             for pulse in pulses {
@@ -69,6 +81,7 @@ impl PythonLimb {
             let state = self.callable.bind(py).call1((list, t_us as f64 / 1e6))?;
             self.read(&state)
         });
+        IN_LIMB.set(false);
         if let Err(error) = called {
             self.error.set(error);
         }

@@ -2,13 +2,13 @@
 
 use crate::open::{OpenArguments, stages_by_channel};
 use crate::record::{Column, ReadingTuple, Record, columns, reading_tuple};
-use crate::runner::{Place, Runner, locked, micros};
+use crate::runner::{Place, Runner, WaitEnd, locked, micros};
 use crate::session::{SessionArgument, read};
 use crate::{body::LimbError, errors, setpoints};
 use firmware::link::{HelloInfo, Request};
 use firmware::safety::{ListedPulse, MAX_LISTED};
 use firmware::units::Amplitude;
-use host_core::drive::{Drive, DriveState, LatestAmplitudes};
+use host_core::drive::{Drive, DriveState, LatestAmplitudes, check_channel};
 use host_core::run::{describe_stages, identity};
 use host_core::session::Session;
 use pyo3::exceptions::PyValueError;
@@ -108,7 +108,7 @@ impl Device {
 
     /// Starts the armed trains.
     fn start(&self, py: Python<'_>) -> PyResult<()> {
-        self.runner.call(py, false, Drive::start)
+        self.runner.start(py)
     }
 
     /// Sends setpoints: all of them or none.
@@ -144,9 +144,7 @@ impl Device {
         channel: u8,
         pulses: Vec<(f64, u16, u32)>,
     ) -> PyResult<()> {
-        let Some(index) = channel.checked_sub(1) else {
-            return Err(PyValueError::new_err("channels are numbered from 1 to 10"));
-        };
+        let index = self.channel_index(py, channel)?;
         if pulses.is_empty() || pulses.len() > MAX_LISTED {
             return Err(PyValueError::new_err("a list has 1 to 16 pulses"));
         }
@@ -195,22 +193,33 @@ impl Device {
     /// Lets `seconds` of device time pass. Returns the time since the start of the trains, s.
     fn wait(&self, py: Python<'_>, seconds: f64) -> PyResult<f64> {
         let length_us = micros(seconds, "the time to wait")?;
-        self.runner.wait(py, length_us)
+        self.runner.wait(py, WaitEnd::After(length_us))
+    }
+
+    /// Lets device time pass until `t_s` after the start of the trains. Returns that time, s.
+    fn wait_until(&self, py: Python<'_>, t_s: f64) -> PyResult<f64> {
+        let at_us = micros(t_s, "t_s")?;
+        self.runner.wait(py, WaitEnd::At(at_us))
     }
 
     /// Stops the device and returns the trial; `None` if there is none.
     fn stop(&self, py: Python<'_>) -> PyResult<Option<Record>> {
         let folder = self.folder.clone();
-        let stop = |drive: &mut Drive| (drive.stop(), drive.trial().cloned());
+        let stop = |drive: &mut Drive| {
+            let stopped = drive.stop();
+            let reason = drive.early_end().map(str::to_owned);
+            stopped.map(|()| (drive.trial().cloned(), reason))
+        };
         let done = self.runner.visit(py, |place| match place {
-            Place::Here(drive) => Ok((stop(drive), Ok(()))),
-            Place::Thread(leased) => leased.inspect(stop).map(|done| (done, leased.take_end())),
-            Place::Nowhere => Ok(((Ok(()), None), Ok(()))),
+            Place::Here(drive) => stop(drive),
+            Place::Thread(leased) => {
+                let done = leased.inspect(stop).and_then(|done| done);
+                drop(leased.take_end()); // in the record
+                done
+            }
+            Place::Nowhere => Ok((None, None)),
         })?;
-        let ((stopped, trial), ended) =
-            done.map_err(|error| errors::of_drive(py, &error, false))?;
-        stopped.map_err(|error| errors::of_drive(py, &error, false))?;
-        let reason = ended.err().map(|error| error.to_string());
+        let (trial, reason) = done.map_err(|error| errors::of_drive(py, &error, false))?;
         Ok(trial.map(|trial| Record::new(trial, folder, reason)))
     }
 
@@ -239,15 +248,20 @@ impl Device {
     /// The trial so far.
     fn trial(&self, py: Python<'_>) -> PyResult<Option<Record>> {
         let folder = self.folder.clone();
-        let trial = self
-            .runner
-            .call(py, false, |drive| Ok(drive.trial().cloned()))?;
-        Ok(trial.map(|trial| Record::new(trial, folder, None)))
+        let (trial, reason) = self.runner.inspect(py, |drive| {
+            let (time_us, state) = (drive.time_us(), drive.state());
+            let mut trial = drive.trial().cloned();
+            if let (Some(trial), DriveState::Running) = (&mut trial, state) {
+                trial.duration_s = time_us as f64 / 1e6;
+            }
+            Ok((trial, drive.early_end().map(str::to_owned)))
+        })?;
+        Ok(trial.map(|trial| Record::new(trial, folder, reason)))
     }
 
     /// Latest telemetry sample.
     fn latest(&self, py: Python<'_>) -> PyResult<Option<Latest>> {
-        self.runner.call(py, false, |drive| {
+        self.runner.inspect(py, |drive| {
             let sample = drive.trial().and_then(|trial| trial.samples.last());
             Ok(sample.map(|s| (s.t_s, s.target_deg, s.measured_deg, s.true_deg, s.effort)))
         })
@@ -255,7 +269,7 @@ impl Device {
 
     /// Samples that arrived since the last call, as columns. The first call returns none.
     fn take_samples<'py>(&self, py: Python<'py>) -> PyResult<Vec<Column<'py>>> {
-        let taken = self.runner.call(py, false, |drive| {
+        let taken = self.runner.inspect(py, |drive| {
             let channels = drive.trial().map(|trial| trial.channels.clone());
             Ok((channels.unwrap_or_default(), drive.take_samples()))
         });
@@ -266,29 +280,39 @@ impl Device {
     /// Events from number `first` on, as time and text.
     fn events_from(&self, py: Python<'_>, first: usize) -> PyResult<Vec<(f64, String)>> {
         self.runner
-            .call(py, false, move |drive| Ok(drive.events_from(first)))
+            .inspect(py, move |drive| Ok(drive.events_from(first)))
     }
 
     /// Time since the start of the trains, s.
     #[getter]
     fn time_s(&self, py: Python<'_>) -> PyResult<f64> {
-        let at_us = self.runner.call(py, false, |drive| Ok(drive.time_us()))?;
+        let at_us = self.runner.inspect(py, |drive| Ok(drive.time_us()))?;
         Ok(at_us as f64 / 1e6)
     }
 
     /// State of the device.
     #[getter]
-    fn state(&self, py: Python<'_>) -> &'static str {
-        match self.runner.state(py) {
+    fn state(&self, py: Python<'_>) -> PyResult<&'static str> {
+        Ok(match self.runner.state(py)? {
             DriveState::Idle => "idle",
             DriveState::Armed => "armed",
             DriveState::Running => "running",
             DriveState::Closed => "closed",
-        }
+        })
     }
 }
 
 impl Device {
+    /// Returns the index on the link of the channel with this number, if the setup has it.
+    fn channel_index(&self, py: Python<'_>, number: u8) -> PyResult<u8> {
+        let setup = locked(&self.setup).clone();
+        let Some(setup) = setup else {
+            return self.runner.send(py, Vec::new()).map(|()| 0); // the drive says what is missing
+        };
+        check_channel(&setup.session, "channel", number)
+            .map_err(|mistake| errors::of_setpoints(py, &[mistake]))
+    }
+
     /// Returns the requests that send the values of a call, and the setup with its new amplitudes.
     fn requests(
         &self,

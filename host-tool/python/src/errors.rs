@@ -126,6 +126,20 @@ pub fn of_drive(py: Python<'_>, error: &DriveError, is_arming: bool) -> PyErr {
     raise(py, kind(error, is_arming), vec![mistake])
 }
 
+/// Returns the exception for a device that could not be connected: whatever it answers, there is no
+/// connection.
+pub fn of_opening(py: Python<'_>, error: &DriveError) -> PyErr {
+    let kind = match error {
+        DriveError::Run(RunError::Link(_)) | DriveError::Open(_) => "lost",
+        _ => "error",
+    };
+    let mistake = match error {
+        DriveError::Run(RunError::Link(Error::Refused(refused))) => of_refusal(refused),
+        error => Mistake::from_message(error.to_string()),
+    };
+    raise(py, kind, vec![mistake])
+}
+
 /// Returns the exception for a device that could not be opened.
 pub fn of_open(py: Python<'_>, error: &OpenError) -> PyErr {
     raise(py, "lost", vec![Mistake::from_message(error.to_string())])

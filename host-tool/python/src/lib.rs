@@ -4,15 +4,18 @@
 //! values into those of `host-core` and back, and sees to it that a call can be interrupted. The
 //! classes and functions that users see are written in Python, in `flexor/`.
 
+mod benchmark;
 mod body;
 mod convert;
 mod device;
 mod errors;
+mod models;
 mod open;
 mod record;
 mod runner;
 mod session;
 mod setpoints;
+mod statistics;
 
 use pyo3::prelude::*;
 
@@ -20,11 +23,19 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _native {
     #[pymodule_export]
+    use super::benchmark::time_steps;
+    #[pymodule_export]
     use super::device::Device;
+    #[pymodule_export]
+    use super::models::{Controller, force_stimulus, muscle_response};
     #[pymodule_export]
     use super::record::Record;
     #[pymodule_export]
     use super::session::{
         check, edges, run, run_many, session_text, sessions, wearer_text, wearers,
+    };
+    #[pymodule_export]
+    use super::statistics::{
+        friedman, holm, mann_whitney, paired_t, shapiro_wilk, wilcoxon, wilson_share,
     };
 }

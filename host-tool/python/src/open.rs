@@ -7,6 +7,7 @@ use crate::session::now;
 use firmware::link::HelloInfo;
 use firmware::safety::{StageKind, Stages};
 use host_core::drive::{BodyMaker, Drive, DriveError, LeasedDrive, MAX_LEASE, Source, TrialLog};
+use host_core::record::PROGRAM_COMMAND;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -56,20 +57,22 @@ impl OpenArguments {
             )));
         };
         let opened = py.detach(|| {
-            let device = (&*source.name(), source.seed());
-            let log = match &self.record {
-                Some(dir) => Some(TrialLog::begin(dir, &self.title, "python", device, now())?),
-                None => None,
-            };
-            let mut drive = Drive::new(source, log);
+            let (name, seed) = (source.name(), source.seed());
+            let mut drive = Drive::new(source);
             drive.set_telemetry_period(self.telemetry_ms);
             if self.all_edges {
                 drive.keep_all_edges();
             }
+            // The device first: a record without a device would be in the way of the next try.
             let info = drive.open()?;
+            if let Some(dir) = &self.record {
+                let device = (&*name, seed);
+                let log = TrialLog::begin(dir, &self.title, PROGRAM_COMMAND, device, now())?;
+                drive.record_in(log);
+            }
             Ok((drive, info))
         });
-        let (drive, info) = opened.map_err(|e: DriveError| errors::of_drive(py, &e, false))?;
+        let (drive, info) = opened.map_err(|e: DriveError| errors::of_opening(py, &e))?;
         let place = match self.address == "sim:" {
             true => Place::Here(Box::new(drive)),
             false => {

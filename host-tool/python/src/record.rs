@@ -115,7 +115,11 @@ impl Record {
         let run = py.detach(|| record::load(&folder));
         let run = run.map_err(|error| crate::errors::of_message(py, "error", &error))?;
         let path = Some(folder);
+        let is_incomplete = run.ending.is_incomplete();
+        let unknown =
+            || "the program that writes the record was killed, lost its disk, or still runs";
         let reason = run.ending.reason;
+        let reason = reason.or_else(|| is_incomplete.then(|| unknown().to_owned()));
         let trials = run.trials.into_iter();
         Ok(trials
             .map(|trial| Self::new(trial, path.clone(), reason.clone()))

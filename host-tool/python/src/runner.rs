@@ -3,15 +3,13 @@
 //! In simulated time the drive runs in the call itself; in real time it has a thread of its own. A
 //! call never holds the interpreter while it waits, and Ctrl-C stops the device before it is raised.
 
-use crate::body::LimbError;
+use crate::body::{LimbError, is_in_limb};
 use crate::errors;
 use firmware::link::Request;
 use host_core::drive::{Drive, DriveError, DriveState, LeasedDrive};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::thread::ThreadId;
 use std::time::Duration;
 
 /// Longest device time that passes in a simulation before signals are looked for, µs.
@@ -25,13 +23,9 @@ pub struct Runner {
     place: Mutex<Place>,
     /// Whether time is real; does not change.
     is_real_time: bool,
-    /// Thread that is in a call at present, to refuse calls that a limb makes to its own device.
-    caller: Mutex<Option<ThreadId>>,
     /// Process that opened the device; a forked child must not send anything.
     process: u32,
     limb_error: LimbError,
-    /// Time since the start of the trains at the end of the latest wait, µs.
-    waited_us: AtomicU64,
 }
 
 /// Place where a drive runs.
@@ -42,6 +36,25 @@ pub enum Place {
     Thread(LeasedDrive),
     /// Closed.
     Nowhere,
+}
+
+/// End of a wait.
+#[derive(Clone, Copy)]
+pub enum WaitEnd {
+    /// Device time that passes, µs.
+    After(u64),
+    /// Time since the start of the trains, µs; a time that has passed ends the wait at once.
+    At(u64),
+}
+
+impl WaitEnd {
+    /// Returns the end as a time since the start of the trains, if the wait begins at `now_us`.
+    const fn to_time(self, now_us: u64) -> u64 {
+        match self {
+            Self::After(length_us) => now_us.saturating_add(length_us),
+            Self::At(at_us) => at_us,
+        }
+    }
 }
 
 /// Locks a mutex, also one whose holder panicked.
@@ -68,10 +81,8 @@ impl Runner {
         Self {
             is_real_time: matches!(place, Place::Thread(_)),
             place: Mutex::new(place),
-            caller: Mutex::new(None),
             process: std::process::id(),
             limb_error,
-            waited_us: AtomicU64::new(0),
         }
     }
 
@@ -95,6 +106,38 @@ impl Runner {
         called.map_err(|error| errors::of_drive(py, &error, is_arming))
     }
 
+    /// Looks at the drive without the interpreter. A look renews no lease: a program that only watches
+    /// does not decide that stimulation goes on.
+    ///
+    /// # Errors
+    /// The device is closed.
+    pub fn inspect<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        look: impl FnOnce(&mut Drive) -> Result<T, DriveError> + Send + 'static,
+    ) -> PyResult<T> {
+        let seen = self.visit(py, |place| match place {
+            Place::Here(drive) => look(drive),
+            Place::Thread(leased) => leased.inspect(look).and_then(|seen| seen),
+            Place::Nowhere => Err(DriveError::Closed),
+        })?;
+        seen.map_err(|error| errors::of_drive(py, &error, false))
+    }
+
+    /// Starts the trains, in real time only if the call is fresh.
+    ///
+    /// # Errors
+    /// The exception of the call.
+    pub fn start(&self, py: Python<'_>) -> PyResult<()> {
+        let started = self.visit(py, |place| match place {
+            Place::Here(drive) => drive.start(),
+            Place::Thread(leased) => leased.call_promptly(Drive::start),
+            Place::Nowhere => Err(DriveError::Closed),
+        })?;
+        self.raise_limb_error(py)?;
+        started.map_err(|error| errors::of_drive(py, &error, false))
+    }
+
     /// Sends requests, in real time only as long as they are fresh.
     ///
     /// # Errors
@@ -109,16 +152,15 @@ impl Runner {
         sent.map_err(|error| errors::of_drive(py, &error, false))
     }
 
-    /// Lets `length_us` of device time pass. Returns the time since the start of the trains, s.
+    /// Lets device time pass until `end`. Returns the time since the start of the trains, s.
     ///
     /// # Errors
     /// The exception that ended the trial, or `KeyboardInterrupt`.
-    pub fn wait(&self, py: Python<'_>, length_us: u64) -> PyResult<f64> {
+    pub fn wait(&self, py: Python<'_>, end: WaitEnd) -> PyResult<f64> {
         let at_us = match self.is_real_time {
-            true => self.wait_in_real_time(py, length_us),
-            false => self.wait_in_simulated_time(py, length_us),
+            true => self.wait_in_real_time(py, end),
+            false => self.wait_in_simulated_time(py, end),
         }?;
-        self.waited_us.store(at_us, Ordering::Relaxed);
         Ok(at_us as f64 / 1e6)
     }
 
@@ -136,31 +178,30 @@ impl Runner {
             self.abandon();
             return Err(errors::of_drive(py, &DriveError::Closed, false));
         }
-        if *locked(&self.caller) == Some(std::thread::current().id()) {
+        if is_in_limb() {
             return Err(PyRuntimeError::new_err(
                 "a limb cannot call the device that it is part of; return its state instead",
             ));
         }
-        Ok(py.detach(|| {
-            let mut place = locked(&self.place);
-            *locked(&self.caller) = Some(std::thread::current().id());
-            let result = work(&mut place);
-            *locked(&self.caller) = None;
-            result
-        }))
+        Ok(py.detach(|| work(&mut locked(&self.place))))
     }
 
-    /// Returns the state of the drive.
-    pub fn state(&self, py: Python<'_>) -> DriveState {
-        let state = self.visit(py, |place| match place {
+    /// Returns the state of the drive; in a forked child it is closed.
+    ///
+    /// # Errors
+    /// A limb asks for the state of its own device.
+    pub fn state(&self, py: Python<'_>) -> PyResult<DriveState> {
+        if self.process != std::process::id() {
+            return Ok(DriveState::Closed);
+        }
+        self.visit(py, |place| match place {
             Place::Here(drive) => drive.state(),
             Place::Thread(leased) => {
                 let state = leased.inspect(|drive| drive.state());
                 state.unwrap_or(DriveState::Closed)
             }
             Place::Nowhere => DriveState::Closed,
-        });
-        state.unwrap_or(DriveState::Closed)
+        })
     }
 
     /// Stops and closes the drive. In a forked child, only forgets it.
@@ -223,9 +264,8 @@ impl Runner {
         }
     }
 
-    fn wait_in_real_time(&self, py: Python<'_>, length_us: u64) -> PyResult<u64> {
-        let begin_us = self.call(py, false, |drive| drive.wait(0))?;
-        let until_us = begin_us.saturating_add(length_us);
+    fn wait_in_real_time(&self, py: Python<'_>, end: WaitEnd) -> PyResult<u64> {
+        let until_us = end.to_time(self.call(py, false, |drive| drive.wait(0))?);
         loop {
             let seen = self.visit(py, |place| match place {
                 Place::Thread(leased) => leased.renew().map(|at| (at, leased.is_running())),
@@ -245,16 +285,33 @@ impl Runner {
         }
     }
 
-    fn wait_in_simulated_time(&self, py: Python<'_>, length_us: u64) -> PyResult<u64> {
-        let mut left_us = length_us;
-        loop {
-            let step_us = left_us.min(SLICE_US);
-            let at_us = self.call(py, false, move |drive| drive.wait(step_us))?;
-            left_us -= step_us;
-            if left_us == 0 {
-                return Ok(at_us);
-            }
+    fn wait_in_simulated_time(&self, py: Python<'_>, end: WaitEnd) -> PyResult<u64> {
+        let (at_us, until_us) = self.call(py, false, move |drive| {
+            let now_us = drive.time_us();
+            let until_us = end.to_time(now_us);
+            let at_us = drive.wait_until(until_us.min(now_us.saturating_add(SLICE_US)))?;
+            Ok((at_us, until_us))
+        })?;
+        let mut at_us = at_us;
+        while at_us < until_us {
             self.check_signals(py)?;
+            let to_us = until_us.min(at_us.saturating_add(SLICE_US));
+            at_us = self.call(py, false, move |drive| drive.wait_until(to_us))?;
         }
+        Ok(at_us)
+    }
+}
+
+impl Drop for Runner {
+    /// Stops and closes the device without the interpreter, because a limb in Python needs it on the
+    /// thread of the drive.
+    fn drop(&mut self) {
+        if self.process != std::process::id() {
+            return self.abandon();
+        }
+        let place = std::mem::replace(&mut *locked(&self.place), Place::Nowhere);
+        let mut place = Some(place);
+        // At the end of the interpreter there is none to release.
+        let _ = Python::try_attach(|py| py.detach(|| drop(place.take())));
     }
 }

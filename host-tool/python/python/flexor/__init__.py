@@ -15,6 +15,7 @@ people: every record says whether it is simulated.
 
 from __future__ import annotations
 
+from . import models, statistics
 from ._device import Device, connect
 from ._errors import (
     ArmRefused,
@@ -31,6 +32,7 @@ from ._run import cite, edges, run, run_many, sessions, wearers
 from ._train import Limits, Muscle, Train
 
 __version__ = "0.1.0"
+__docformat__ = "google"
 
 __all__ = [
     "ArmRefused",
@@ -52,8 +54,10 @@ __all__ = [
     "cite",
     "connect",
     "edges",
+    "models",
     "run",
     "run_many",
     "sessions",
+    "statistics",
     "wearers",
 ]

@@ -30,6 +30,10 @@ class Mistake:
 class FlexorError(Exception):
     """Base of all exceptions of this package.
 
+    `str` gives all messages, one per line. `number`, `field`, `value`, `allowed` and `remedy` are
+    those of the first mistake. Errors can be pickled. By itself, this class is raised for a call in
+    the wrong order, a closed device, or a record that cannot be written.
+
     Attributes:
         mistakes: All reasons, at least one.
     """
@@ -77,23 +81,39 @@ class FlexorError(Exception):
 
 
 class Refused(FlexorError, ValueError):
-    """A value, a setup or a request was refused; stimulation goes on as before."""
+    """A value, a setup or a request was refused; stimulation goes on as before.
+
+    It is also a `ValueError`. A value of the wrong type raises `TypeError`.
+    """
 
 
 class ArmRefused(FlexorError):
-    """The device did not arm: an electrode, an input, its stages or its state is in the way."""
+    """The device did not arm: an electrode, an input, its stages or its state is in the way.
+
+    `field` says which, and `remedy` what to do. Nothing was stimulated above the test pulse.
+    """
 
 
 class DeviceFault(FlexorError):
-    """The device ended stimulation by itself."""
+    """The device ended stimulation by itself, for example because an electrode fell off.
+
+    The record so far is kept: `Device.record`.
+    """
 
 
 class LeaseExpired(FlexorError):
-    """No call came for the time of the lease, so stimulation was stopped."""
+    """No call came for the time of the lease, so stimulation was stopped.
+
+    The next call raises it. Use ``dev.wait(5)`` instead of ``time.sleep(5)``.
+    """
 
 
 class ConnectionLost(FlexorError, ConnectionError):
-    """The device cannot be opened, does not answer, or is gone."""
+    """The device cannot be opened, does not answer, or is gone.
+
+    It is also a `ConnectionError`. A device that hears no host stops by itself after the host
+    timeout.
+    """
 
 
 CLASSES: dict[str, type[FlexorError]] = {

@@ -77,9 +77,11 @@ class Record:
 
     @functools.cached_property
     def edges(self) -> npt.NDArray[np.void]:
-        """Edges of a simulated device: t_us, channel, state, dac_code.
+        """Edges of a simulated device as a structured array.
 
-        One period of them, unless all were asked for; empty for a real device.
+        Columns: t_us (µs), channel, state (isolated, anodic, cathodic, grounded) and dac_code (code
+        of the converter). One period of them, unless all were asked for (`all_edges`); empty for a
+        device behind a port.
         """
         return edge_table(*self._data.edges())
 
@@ -90,7 +92,7 @@ class Record:
 
     @property
     def electrodes(self) -> list[Reading]:
-        """Readings of the electrode check."""
+        """Readings of the electrode check before arming, one per channel."""
         return [Reading(*reading) for reading in self._data.electrodes]
 
     @property
@@ -105,7 +107,7 @@ class Record:
 
     @property
     def silent(self) -> str | None:
-        """Why no pulse was output; None if there were pulses."""
+        """Reason why no pulse was output; None if there were pulses."""
         return self._data.silent
 
     @property
@@ -136,7 +138,7 @@ class Record:
 
     @property
     def error(self) -> str | None:
-        """Why the trial ended early; None if it ran to its end."""
+        """Reason why the trial ended early; None if it ran to its end."""
         return self._data.error
 
     def to_pandas(self) -> pd.DataFrame:
@@ -144,6 +146,13 @@ class Record:
         import pandas as pd
 
         return pd.DataFrame(self.samples)
+
+    def __reduce__(self) -> Any:
+        """Refuse to be pickled: the data can be large, and a folder keeps them better."""
+        raise TypeError(
+            "a Record cannot be pickled; pickle its samples, or write it with out= or record= "
+            "and read it with Record.load"
+        )
 
     def __len__(self) -> int:
         """Return the number of samples."""

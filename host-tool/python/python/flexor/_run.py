@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from . import _native
+from . import _arguments, _native
 from ._record import Record, edge_table
 
 Session = str | Path | Mapping[str, Any]
@@ -27,7 +27,8 @@ def run(
 
     Args:
         session: Path, name of a shipped session, or fields.
-        seed: Seed of the simulated wearer's noise. The same seed gives the same bytes.
+        seed: Seed of the simulated wearer's noise, 0 to 2⁶⁴ − 1. The same seed gives the same
+            bytes.
         out: Folder for the record, absent or empty; None keeps it in memory.
         all_edges: Whether the record keeps all edges, not only one period of them.
 
@@ -36,18 +37,27 @@ def run(
 
     Raises:
         Refused: The session has mistakes; all of them are listed.
+        FlexorError: The folder of the record holds something else.
     """
     folder = None if out is None else Path(out)
-    return Record(_native.run(_given(session), seed, folder, all_edges))
+    return Record(_native.run(_given(session), _arguments.seed(seed), folder, all_edges))
 
 
 def run_many(session: Session, seeds: Iterable[int]) -> list[Record]:
     """Run a session once per seed, on all cores. Each record equals that of `run`.
 
+    Args:
+        session: Path, name of a shipped session, or fields.
+        seeds: Seeds of the simulated wearer's noise, 0 to 2⁶⁴ − 1.
+
+    Returns:
+        One record per seed, in the order of the seeds, in memory.
+
     Raises:
-        Refused: The session has mistakes.
+        Refused: The session has mistakes; all of them are listed.
     """
-    return [Record(data) for data in _native.run_many(_given(session), list(seeds))]
+    numbers = [_arguments.seed(seed) for seed in seeds]
+    return [Record(data) for data in _native.run_many(_given(session), numbers)]
 
 
 def edges(session: Session, seconds: float, *, seed: int = 1) -> npt.NDArray[np.void]:
@@ -65,9 +75,10 @@ def edges(session: Session, seconds: float, *, seed: int = 1) -> npt.NDArray[np.
         Refused: The session has mistakes.
         ValueError: The length is out of range.
     """
+    seconds = _arguments.seconds("seconds", seconds)
     if not 0.001 <= seconds <= 3600:
         raise ValueError(f"seconds must be between 0.001 and 3600, not {seconds}")
-    return edge_table(*_native.edges(_given(session), seconds, seed))
+    return edge_table(*_native.edges(_given(session), seconds, _arguments.seed(seed)))
 
 
 def sessions() -> list[str]:

@@ -36,6 +36,17 @@ from ._record import Reading, Record
 _T = TypeVar("_T")
 
 _SET_UP = ("channel", "duty", "group", "sync", "joint", "wall", "modulation", "program", "body")
+_OBSERVED = (
+    "address",
+    "angle_deg",
+    "events",
+    "info",
+    "record",
+    "session_text",
+    "state",
+    "telemetry_s",
+    "time_s",
+)
 
 
 def connect(address: str, **arguments: Any) -> Device:
@@ -52,7 +63,7 @@ class Device:
     """`flexor.Device` for asyncio. What sets up a channel or joint needs no ``await``."""
 
     def __init__(self, address: str, **arguments: Any) -> None:
-        """Keep the arguments; `connect` says what they are."""
+        """Keep the arguments, which are those of `flexor.connect`."""
         self._open: Callable[[], _Device] = lambda: _connect(address, **arguments)
         self._device: _Device | None = None
 
@@ -68,8 +79,12 @@ class Device:
         return self._device
 
     def __getattr__(self, name: str) -> Any:
-        """Return what sets up the device, or tells of it, from `flexor.Device`."""
-        if name in _SET_UP or name in ("state", "time_s", "angle_deg", "info", "session_text"):
+        """Return an attribute of `flexor.Device` that sets up the device or describes it.
+
+        These are `channel`, `duty`, `group`, `sync`, `joint`, `wall`, `modulation`, `program`,
+        `body`, `state`, `time_s`, `angle_deg`, `info` and `session_text`; none is awaited.
+        """
+        if name in _SET_UP or name in _OBSERVED:
             return getattr(self.sync_device, name)
         raise AttributeError(name)
 
@@ -100,6 +115,30 @@ class Device:
     async def wait(self, seconds: float) -> float:
         """Let device time pass; see `flexor.Device.wait`."""
         return await self._run(lambda: self.sync_device.wait(seconds))
+
+    async def trigger(self, held_s: float = 0.0) -> None:
+        """Give the simulator's trigger input an edge; see `flexor.Device.trigger`."""
+        await self._run(lambda: self.sync_device.trigger(held_s))
+
+    async def reset(self, seed: int = 1) -> None:
+        """Begin again with a rested simulated wearer; see `flexor.Device.reset`."""
+        await self._run(lambda: self.sync_device.reset(seed))
+
+    async def snapshot(self) -> Device:
+        """Return a copy of the simulator; see `flexor.Device.snapshot`. Close it when done."""
+        copied = Device(self.sync_device.address)
+        copied._device = await self._run(self.sync_device.snapshot)
+        return copied
+
+    async def steps(self, seconds: float, step_s: float) -> AsyncIterator[float]:
+        """Iterate over device time; see `flexor.Device.steps`."""
+        times = self.sync_device.steps(seconds, step_s)
+        while (t_s := await self._run(lambda: next(times, None))) is not None:
+            yield t_s
+
+    async def wait_until(self, t_s: float) -> float:
+        """Let device time pass until a time; see `flexor.Device.wait_until`."""
+        return await self._run(lambda: self.sync_device.wait_until(t_s))
 
     async def stream(self, seconds: float) -> AsyncIterator[npt.NDArray[np.void]]:
         """Iterate over telemetry; see `flexor.Device.stream`."""
