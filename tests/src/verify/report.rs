@@ -54,6 +54,11 @@ impl Report {
         format!("{} passed, {} failed{skipped}", self.passed, self.failed)
     }
 
+    /// Counts skipped checks as failures.
+    pub fn fail_skipped(&mut self) {
+        self.failed += std::mem::take(&mut self.skipped);
+    }
+
     /// Adds the result of another step or check.
     pub fn add(&mut self, other: Self) {
         self.passed += other.passed;
@@ -73,5 +78,7 @@ mod tests {
         assert_eq!(report.counts(), "1 passed, 0 failed");
         report.add(Report::skip("x".to_owned()));
         assert_eq!(report.counts(), "1 passed, 0 failed, 1 skipped");
+        report.fail_skipped();
+        assert_eq!(report.counts(), "1 passed, 1 failed");
     }
 }
