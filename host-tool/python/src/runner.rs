@@ -38,7 +38,7 @@ pub enum Place {
     Nowhere,
 }
 
-/// End of a wait.
+/// When a wait ends, in device time.
 #[derive(Clone, Copy)]
 pub enum WaitEnd {
     /// Device time that passes, µs.

@@ -11,7 +11,7 @@ pub struct ResponseRow {
     pub t_s: f64,
     /// C, the normalised amount of the calcium–troponin complex (Lee 2020, eq. 2), without unit.
     pub c: f64,
-    /// Force, N.
+    /// Force of the whole muscle at this time, N.
     pub force_n: f64,
 }
 

@@ -3,8 +3,9 @@
 use crate::verify::command::Finished;
 use crate::verify::report::Report;
 
-/// Plain output with the reason of each skipped test, and no cache in the source tree.
-pub(super) const OPTIONS: [&str; 5] = ["-q", "-rs", "--color=no", "-p", "no:cacheprovider"];
+/// Plain output that ends with failed tests and the reason of each skipped test; no cache in the
+/// source tree.
+pub(super) const OPTIONS: [&str; 5] = ["-q", "-rfEs", "--color=no", "-p", "no:cacheprovider"];
 
 /// Judges a run of pytest by the counts in its last line.
 pub(super) fn judge(finished: Finished) -> Report {
