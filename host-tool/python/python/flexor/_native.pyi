@@ -7,6 +7,30 @@ from typing import Any, Literal, final
 import numpy as np
 import numpy.typing as npt
 
+__all__ = [
+    "Controller",
+    "Device",
+    "Record",
+    "check",
+    "edges",
+    "force_stimulus",
+    "friedman",
+    "holm",
+    "mann_whitney",
+    "muscle_response",
+    "paired_t",
+    "run",
+    "run_many",
+    "session_text",
+    "sessions",
+    "shapiro_wilk",
+    "time_steps",
+    "wearer_text",
+    "wearers",
+    "wilcoxon",
+    "wilson_share",
+]
+
 _Numbers = npt.NDArray[np.float64]
 _Column = tuple[str, _Numbers | list[str]]
 _Edges = tuple[
