@@ -73,57 +73,37 @@ pub fn of_session(py: Python<'_>, error: &SessionError) -> PyErr {
 /// Returns the exception for values of a call that are refused.
 pub fn of_setpoints(py: Python<'_>, errors: &[SetpointError]) -> PyErr {
     let mistakes = errors.iter().map(|error| {
-        let mut mistake = Mistake::from_message(error.to_string());
-        (mistake.field, mistake.value, mistake.allowed) = match error {
-            SetpointError::NoChannel { field, channel, .. } => {
-                (Some(*field), Some(channel.to_string()), None)
-            }
-            SetpointError::OtherKind { field, channel, .. } => {
-                (Some(*field), Some(channel.to_string()), None)
+        let (field, value, allowed) = match error {
+            SetpointError::NoChannel { field, channel, .. }
+            | SetpointError::OtherKind { field, channel, .. } => {
+                (*field, channel.to_string(), None)
             }
             SetpointError::OutOfRange {
                 field,
                 value,
                 allowed,
                 ..
-            } => (Some(*field), Some(value.to_string()), Some(allowed.clone())),
+            } => (*field, value.to_string(), Some(allowed.clone())),
             SetpointError::Impossible {
                 field,
                 value,
                 allowed,
-            } => (
-                Some(*field),
-                Some(value.to_string()),
-                Some((*allowed).to_owned()),
-            ),
-            SetpointError::NoAmplitude { channel } => {
-                (Some("width_us"), Some(channel.to_string()), None)
-            }
+            } => (*field, value.to_string(), Some((*allowed).to_owned())),
+            SetpointError::NoAmplitude { channel } => ("width_us", channel.to_string(), None),
+        };
+        Mistake {
+            field: Some(field.to_owned()),
+            value: Some(value),
+            allowed,
+            ..Mistake::from_message(error.to_string())
         }
-        .map_field();
-        mistake
     });
     raise(py, "refused", mistakes.collect())
 }
 
-/// Gives the first of three values an owner.
-trait MapField {
-    fn map_field(self) -> (Option<String>, Option<String>, Option<String>);
-}
-
-impl MapField for (Option<&'static str>, Option<String>, Option<String>) {
-    fn map_field(self) -> (Option<String>, Option<String>, Option<String>) {
-        (self.0.map(str::to_owned), self.1, self.2)
-    }
-}
-
 /// Returns the exception for an error of a drive. `is_arming` says whether the call was `arm()`.
 pub fn of_drive(py: Python<'_>, error: &DriveError, is_arming: bool) -> PyErr {
-    let mistake = match error {
-        DriveError::Run(RunError::Link(Error::Refused(refused))) => of_refusal(refused),
-        error => Mistake::from_message(error.to_string()),
-    };
-    raise(py, kind(error, is_arming), vec![mistake])
+    raise(py, kind(error, is_arming), vec![to_mistake(error)])
 }
 
 /// Returns the exception for a device that could not be connected: whatever it answers, there is no
@@ -133,11 +113,7 @@ pub fn of_opening(py: Python<'_>, error: &DriveError) -> PyErr {
         DriveError::Run(RunError::Link(_)) | DriveError::Open(_) => "lost",
         _ => "error",
     };
-    let mistake = match error {
-        DriveError::Run(RunError::Link(Error::Refused(refused))) => of_refusal(refused),
-        error => Mistake::from_message(error.to_string()),
-    };
-    raise(py, kind, vec![mistake])
+    raise(py, kind, vec![to_mistake(error)])
 }
 
 /// Returns the exception for a device that could not be opened.
@@ -176,6 +152,14 @@ const fn kind(error: &DriveError, is_arming: bool) -> &'static str {
         | DriveError::NotSimulated(_)
         | DriveError::NotCopyable
         | DriveError::Over => "error",
+    }
+}
+
+/// Returns the mistake that an error of a drive is.
+fn to_mistake(error: &DriveError) -> Mistake {
+    match error {
+        DriveError::Run(RunError::Link(Error::Refused(refused))) => of_refusal(refused),
+        error => Mistake::from_message(error.to_string()),
     }
 }
 

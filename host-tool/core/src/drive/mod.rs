@@ -35,7 +35,7 @@ use telemetry::TelemetryQueue;
 
 type DeviceStepper = Stepper<'static, Box<dyn Port>>;
 
-/// What a drive does at present.
+/// State of a drive.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum DriveState {
     /// Nothing is armed. The outputs are disconnected.
@@ -160,7 +160,7 @@ impl Drive {
         Ok(Some(info))
     }
 
-    /// Returns what the drive does at present.
+    /// Returns the present state of the drive.
     #[must_use]
     pub const fn state(&self) -> DriveState {
         match &self.stage {

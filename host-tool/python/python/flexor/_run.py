@@ -40,7 +40,7 @@ def run(
         FlexorError: The folder of the record holds something else.
     """
     folder = None if out is None else Path(out)
-    return Record(_native.run(_given(session), _arguments.seed(seed), folder, all_edges))
+    return Record(_native.run(argument(session), _arguments.seed(seed), folder, all_edges))
 
 
 def run_many(session: Session, seeds: Iterable[int]) -> list[Record]:
@@ -57,7 +57,7 @@ def run_many(session: Session, seeds: Iterable[int]) -> list[Record]:
         Refused: The session has mistakes; all of them are listed.
     """
     numbers = [_arguments.seed(seed) for seed in seeds]
-    return [Record(data) for data in _native.run_many(_given(session), numbers)]
+    return [Record(data) for data in _native.run_many(argument(session), numbers)]
 
 
 def edges(session: Session, seconds: float, *, seed: int = 1) -> npt.NDArray[np.void]:
@@ -78,7 +78,7 @@ def edges(session: Session, seconds: float, *, seed: int = 1) -> npt.NDArray[np.
     seconds = _arguments.seconds("seconds", seconds)
     if not 0.001 <= seconds <= 3600:
         raise ValueError(f"seconds must be between 0.001 and 3600, not {seconds}")
-    return edge_table(*_native.edges(_given(session), seconds, _arguments.seed(seed)))
+    return edge_table(*_native.edges(argument(session), seconds, _arguments.seed(seed)))
 
 
 def sessions() -> list[str]:
@@ -105,5 +105,6 @@ def cite() -> str:
     )
 
 
-def _given(session: Session) -> Any:
+def argument(session: Session) -> Path | dict[str, Any]:
+    """Return a session as the extension takes it."""
     return dict(session) if isinstance(session, Mapping) else Path(session)

@@ -6,15 +6,14 @@ reference against which they are tested.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _native
-from ._run import Session
+from ._run import Session, argument
 from ._train import Muscle
 
 _RESPONSE = np.dtype([("t_s", "f8"), ("c", "f8"), ("force_n", "f8")])
@@ -97,7 +96,7 @@ def force_stimulus(session: Session, channel: int, force_n: float) -> ForceStimu
         Refused: The session has mistakes.
         ValueError: The channel has no muscle, or the force is out of range.
     """
-    return ForceStimulus(*_native.force_stimulus(_argument(session), channel, force_n))
+    return ForceStimulus(*_native.force_stimulus(argument(session), channel, force_n))
 
 
 class ControllerOutput(NamedTuple):
@@ -127,7 +126,7 @@ class JointController:
         Raises:
             Refused: The session has mistakes or no joint.
         """
-        self._native = _native.Controller(_argument(session))
+        self._native = _native.Controller(argument(session))
 
     def step(
         self,
@@ -156,7 +155,3 @@ class JointController:
             reference_deg, rate_deg_per_s, measured_deg, ticks
         )
         return ControllerOutput(effort, dict(amplitudes), is_limited)
-
-
-def _argument(session: Session) -> Path | dict[str, Any]:
-    return dict(session) if isinstance(session, Mapping) else Path(session)
