@@ -3,8 +3,8 @@
 //! - `session` reads session files, `wearer` the thresholds, limits and muscles of a wearer, and
 //!   `fields` checks both against their permitted fields.
 //! - `link` speaks the protocol, and `run` carries out a session through it. `choice` tries which
-//!   level of a muscle model suffices. `calibration` finds thresholds with an operator.
-//!   `drive` drives a device call by call, for programs that decide while it runs.
+//!   level of a muscle model suffices. `calibration` finds thresholds with an operator, `search`
+//!   by a staircase. `drive` drives a device call by call, for programs that decide while it runs.
 //! - `record` writes and reads records, `analysis` computes their results, `statistics` compares
 //!   them, and `report` draws them with `plot`.
 //! - `models` evaluates the device's muscle models and controllers apart from a device.
@@ -36,6 +36,7 @@ pub mod record;
 #[cfg(feature = "report")]
 pub mod report;
 pub mod run;
+pub mod search;
 pub mod session;
 pub mod statistics;
 pub mod suggestion;

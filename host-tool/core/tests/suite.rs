@@ -17,6 +17,8 @@ mod run_counted;
 mod run_cut_short;
 mod run_programs;
 mod run_rungs;
+mod search;
+mod search_device;
 mod session_arm;
 mod session_endpoint;
 mod session_errors;

@@ -2,11 +2,11 @@
 
 use super::Output;
 use clap::Args;
+use host_core::search::SHIPPED as SEARCHES;
 use host_core::session::{SHIPPED as SESSIONS, Session, escape_control_chars};
 use host_core::suggestion;
 use host_core::wearer::{SHIPPED as WEARERS, Wearer};
 use serde_json::{Value, json};
-use studies::laboratory::search::SHIPPED as SEARCHES;
 use studies::{catalog, experiments, faults, limb};
 
 /// List the shipped sessions, wearers, searches and studies

@@ -5,15 +5,15 @@ use super::typed::{Closed, TypedLines};
 use super::{Incomplete, Output, interrupt, usage_error};
 use clap::Args;
 use host_core::link::Error;
-use host_core::run::{DeviceName, SessionFile};
+use host_core::run::DeviceName;
+use host_core::search::{
+    Answer, DeviceError, Finding, OnDevice, Operator, PART, Question, Search, SearchError,
+    SearchFile, Step, level_unit, report as report_of, search,
+};
 use host_core::session::{Session, escape_control_chars};
 use serde_json::{Value, json};
 use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
-use studies::laboratory::search::{
-    Answer, DeviceError, Finding, Milli, OnDevice, Operator, Question, SHIPPED, Search, SearchEnd,
-    SearchFile, Step, search,
-};
+use std::path::PathBuf;
 
 /// Search a wearer's threshold, comfort or maximum by a staircase
 ///
@@ -34,15 +34,13 @@ pub struct SearchArgs {
 /// Fails if the search file or the device is unusable, or a search ends early. Results until then
 /// are printed.
 pub fn main(args: &SearchArgs, output: Output) -> anyhow::Result<()> {
-    let (file, session) = load(&args.file)?;
     let is_port = args.device.is_port();
+    let (file, session) = SearchFile::load(&args.file, !is_port)?;
     if is_port && args.seed.is_some() {
         return usage_error(
             "--seed needs --device native, chip or qemu: a board has no simulated wearer",
         );
     }
-    let simulated = (!is_port).then_some(());
-    ensure_no_mistakes(&args.file, mistakes(&file, &session, simulated.is_some()))?;
     anyhow::ensure!(
         !is_port || std::io::stdin().is_terminal(),
         "E529 an operator must allow each higher level on {}; run the search in a terminal",
@@ -78,7 +76,7 @@ pub fn main(args: &SearchArgs, output: Output) -> anyhow::Result<()> {
         let stopped = probe.stop();
         print_text(output, &conclusion(declared, &session, &finding))?;
         if let Some(list) = report["searches"].as_array_mut() {
-            list.push(json_report(declared, &session, &finding));
+            list.push(report_of(declared, &session, &finding));
         }
         if let Some(error) = early_end_error(finding) {
             return Err(incomplete_error(error, report));
@@ -89,60 +87,6 @@ pub fn main(args: &SearchArgs, output: Output) -> anyhow::Result<()> {
         true => output.print(String::new, || report),
         false => Ok(()),
     }
-}
-
-/// Loads a search, built in or from a file, and the session that it names.
-fn load(path: &Path) -> anyhow::Result<(SearchFile, Session)> {
-    let named = SHIPPED.iter().find(|(name, _)| path == Path::new(name));
-    let named = named.filter(|_| !path.exists());
-    let text = match named {
-        Some((_, text)) => (*text).to_owned(),
-        None => Session::text(path)?,
-    };
-    let file = match SearchFile::parse(&text) {
-        Ok(file) => file,
-        Err(mistakes) => {
-            ensure_no_mistakes(path, mistakes)?;
-            unreachable!("a refused file has mistakes")
-        }
-    };
-    let folder = path.parent().unwrap_or(Path::new("."));
-    let session = match named {
-        // A search of the program, with a session of the program.
-        Some(_) => SessionFile::load(Path::new(file.session.trim_start_matches("../sessions/")))?,
-        None => SessionFile::load(&folder.join(&file.session))?,
-    };
-    Ok((file, session.session))
-}
-
-/// Returns the reasons why the searches do not fit this session.
-fn mistakes(file: &SearchFile, session: &Session, is_simulated: bool) -> Vec<String> {
-    let limit_of = |number: u8| {
-        let mut channels = session.channels.iter();
-        let channel = channels.find(|c| c.number == number && c.spec.train.trigger.is_none())?;
-        Some((Milli(channel.spec.limit.get()), channel.unit().symbol()))
-    };
-    let mut messages = Vec::new();
-    for (search, number) in file.searches.iter().zip(1..) {
-        let declared = search.declaration();
-        let mut beyond = search.limit_violations(limit_of);
-        if is_simulated && declared.kind.is_rated() && declared.simulated_rating.is_none() {
-            beyond.push("simulated_rating is missing: a simulated wearer gives no ratings".into());
-        }
-        let message = |violation| format!("search {number}: {violation}");
-        messages.extend(beyond.into_iter().map(message));
-    }
-    messages
-}
-
-fn ensure_no_mistakes(path: &Path, mistakes: Vec<String>) -> anyhow::Result<()> {
-    anyhow::ensure!(
-        mistakes.is_empty(),
-        "E527 the search file {} has mistakes: {}",
-        path.display(),
-        mistakes.join("\n  ")
-    );
-    Ok(())
 }
 
 fn print_text(output: Output, text: &str) -> anyhow::Result<()> {
@@ -161,30 +105,14 @@ fn incomplete_error(error: impl Into<anyhow::Error>, result: Value) -> anyhow::E
 /// Returns the error of a search that ended early.
 fn early_end_error(finding: Finding<DeviceError>) -> Option<anyhow::Error> {
     let reached = finding.low;
-    match finding.ended {
-        SearchEnd::Found | SearchEnd::Limit => None,
-        SearchEnd::Refused(level) => Some(anyhow::anyhow!(
-            "E536 the operator did not allow the level {level}, so the search ended; it had \
-             reached {reached}"
-        )),
-        SearchEnd::Failed(DeviceError::Link(Error::Interrupted(signal))) => {
+    match finding.into_end() {
+        Ok(()) => None,
+        Err(SearchError::Device(DeviceError::Link(Error::Interrupted(signal)))) => {
             let when = format!("during a search, which reached {reached}; the device was stopped");
             Some(interrupt::EndedBySignal(signal, when).into())
         }
-        SearchEnd::Failed(error) => Some(error.into()),
+        Err(error) => Some(error.into()),
     }
-}
-
-/// Text that stands for the unit of levels that are ratios to the largest level, `max`.
-const PART: &str = "of max";
-
-fn unit(search: &Search, session: &Session) -> &'static str {
-    let site_channel = |site: &studies::laboratory::search::Site| match site.max {
-        Some(_) => None,
-        None => session.channel(site.channel - 1),
-    };
-    let channel = search.sites().first().and_then(site_channel);
-    channel.map_or(PART, |channel| channel.unit().symbol())
 }
 
 fn heading(search: &Search, session: &Session) -> String {
@@ -199,7 +127,7 @@ fn heading(search: &Search, session: &Session) -> String {
         "{}: channel {}, levels in {}",
         search.declaration().kind.name(),
         channels.join(" + "),
-        match unit(search, session) {
+        match level_unit(search, session) {
             PART => "fractions of max",
             unit => unit,
         }
@@ -233,7 +161,7 @@ fn row(step: &Step) -> String {
 }
 
 fn conclusion<E>(search: &Search, session: &Session, finding: &Finding<E>) -> String {
-    let (unit, low) = (unit(search, session), finding.low);
+    let (unit, low) = (level_unit(search, session), finding.low);
     let found = match (finding.value, finding.high) {
         (Some(value), Some(high)) => {
             let set = finding.level_to_set(search).unwrap_or_default();
@@ -243,34 +171,6 @@ fn conclusion<E>(search: &Search, session: &Session, finding: &Finding<E>) -> St
     };
     let (pulses, presentations) = (finding.pulses, finding.trail.len());
     format!("{found}; {presentations} presentations, {pulses} pulses\n")
-}
-
-fn json_report<E>(search: &Search, session: &Session, finding: &Finding<E>) -> Value {
-    let trail = finding.trail.iter().map(|step| {
-        let answer = match step.answer {
-            Answer::Measured(v) => json!({ "deviation_deg": v.deviation, "bound_deg": v.bound }),
-            Answer::Seen(moved) => json!({ "seen": moved }),
-            Answer::Rated(rating, accepted) => json!({ "rating": rating, "accepted": accepted }),
-        };
-        json!({
-            "level": step.level, "repeat": step.repeat, "pulses": step.pulses,
-            "positive": step.answer.is_positive(), "answer": answer,
-        })
-    });
-    let ended = match finding.ended {
-        SearchEnd::Found => "found",
-        SearchEnd::Limit => "limit",
-        SearchEnd::Refused(_) => "refused",
-        SearchEnd::Failed(_) => "failed",
-    };
-    let channels: Vec<u8> = search.sites().iter().map(|site| site.channel).collect();
-    json!({
-        "kind": search.declaration().kind.name(), "channels": channels,
-        "unit": unit(search, session), "value": finding.value, "low": finding.low,
-        "high": finding.high, "set": finding.level_to_set(search), "ended": ended,
-        "presentations": finding.trail.len(), "pulses": finding.pulses,
-        "false_alarm": search.false_alarm(), "trail": trail.collect::<Vec<_>>(),
-    })
 }
 
 /// Operator who answers at the terminal.
@@ -327,6 +227,7 @@ fn parse_answer(question: Question, line: &str) -> Option<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use host_core::search::Milli;
 
     #[test]
     fn only_a_clear_answer_counts() {

@@ -1,7 +1,7 @@
 //! Measures how often the laboratory's searches are wrong on wearers with known values.
 
-use studies::laboratory::search::Search;
-use studies::laboratory::search::judge::{Curve, JUDGED, SearchCases, SearchCounts, judge};
+use host_core::search::Search;
+use studies::laboratory::search::{Curve, JUDGED, SearchCases, SearchCounts, judge};
 
 /// Prints every case, and checks the judged ones against the declaration.
 fn judged(first_seed: u64, searches: u64) {

@@ -19,8 +19,6 @@ mod paper_claims;
 mod put_out;
 mod runner;
 mod same_wearer;
-mod search;
-mod search_device;
 mod search_judged;
 mod shown_wearer;
 mod sierotowicz2023;

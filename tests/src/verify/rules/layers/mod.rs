@@ -19,9 +19,9 @@ const LAYERS: &[(&str, &[&[&str]])] = &[
     ("firmware", &[&["board"], &["bench"], &["lockstep"], &["device"], &["link"], &["haptics"], &["control"], &["limb"], &["muscle"], &["safety"], &["pulse"], &["arithmetic", "board::wiring", "crc", "range", "seal", "units"]]),
     ("hal-sim", &[&["chip", "qemu"], &["world"], &["native"], &["lockstep"], &["body", "images", "trace", "wire"], &["input", "random"]]),
     ("host-tool", &[&["cli"], &["live", "selftest"]]),
-    ("host-tool/core", &[&["drive", "models"], &["calibration", "choice", "report"], &["run"], &["analysis"], &["record"], &["session"], &["wearer"], &["disk", "fields", "link", "plot"], &["clock", "identify", "limb", "number", "statistics", "suggestion"]]),
+    ("host-tool/core", &[&["drive", "models"], &["calibration", "choice", "report", "search"], &["run"], &["analysis"], &["record"], &["session"], &["wearer"], &["disk", "fields", "link", "plot"], &["clock", "identify", "limb", "number", "statistics", "suggestion"]]),
     ("host-tool/methods", &[&["bench"], &["control", "muscle"], &["real"]]),
-    ("host-tool/python", &[&["benchmark", "device"], &["open"], &["models", "statistics"], &["runner", "session", "setpoints"], &["body", "record"], &["convert", "errors"]]),
+    ("host-tool/python", &[&["benchmark", "device", "procedures"], &["open"], &["models", "statistics"], &["runner", "session", "setpoints"], &["body", "record"], &["convert", "errors"]]),
     ("host-tool/studies", &[&["experiments", "faults", "figures"], &["catalog"], &["hands"], &["buatier2024", "distributed", "hamana2022", "harris2017", "lee2020", "sierotowicz2023"], &["accuracy", "laboratory", "ladder", "limb", "stability"], &["tracking"], &["bench", "subjects"]]),
     ("tests", &[&["differential", "expectation", "fuzz", "verify"], &["desk", "record"]]),
 ];

@@ -1,9 +1,7 @@
 //! Tests of the laboratory's searches: results, refusals, results of an early end.
 
+use host_core::search::{Answer, Finding, Milli, Probe, Search, SearchEnd, SearchFile, search};
 use std::cell::Cell;
-use studies::laboratory::search::{
-    Answer, Finding, Milli, Probe, Search, SearchEnd, SearchFile, search,
-};
 
 /// A joint that moves from one level on, a wearer who accepts levels up to another, and a failure
 /// after some pulses.

@@ -2,7 +2,6 @@
 
 use super::declaration::{Kind, SearchDeclaration};
 use super::milli::Milli;
-use serde::Deserialize;
 
 /// Largest number of levels of one staircase, without repeats.
 const MOST_LEVELS: u32 = 1000;
@@ -135,7 +134,7 @@ impl Search {
     }
 
     /// Returns the probability of a false alarm: that the search finds a movement although no level
-    /// causes one. It follows from [`host_core::statistics::Detector::false_alarm_probability`],
+    /// causes one. It follows from [`crate::statistics::Detector::false_alarm_probability`],
     /// because each presentation has its own baseline.
     #[must_use]
     pub fn false_alarm(&self) -> f64 {
@@ -146,55 +145,6 @@ impl Search {
             .false_alarm_probability()
             .powi(1 + repeats);
         1.0 - (1.0 - probability).powi(self.levels().count() as i32)
-    }
-}
-
-/// Content of a file of searches, all on the same session.
-#[derive(Clone, PartialEq, Debug)]
-pub struct SearchFile {
-    /// Path of the session, relative to this file. It determines wearer, channels and simulated
-    /// body.
-    pub session: String,
-    /// Searches in the order in which they run, at least one.
-    pub searches: Vec<Search>,
-}
-
-impl SearchFile {
-    /// Parses and checks the text of a file of searches.
-    ///
-    /// # Errors
-    /// Returns every mistake in the text.
-    pub fn parse(text: &str) -> Result<Self, Vec<String>> {
-        #[derive(Deserialize)]
-        #[serde(deny_unknown_fields)]
-        struct File {
-            session: String,
-            #[serde(default, rename = "search")]
-            searches: Vec<SearchDeclaration>,
-        }
-        let file: File = toml::from_str(text).map_err(|error| {
-            let before = error.span().and_then(|span| text.get(..span.start));
-            let line = before.map_or(1, |before| before.matches('\n').count() + 1);
-            vec![format!("line {line}: {}", error.message())]
-        })?;
-        let (mut searches, mut messages) = (Vec::new(), Vec::new());
-        if file.searches.is_empty() {
-            messages.push("the file has no [[search]]".to_owned());
-        }
-        for (declared, number) in file.searches.into_iter().zip(1..) {
-            match Search::new(declared) {
-                Ok(search) => searches.push(search),
-                Err(mistakes) => {
-                    let message = |mistake| format!("search {number}: {mistake}");
-                    messages.extend(mistakes.into_iter().map(message));
-                }
-            }
-        }
-        let session = file.session;
-        match messages.is_empty() {
-            true => Ok(Self { session, searches }),
-            false => Err(messages),
-        }
     }
 }
 

@@ -3,11 +3,11 @@
 
 use host_core::link::{Port, Signal, SimulatedPort};
 use host_core::run::{DeviceName, SessionFile};
-use host_core::session::Session;
-use std::path::Path;
-use studies::laboratory::search::{
+use host_core::search::{
     DeviceError, Finding, OnDevice, Operator, Question, SearchEnd, SearchFile, search,
 };
+use host_core::session::Session;
+use std::path::Path;
 
 /// Operator who is never asked, because a simulator answers.
 struct NoOperator;

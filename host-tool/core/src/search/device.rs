@@ -4,13 +4,13 @@ use super::declaration::{Observer, Rating};
 use super::milli::Milli;
 use super::plan::Search;
 use super::stair::Probe;
+use crate::link::{Connection, Error, Incoming, Interruption, Port};
+use crate::run::describe_event;
+use crate::session::Session;
 use firmware::link::{Event, Request};
 use firmware::safety::StopCause;
 use firmware::units::Amplitude;
 use hal_sim::random::standard_normal;
-use host_core::link::{Connection, Error, Incoming, Interruption, Port};
-use host_core::run::describe_event;
-use host_core::session::Session;
 use std::fmt;
 use std::time::Duration;
 

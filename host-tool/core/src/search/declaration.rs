@@ -1,7 +1,7 @@
 //! The declaration of a threshold search, preregistered before it runs.
 
 use super::milli::Milli;
-use host_core::statistics::Detector;
+use crate::statistics::Detector;
 use serde::Deserialize;
 
 /// Quantity that a search determines. A level is an amplitude or, for a ratio, a fraction.

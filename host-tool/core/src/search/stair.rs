@@ -4,7 +4,7 @@
 use super::declaration::{Kind, Observer};
 use super::milli::Milli;
 use super::plan::Search;
-use host_core::statistics::Verdict;
+use crate::statistics::Verdict;
 
 /// A wearer on whom a search runs: simulated with a known threshold, on a simulator, or on a board.
 pub trait Probe {
