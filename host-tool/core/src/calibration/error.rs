@@ -2,6 +2,8 @@
 
 use super::Refusal;
 use crate::link::Error;
+use crate::run::OpenError;
+use hal_sim::body::bench::InvalidBench;
 use std::path::PathBuf;
 
 /// Reason why no more commands can come from an operator.
@@ -133,6 +135,12 @@ pub enum CalibrationError {
     /// A command cannot be carried out.
     #[error(transparent)]
     Refused(#[from] Refusal),
+    /// The device cannot be opened.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// The simulated wearer has impossible parameters.
+    #[error(transparent)]
+    Wearer(#[from] InvalidBench),
     /// The connection to the device failed, or a signal interrupted the calibration.
     #[error(transparent)]
     Link(#[from] Error),

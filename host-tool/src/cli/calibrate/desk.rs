@@ -2,10 +2,12 @@
 
 use super::CalibrateArgs;
 use super::ordered::Task;
-use super::work::{CalibrationOutcome, run_task};
+use super::work::run_task;
 use crate::cli::Bar;
 use crate::live::{RawTerminal, ScreenState, SharedTerminal, TerminalOperator};
-use host_core::calibration::{Auto, Operator, OperatorLoss, OperatorNotice, Order, View};
+use host_core::calibration::{
+    Auto, CalibrationOutcome, Operator, OperatorLoss, OperatorNotice, Order, View,
+};
 use host_core::link::Interruption;
 use std::sync::Mutex;
 

@@ -1,24 +1,22 @@
 //! `flexor calibrate`: measures a wearer's thresholds and limits into a wearer file, or checks a
 //! file.
 
-mod begin;
 mod desk;
 mod lines;
 mod ordered;
-mod simulated;
 mod work;
 
 use super::{Output, interrupt, usage_error};
 use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use desk::ProgressOperator;
-use host_core::calibration::CalibrationError;
+use host_core::calibration::{CalibrationError, SimulatedWearer};
 use host_core::run::DeviceName;
 use lines::Lines;
 use ordered::Task;
-use simulated::BodyName;
 use std::io::IsTerminal;
 use std::path::PathBuf;
-use work::run_task;
+use work::{print, run_task};
 
 /// Find a wearer's thresholds and limits, with an operator
 ///
@@ -56,9 +54,9 @@ pub struct CalibrateArgs {
     /// Answer automatically from the measurements, as fast as possible (simulators only)
     #[arg(long)]
     auto: bool,
-    /// Simulated wearer
-    #[arg(long, value_enum)]
-    body: Option<BodyName>,
+    /// Body under the electrodes of a simulated device
+    #[arg(long, value_parser = simulated_wearers())]
+    body: Option<SimulatedWearer>,
     /// Seed of the simulated wearer, at most 2^63 - 1; default: 1
     #[arg(long, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     seed: Option<u64>,
@@ -108,5 +106,13 @@ pub fn main(args: &CalibrateArgs, output: Output) -> anyhow::Result<()> {
     } else {
         desk::calibrate_at_terminal(args, &task, &interruption)?
     };
-    worked.print(output)
+    print(&worked, output)
+}
+
+/// Returns the parser of a simulated wearer's name, which also lists the names in the help.
+fn simulated_wearers() -> impl TypedValueParser<Value = SimulatedWearer> {
+    let value =
+        |wearer: SimulatedWearer| PossibleValue::new(wearer.name()).help(wearer.description());
+    PossibleValuesParser::new(SimulatedWearer::ALL.map(value))
+        .map(|name| SimulatedWearer::from_name(&name).unwrap_or_default()) // a listed name
 }

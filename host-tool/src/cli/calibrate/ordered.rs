@@ -57,7 +57,7 @@ impl Task {
             (None, Some(channels)) => ("--channels".to_owned(), default_plan(args, channels)?),
             (None, None) => {
                 return usage_error(
-                    "give --electrodes PLAN.toml, or --wearer NAME and --channels 1,2,3",
+                    "give --electrodes PLAN.toml, or --pseudonym NAME and --channels 1,2,3",
                 );
             }
         };
@@ -95,7 +95,7 @@ fn with_wearer(text: &str, wearer: &str) -> String {
 /// Returns the text of a plan for these channels.
 fn default_plan(args: &CalibrateArgs, channels: &str) -> anyhow::Result<String> {
     let Some(wearer) = &args.pseudonym else {
-        return usage_error("--channels needs --wearer NAME, the wearer's pseudonym");
+        return usage_error("--channels needs --pseudonym NAME, the wearer's pseudonym");
     };
     let Some(channels) = parse_channels(channels) else {
         return usage_error(format!(
