@@ -223,6 +223,11 @@ impl Device {
         Ok(trial.map(|trial| Record::new(trial, folder, reason)))
     }
 
+    /// Acknowledges a latched fault.
+    fn acknowledge(&self, py: Python<'_>) -> PyResult<()> {
+        self.runner.call(py, false, Drive::acknowledge)
+    }
+
     /// Stops and closes the device. A closed device stays closed.
     fn close(&self, py: Python<'_>) -> PyResult<()> {
         self.runner.close(py)

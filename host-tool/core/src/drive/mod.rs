@@ -26,7 +26,7 @@ pub use trials::TrialLog;
 
 use crate::link::{Connection, Port, RefusalInWords};
 use crate::record::Trial;
-use crate::run::{RunError, Stepper};
+use crate::run::{RunError, Stepper, acknowledge};
 use crate::session::Session;
 use error::RequiredState;
 use firmware::link::HelloInfo;
@@ -35,7 +35,7 @@ use telemetry::TelemetryQueue;
 
 type DeviceStepper = Stepper<'static, Box<dyn Port>>;
 
-/// State of a drive.
+/// Phase of a session that a program drives; decides which calls are possible.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum DriveState {
     /// Nothing is armed. The outputs are disconnected.
@@ -232,6 +232,23 @@ impl Drive {
         }
         self.source.reseed(seed)?;
         self.stage = Stage::Idle(None);
+        Ok(())
+    }
+
+    /// Acknowledges a latched fault of the device; does nothing if none is latched.
+    ///
+    /// # Errors
+    /// The drive is not idle, or the device does not answer.
+    pub fn acknowledge(&mut self) -> Result<(), DriveError> {
+        let port = match &mut self.stage {
+            Stage::Idle(port) => port.take(),
+            Stage::Active { .. } | Stage::Closed => {
+                return Err(self.wrong_state("acknowledge", RequiredState::Idle));
+            }
+        };
+        if let Some(port) = port {
+            self.stage = Stage::Idle(Some(acknowledge(port).map_err(RunError::from)?));
+        }
         Ok(())
     }
 
