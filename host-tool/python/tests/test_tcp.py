@@ -10,17 +10,27 @@ from pathlib import Path
 import flexor
 import numpy as np
 import pytest
-from helpers import TRAIN, attempt, last, prepared, running
+from helpers import ROOT, TRAIN, attempt, last, prepared, running
 
 
 @contextmanager
-def served(program: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    """Serve a simulated board on a free port until the block ends."""
+def served(
+    program: Path, session: str | None = None, waits: bool = True
+) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """Serve a simulated board on a free port until the block ends.
+
+    Its wearer is that of a shipped session. If it `waits`, its time stands while the client is
+    late, so that a busy computer ends nothing.
+    """
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     place = f"127.0.0.1:{port}"
-    command = [program, "serve", "--device", "native", "--tcp", place, "--wait-for-host"]
+    command = [program, "serve", "--device", "native", "--tcp", place]
+    if waits:
+        command += ["--wait-for-host"]
+    if session is not None:
+        command += ["--body", ROOT / f"host-tool/sessions/{session}.toml"]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     ) as process:
