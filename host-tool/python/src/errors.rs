@@ -4,7 +4,7 @@ use host_core::drive::{DriveError, SetpointError};
 use host_core::link::{Error, RefusalInWords};
 use host_core::run::{OpenError, RunError};
 use host_core::session::SessionError;
-use pyo3::exceptions::PyRuntimeError;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
@@ -131,12 +131,27 @@ pub fn internal(error: impl ToString) -> PyErr {
     PyRuntimeError::new_err(error.to_string())
 }
 
+/// Returns the exception for a text that is no address of a device.
+pub fn wrong_address(address: &str) -> PyErr {
+    PyValueError::new_err(format!(
+        "{address:?} is not an address; give \"sim:\", \"sim:realtime\", \
+         \"serial:/dev/ttyACM0\" or \"tcp:127.0.0.1:4242\""
+    ))
+}
+
+/// Returns the name of the exception's class for an error of the link, outside of arming.
+pub const fn link_kind(error: &Error) -> &'static str {
+    match error {
+        Error::Refused(_) => "refused",
+        _ => "lost",
+    }
+}
+
 /// Returns the name of an exception's class.
 const fn kind(error: &DriveError, is_arming: bool) -> &'static str {
     match error {
         DriveError::Run(RunError::Link(Error::Refused(_))) if is_arming => "arm",
-        DriveError::Run(RunError::Link(Error::Refused(_))) => "refused",
-        DriveError::Run(RunError::Link(_)) => "lost",
+        DriveError::Run(RunError::Link(error)) => link_kind(error),
         DriveError::Run(RunError::Ended { .. }) => "fault",
         DriveError::Run(
             RunError::OtherStages(_) | RunError::StagesUnknown(_) | RunError::Opposed(_),

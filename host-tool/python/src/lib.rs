@@ -11,6 +11,7 @@ mod device;
 mod errors;
 mod models;
 mod open;
+mod procedures;
 mod record;
 mod runner;
 mod session;
@@ -28,6 +29,8 @@ mod _native {
     use super::device::Device;
     #[pymodule_export]
     use super::models::{Controller, force_stimulus, muscle_response};
+    #[pymodule_export]
+    use super::procedures::{calibrate, check_thresholds, run_searches};
     #[pymodule_export]
     use super::record::Record;
     #[pymodule_export]

@@ -50,11 +50,7 @@ impl OpenArguments {
             None => None,
         };
         let Some(source) = source(&self.address, self.seed, body) else {
-            return Err(PyValueError::new_err(format!(
-                "{:?} is not an address; give \"sim:\", \"sim:realtime\", \
-                 \"serial:/dev/ttyACM0\" or \"tcp:127.0.0.1:4242\"",
-                self.address
-            )));
+            return Err(errors::wrong_address(&self.address));
         };
         let opened = py.detach(|| {
             let (name, seed) = (source.name(), source.seed());

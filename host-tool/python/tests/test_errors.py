@@ -164,6 +164,26 @@ def test_an_electrode_that_comes_off(tmp_path: Path) -> None:
     assert "ElectrodeOff" in loaded.error
 
 
+def test_a_fault_stays_until_it_is_acknowledged() -> None:
+    """A device with a latched fault arms only after `acknowledge`, which needs an idle device."""
+
+    def comes_off(pulses: list[flexor.Pulse], t_s: float) -> tuple[float, dict[int, float]]:
+        return 0.0, {1: float("inf") if 0.5 < t_s < 0.6 else 1000.0}
+
+    with running(limb=comes_off) as dev:
+        dev.set(ma={1: 8})
+        with pytest.raises(flexor.DeviceFault, match=r"acknowledge\(\)"):
+            dev.wait(5)
+        with pytest.raises(flexor.ArmRefused, match=r"acknowledge\(\)") as caught:
+            dev.arm()
+        assert "--" not in str(caught.value)
+        dev.acknowledge()
+        dev.acknowledge()  # a second time does nothing
+        dev.arm()
+        with pytest.raises(flexor.FlexorError, match="E772"):
+            dev.acknowledge()
+
+
 def test_a_record_keeps_the_reason_of_its_end() -> None:
     """`Record.error` does not depend on which call raised the reason."""
 

@@ -20,7 +20,7 @@ CELL_TIMEOUT_S = 60
 NUMBERS = {
     "1_first_session": ("peak_ma", 10.0, 10.0),
     "2_reciprocal_with_sliders": ("after_deg - before_deg", 10.0, 40.0),
-    "3_calibrate_and_use": ("threshold_v", 24.0, 25.0),
+    "3_calibrate_and_use": ("threshold_ma", 4.0, 12.0),
     "4_controller_beside_device": ("device_rmse_deg", 0.5, 1.5),
 }
 

@@ -27,6 +27,17 @@ from ._errors import (
     Refused,
 )
 from ._limb import Limb, Pulse
+from ._procedures import (
+    Calibration,
+    CalibrationOperator,
+    CalibrationView,
+    Finding,
+    Order,
+    SearchOperator,
+    calibrate,
+    check_thresholds,
+    search,
+)
 from ._record import Event, Reading, Record
 from ._run import cite, edges, run, run_many, sessions, wearers
 from ._train import Limits, Muscle, Train
@@ -36,27 +47,36 @@ __docformat__ = "google"
 
 __all__ = [
     "ArmRefused",
+    "Calibration",
+    "CalibrationOperator",
+    "CalibrationView",
     "ConnectionLost",
     "Device",
     "DeviceFault",
     "Event",
+    "Finding",
     "FlexorError",
     "LeaseExpired",
     "Limb",
     "Limits",
     "Mistake",
     "Muscle",
+    "Order",
     "Pulse",
     "Reading",
     "Record",
     "Refused",
+    "SearchOperator",
     "Train",
+    "calibrate",
+    "check_thresholds",
     "cite",
     "connect",
     "edges",
     "models",
     "run",
     "run_many",
+    "search",
     "sessions",
     "statistics",
     "wearers",

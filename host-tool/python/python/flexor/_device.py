@@ -296,10 +296,23 @@ class Device(Setup):
         data = self._native.stop()
         if data is None:
             return None
-        if data.error is not None and not self._is_warned:
+        record = Record(data)
+        if record.error is not None and not self._is_warned:
             self._is_warned = True
-            warnings.warn(data.error, RuntimeWarning, stacklevel=2)
-        return Record(data)
+            warnings.warn(record.error, RuntimeWarning, stacklevel=2)
+        return record
+
+    def acknowledge(self) -> None:
+        """Acknowledge a latched fault of the device, after you have found and removed its cause.
+
+        A device that ended stimulation because of a fault refuses to arm until then. Does nothing
+        if no fault is latched.
+
+        Raises:
+            FlexorError: The device is armed.
+            ConnectionLost: The device does not answer.
+        """
+        self._native.acknowledge()
 
     def close(self) -> None:
         """Stop and close the device, and complete the record on disk.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -36,9 +37,11 @@ class FlexorError(Exception):
 
     Attributes:
         mistakes: All reasons, at least one.
+        findings: Results so far of `search` when it ended early; otherwise empty.
     """
 
     mistakes: tuple[Mistake, ...]
+    findings: Sequence[Any] = ()
 
     def __init__(self, *mistakes: Mistake | str) -> None:
         """Create the exception from its mistakes; a text becomes a mistake without a field."""
@@ -129,18 +132,38 @@ CLASSES: dict[str, type[FlexorError]] = {
 def build(kind: str, mistakes: list[dict[str, Any]]) -> FlexorError:
     """Return the exception that the extension asks for.
 
-    Names of session fields become the names of this package's arguments.
+    Names of session fields and options of the command line become those of this package.
     """
     return CLASSES[kind](*(Mistake(**_renamed(entry)) for entry in mistakes))
 
 
-_NAMES = {"frequency_hz": "rate_hz"}
+_NAMES = (
+    ("train.frequency_hz", "train.rate_hz"),
+    (", or replace a record with --overwrite if the command has that option", ""),
+    (", so --overwrite does not replace it", ""),
+    (", or replace it with --overwrite", ""),
+    ("(flexor run --acknowledge)", "(acknowledge())"),
+    ("then run again with --acknowledge", "then call acknowledge()"),
+    ("with --resume", "with resume=True"),
+    ("with --acknowledge", "with acknowledge=True"),
+    ("another --out", "another path"),
+    ("another --device", "another address"),
+    ("give --out of", "give the path of"),
+    ("the same --device, --body and --seed", "the same address, wearer and seed"),
+    ("--tolerance", "tolerance"),
+)
+
+
+def reworded(text: str) -> str:
+    """Return a message with the names of this package."""
+    for old, new in _NAMES:
+        text = text.replace(old, new)
+    return text
 
 
 def _renamed(entry: dict[str, Any]) -> dict[str, Any]:
-    names = {key: value for key, value in entry.items()}
-    for old, new in _NAMES.items():
-        for key in ("message", "field", "remedy"):
-            if isinstance(names[key], str):
-                names[key] = names[key].replace(f"train.{old}", f"train.{new}")
-    return names
+    texts = ("message", "field", "remedy")
+    return {
+        key: reworded(value) if key in texts and isinstance(value, str) else value
+        for key, value in entry.items()
+    }

@@ -11,7 +11,9 @@ __all__ = [
     "Controller",
     "Device",
     "Record",
+    "calibrate",
     "check",
+    "check_thresholds",
     "edges",
     "force_stimulus",
     "friedman",
@@ -21,6 +23,7 @@ __all__ = [
     "paired_t",
     "run",
     "run_many",
+    "run_searches",
     "session_text",
     "sessions",
     "shapiro_wilk",
@@ -67,6 +70,7 @@ class Device:
     def wait(self, seconds: float) -> float: ...
     def wait_until(self, t_s: float) -> float: ...
     def stop(self) -> Record | None: ...
+    def acknowledge(self) -> None: ...
     def close(self) -> None: ...
     def reset(self, seed: int) -> None: ...
     def fork(self) -> Device: ...
@@ -111,6 +115,41 @@ class Record:
     @staticmethod
     def load(folder: Path) -> list[Record]: ...
 
+def calibrate(
+    plan: Path | dict[str, Any],
+    out: Path,
+    *,
+    address: str,
+    operator: Callable[[str], str | None] | None,
+    listener: Callable[[str], None] | None,
+    name: str,
+    wearer: str,
+    seed: int,
+    resumes: bool,
+    acknowledges: bool,
+    watch: Callable[[], None] | None,
+) -> str: ...
+def check_thresholds(
+    file: Path,
+    *,
+    tolerance: float,
+    address: str,
+    operator: Callable[[str], str | None] | None,
+    listener: Callable[[str], None] | None,
+    name: str,
+    wearer: str,
+    seed: int,
+    acknowledges: bool,
+    watch: Callable[[], None] | None,
+) -> str: ...
+def run_searches(
+    file: _Session,
+    *,
+    address: str,
+    operator: Callable[[str, float, float | None], int | bool | None] | None,
+    seed: int,
+    watch: Callable[[], None] | None,
+) -> tuple[str, BaseException | None]: ...
 def check(session: _Session) -> tuple[str, list[str]]: ...
 def run(
     session: _Session, seed: int, out: Path | None = None, all_edges: bool = False

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _native
+from ._errors import reworded
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -139,7 +140,8 @@ class Record:
     @property
     def error(self) -> str | None:
         """Reason why the trial ended early; None if it ran to its end."""
-        return self._data.error
+        error = self._data.error
+        return None if error is None else reworded(error)
 
     def to_pandas(self) -> pd.DataFrame:
         """Return the samples as a DataFrame (needs the extra `flexor-stim[pandas]`)."""

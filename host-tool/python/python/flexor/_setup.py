@@ -212,6 +212,20 @@ class Setup:
         """
         self._try({"wall": fields})
 
+    def endpoint(self, **fields: Any) -> None:
+        """Set up the force at the hand that `set(endpoint_n=...)` gives.
+
+        The wearer file describes the arm. Fields are those of ``[setpoints]`` of kind
+        ``endpoint-force`` in docs/sessions.md, without ``points``: `rate_hz` (by default 200) and
+        `posture_deg`, or `stale_after_ms` if you `measure` the nine angles.
+
+        Raises:
+            Refused: With all mistakes.
+        """
+        rest = {"at_s": 0.0, "force_n": [0, 0, 0]}
+        own = {"kind": "endpoint-force", "rate_hz": 200, "points": [rest], **fields}
+        self._try({"setpoints": own})
+
     def modulation(self, **fields: Any) -> None:
         """Add a joint whose angle modulates its muscles; fields as `[[modulation]]` of a session.
 

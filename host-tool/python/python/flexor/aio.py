@@ -28,14 +28,27 @@ from typing import Any, Self, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from . import _procedures
 from ._device import Device as _Device
 from ._device import connect as _connect
 from ._errors import FlexorError
+from ._procedures import Calibration, Finding
 from ._record import Reading, Record
 
 _T = TypeVar("_T")
 
-_SET_UP = ("channel", "duty", "group", "sync", "joint", "wall", "modulation", "program", "body")
+_SET_UP = (
+    "channel",
+    "duty",
+    "group",
+    "sync",
+    "joint",
+    "wall",
+    "endpoint",
+    "modulation",
+    "program",
+    "body",
+)
 _OBSERVED = (
     "address",
     "angle_deg",
@@ -57,6 +70,41 @@ def connect(address: str, **arguments: Any) -> Device:
         **arguments: Arguments of `flexor.connect`.
     """
     return Device(address, **arguments)
+
+
+async def calibrate(*arguments: Any, **named: Any) -> Calibration:
+    """Calibrate; see `flexor.calibrate`. A cancelled call ends the calibration first."""
+    return await _procedure(lambda: _procedures.calibrate(*arguments, **named))
+
+
+async def check_thresholds(*arguments: Any, **named: Any) -> Calibration:
+    """Check a wearer file; see `flexor.check_thresholds`. A cancelled call ends the check first."""
+    return await _procedure(lambda: _procedures.check_thresholds(*arguments, **named))
+
+
+async def search(*arguments: Any, **named: Any) -> list[Finding]:
+    """Search; see `flexor.search`. A cancelled call ends the search first."""
+    return await _procedure(lambda: _procedures.search(*arguments, **named))
+
+
+async def _procedure(call: Callable[[], _T]) -> _T:
+    """Carry out a procedure on a thread; it has ended before a cancellation goes on."""
+    is_cancelled = False
+
+    def watch() -> None:
+        if is_cancelled:
+            raise asyncio.CancelledError
+
+    token = _procedures.WATCH.set(watch)
+    running = asyncio.ensure_future(asyncio.to_thread(call))
+    _procedures.WATCH.reset(token)
+    try:
+        return await asyncio.shield(running)
+    except asyncio.CancelledError:
+        is_cancelled = True
+        with contextlib.suppress(asyncio.CancelledError, FlexorError):
+            await running
+        raise
 
 
 class Device:
@@ -81,8 +129,9 @@ class Device:
     def __getattr__(self, name: str) -> Any:
         """Return an attribute of `flexor.Device` that sets up the device or describes it.
 
-        These are `channel`, `duty`, `group`, `sync`, `joint`, `wall`, `modulation`, `program`,
-        `body`, `state`, `time_s`, `angle_deg`, `info` and `session_text`; none is awaited.
+        These are `channel`, `duty`, `group`, `sync`, `joint`, `wall`, `endpoint`, `modulation`,
+        `program`, `body`, `state`, `time_s`, `angle_deg`, `info` and `session_text`; none is
+        awaited.
         """
         if name in _SET_UP or name in _OBSERVED:
             return getattr(self.sync_device, name)
@@ -91,6 +140,10 @@ class Device:
     async def arm(self) -> dict[int, Reading]:
         """Arm; see `flexor.Device.arm`."""
         return await self._run(self.sync_device.arm)
+
+    async def acknowledge(self) -> None:
+        """Acknowledge a latched fault; see `flexor.Device.acknowledge`."""
+        await self._run(self.sync_device.acknowledge)
 
     async def start(self) -> None:
         """Start; see `flexor.Device.start`."""
