@@ -223,6 +223,17 @@ impl Device {
         Ok(trial.map(|trial| Record::new(trial, folder, reason)))
     }
 
+    /// Stops the device because of `reason`, which the record names.
+    fn stop_early(&self, py: Python<'_>, reason: String) -> PyResult<()> {
+        self.runner.stop_early(py, reason)
+    }
+
+    /// Refuses a change of the setup while the device is armed; `call` names what changes it.
+    fn check_idle(&self, py: Python<'_>, call: String) -> PyResult<()> {
+        self.runner
+            .inspect(py, move |drive| drive.check_idle(&call))
+    }
+
     /// Acknowledges a latched fault.
     fn acknowledge(&self, py: Python<'_>) -> PyResult<()> {
         self.runner.call(py, false, Drive::acknowledge)

@@ -88,7 +88,7 @@ pub fn of_setpoints(py: Python<'_>, errors: &[SetpointError]) -> PyErr {
                 field,
                 value,
                 allowed,
-            } => (*field, value.to_string(), Some((*allowed).to_owned())),
+            } => (*field, value.to_string(), Some(allowed.clone())),
             SetpointError::NoAmplitude { channel } => ("width_us", channel.to_string(), None),
         };
         Mistake {

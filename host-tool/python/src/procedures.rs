@@ -327,9 +327,9 @@ impl CalledOperator {
 
     fn ask(&self, callable: &Py<PyAny>, view: &View) -> PyResult<Vec<Order>> {
         Python::attach(|py| {
-            let line: Option<String> = callable
-                .call1(py, (json!(view).to_string(),))?
-                .extract(py)?;
+            let mut shown = json!(view);
+            shown["orders"] = json!(view.allowed_orders());
+            let line: Option<String> = callable.call1(py, (shown.to_string(),))?.extract(py)?;
             let order = line.map(|line| Order::parse(&line)).transpose();
             order
                 .map(|order| order.into_iter().collect())

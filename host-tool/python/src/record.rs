@@ -62,6 +62,14 @@ impl Record {
         Ok(counters)
     }
 
+    /// Time, kind, channel and text of each marker.
+    #[getter]
+    fn markers(&self) -> Vec<(f64, &'static str, Option<u8>, String)> {
+        let markers = self.trial.markers.iter();
+        let markers = markers.map(|m| (m.t_s, m.kind.word(), m.channel, m.text.clone()));
+        markers.collect()
+    }
+
     #[getter]
     fn pulses(&self) -> Option<u64> {
         self.trial.pulses

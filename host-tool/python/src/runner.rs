@@ -221,14 +221,26 @@ impl Runner {
         closed.map_err(|error| errors::of_drive(py, &error, false))
     }
 
-    /// Stops the device before an exception is raised.
-    pub fn stop_quietly(&self, py: Python<'_>) {
+    /// Stops the device because of `reason`, which the record names.
+    ///
+    /// # Errors
+    /// The device did not acknowledge the stop, or the record cannot be written.
+    pub fn stop_early(&self, py: Python<'_>, reason: String) -> PyResult<()> {
+        let stop = move |drive: &mut Drive| drive.stop_early(&reason);
         let stopped = self.visit(py, |place| match place {
-            Place::Here(drive) => drop(drive.stop()),
-            Place::Thread(leased) => drop(leased.inspect(Drive::stop)),
-            Place::Nowhere => {}
-        });
-        drop(stopped);
+            Place::Here(drive) => stop(drive),
+            Place::Thread(leased) => leased.inspect(stop).and_then(|stopped| stopped),
+            Place::Nowhere => Ok(()),
+        })?;
+        stopped.map_err(|error| errors::of_drive(py, &error, false))
+    }
+
+    /// Stops the device because of `error`, before it is raised.
+    fn stop_for(&self, py: Python<'_>, error: &PyErr) {
+        let name = error.get_type(py).name();
+        let name = name.map_or_else(|_| "an exception".to_owned(), |name| name.to_string());
+        // The exception says more than an error of the stop.
+        drop(self.stop_early(py, format!("{name} ended the program's call")));
     }
 
     /// Looks for Ctrl-C; the device is stopped before the exception is raised.
@@ -236,7 +248,8 @@ impl Runner {
     /// # Errors
     /// `KeyboardInterrupt`, or what a signal handler raised.
     pub fn check_signals(&self, py: Python<'_>) -> PyResult<()> {
-        py.check_signals().inspect_err(|_| self.stop_quietly(py))
+        py.check_signals()
+            .inspect_err(|error| self.stop_for(py, error))
     }
 
     /// Raises the exception of a limb in Python, after the device was stopped because of it.
@@ -247,7 +260,7 @@ impl Runner {
         let Some(error) = self.limb_error.take() else {
             return Ok(());
         };
-        self.stop_quietly(py);
+        self.stop_for(py, &error);
         Err(error)
     }
 

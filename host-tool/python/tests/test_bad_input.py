@@ -1,11 +1,13 @@
 """Bad input that a Python user gives first: class, number, advice, and that stimulation goes on."""
 
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import flexor
 import numpy as np
 import pytest
-from helpers import TRAIN, last, prepared
+from helpers import TRAIN, last, prepared, running, without_prediction
 
 NAN, INF = float("nan"), float("inf")
 
@@ -235,7 +237,7 @@ def test_what_is_no_train(train: Any) -> None:
         ({"on_s": "2", "off_s": 2}, 403),
         ({"on_s": 0, "off_s": 0}, 407),
         ({"on_s": 2, "off_s": 2, "ramp_s": 3}, 489),
-        ({"on_s": 2, "off_s": 2}, 485),
+        ({"on_s": 2, "off_s": 2, "ramp_s": 0}, 485),
     ],
 )
 def test_a_duty_cycle_that_is_not_possible(
@@ -326,3 +328,68 @@ def test_a_seed_that_is_not_possible(seed: Any) -> None:
         ):
             with pytest.raises((TypeError, ValueError), match="seed must be"):
                 call()
+
+
+def test_a_setup_does_not_change_while_armed(idle: flexor.Device) -> None:
+    """A new limit would not protect before the next `arm`, so it is refused until then."""
+    calls: list[Callable[[], None]] = [
+        lambda: idle.channel(1, TRAIN, limit_ma=3),
+        lambda: idle.body(kind="still"),
+        lambda: idle.sync(1),
+        lambda: idle.program(kind="on-off", channels=[1], value=1.0, on_s=2, off_s=2),
+    ]
+    for prepare in (idle.arm, idle.start):
+        prepare()
+        for call in calls:
+            with pytest.raises(flexor.FlexorError, match=r"E772 .*call stop\(\) first"):
+                call()
+        assert "limit = 12" in idle.session_text
+    idle.stop()
+    calls[0]()
+    assert "limit = 3" in idle.session_text
+    idle.close()
+    with pytest.raises(flexor.FlexorError, match="E775"):
+        calls[0]()
+
+
+def test_a_part_of_a_setup_is_removed() -> None:
+    """Without its joint the channels of a session take amplitudes."""
+    with flexor.connect("sim:", session="hamana_exp4_two_point_finger") as dev:
+        dev.remove("joint")
+        with pytest.raises(ValueError, match="no joint"):
+            dev.remove("joint")
+        dev.arm()
+        dev.start()
+        dev.set(v={1: 22})
+        dev.wait(0.5)
+
+
+def test_a_fault_that_no_call_has_seen_yet() -> None:
+    """A setpoint that arrives just after the device ended stimulation raises the fault."""
+
+    def jumps(pulses: list[flexor.Pulse], t_s: float) -> tuple[float, dict[int, float]]:
+        return 500.0 if t_s > 0.3 else 20.0, dict.fromkeys((1, 2, 3), 2000.0)
+
+    with flexor.connect(
+        "sim:", session=without_prediction("hamana_exp4_two_point"), limb=jumps
+    ) as dev:
+        dev.arm()
+        dev.start()
+        with pytest.raises(flexor.DeviceFault):
+            for _ in range(2000):
+                dev.set(angle_deg=20)
+        assert dev.state == "idle"
+        assert dev.record is not None
+        assert dev.record.error is not None
+
+
+def test_a_record_names_the_exception_that_ended_it(tmp_path: Path) -> None:
+    """A trial that an exception ended is not a complete one."""
+    with pytest.raises(ZeroDivisionError), running(record=tmp_path / "out") as dev:
+        dev.set(ma={1: 8})
+        dev.wait(0.3)
+        raise ZeroDivisionError
+    (record,) = flexor.Record.load(tmp_path / "out")
+    assert record.error == "ZeroDivisionError left the with block"
+    assert dev.record is not None
+    assert dev.record.error == record.error

@@ -90,7 +90,9 @@ def test_stopping_is_never_refused(idle: flexor.Device) -> None:
     assert again is not None
     assert first.duration_s == again.duration_s > 0.5
     idle.close()
-    assert idle.stop() is None
+    last = idle.stop()
+    assert last is not None
+    assert last.duration_s == again.duration_s
 
 
 @pytest.mark.parametrize("name", CALLS)

@@ -67,3 +67,23 @@ pub struct View {
     /// Time since the device was opened, in the device's time, s.
     pub t_s: f64,
 }
+
+impl View {
+    /// Returns the names of the orders that are possible now, without those that always are: to
+    /// lower the level, to leave the electrode out, and to end.
+    #[must_use]
+    pub fn allowed_orders(&self) -> Vec<&'static str> {
+        let mut orders = Vec::new();
+        match (self.question, self.phase) {
+            (Some(_), _) if self.step == Step::Points => orders.push("moves"),
+            (Some(_), _) => orders.extend(["yes", "no"]),
+            (None, Phase::Ready) => {
+                orders.extend(self.raise.map(|_| "raise"));
+                orders.extend(self.again.map(|_| "again"));
+                orders.extend((self.step == Step::Comfort).then_some("enough"));
+            }
+            _ => {}
+        }
+        orders
+    }
+}

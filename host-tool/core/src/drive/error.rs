@@ -36,7 +36,7 @@ pub enum DriveError {
     #[error("E772 {call}() is not possible while the device is {state}; {}", .needed.advice(*.state))]
     Order {
         /// Name of the call.
-        call: &'static str,
+        call: String,
         /// State that the call needs.
         needed: RequiredState,
         /// Present state.

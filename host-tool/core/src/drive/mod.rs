@@ -224,12 +224,7 @@ impl Drive {
     /// # Errors
     /// The device is real, or the drive is not idle.
     pub fn reset(&mut self, seed: u64) -> Result<(), DriveError> {
-        match &self.stage {
-            Stage::Idle(_) => {}
-            Stage::Active { .. } | Stage::Closed => {
-                return Err(self.wrong_state("reset", RequiredState::Idle));
-            }
-        }
+        self.check_idle("reset")?;
         self.source.reseed(seed)?;
         self.stage = Stage::Idle(None);
         Ok(())
@@ -252,11 +247,25 @@ impl Drive {
         Ok(())
     }
 
-    fn wrong_state(&self, call: &'static str, needed: RequiredState) -> DriveError {
+    /// Checks that the setup may change, because nothing is armed. `call` names the call that
+    /// changes it.
+    ///
+    /// # Errors
+    /// The drive is not idle.
+    pub fn check_idle(&self, call: &str) -> Result<(), DriveError> {
+        match self.stage {
+            Stage::Idle(_) => Ok(()),
+            Stage::Active { .. } | Stage::Closed => {
+                Err(self.wrong_state(call, RequiredState::Idle))
+            }
+        }
+    }
+
+    fn wrong_state(&self, call: &str, needed: RequiredState) -> DriveError {
         match self.state() {
             DriveState::Closed => DriveError::Closed,
             state => DriveError::Order {
-                call,
+                call: call.to_owned(),
                 needed,
                 state,
             },

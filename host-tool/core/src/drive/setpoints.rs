@@ -79,7 +79,7 @@ pub enum SetpointError {
         /// Refused value, in the unit of the argument.
         value: f64,
         /// Allowed values with their unit.
-        allowed: &'static str,
+        allowed: String,
     },
     /// A width was given for a channel that has no amplitude yet (E795).
     #[error(
@@ -217,7 +217,7 @@ impl Check<'_> {
         if !is_possible {
             let symbol = unit.symbol();
             let mut allowed = format!("0, or {least} {symbol} to {limit} {symbol}, its limit");
-            if value > 0.0 && value < least && value * 1e3 <= limit {
+            if value < least && (least..=limit).contains(&(value * 1e3)) {
                 allowed += &format!("; did you mean {} {symbol}?", value * 1e3);
             }
             self.refuse(field, number, value, allowed);
@@ -281,13 +281,18 @@ impl Check<'_> {
     }
 
     fn angle(&mut self, (deg, deg_per_s): (f64, f64)) -> Option<Setpoint> {
-        if !deg.is_finite() || deg.abs() > 180.0 {
-            let allowed = "−180 to 180°";
+        let range = self.session.joint.as_ref().map(|joint| {
+            [joint.angle_min_mdeg, joint.angle_max_mdeg].map(|mdeg| f64::from(mdeg) / 1e3)
+        });
+        let [min, max] = range.unwrap_or([-180.0, 180.0]);
+        if !(min..=max).contains(&deg) {
+            let whose = if range.is_some() { " of the joint" } else { "" };
+            let allowed = format!("{min} to {max}°, the range{whose}");
             self.mistakes.push(impossible("angle_deg", deg, allowed));
             return None;
         }
         if !deg_per_s.is_finite() || deg_per_s.abs() > 10_000.0 {
-            let allowed = "−10 000 to 10 000 °/s";
+            let allowed = "−10 000 to 10 000 °/s".to_owned();
             self.mistakes
                 .push(impossible("rate_deg_per_s", deg_per_s, allowed));
             return None;
@@ -301,7 +306,7 @@ impl Check<'_> {
     fn endpoint(&mut self, force_n: [f64; 3]) -> Option<Setpoint> {
         for newton in force_n {
             if !newton.is_finite() || newton.abs() > 1000.0 {
-                let allowed = "−1000 to 1000 N in each direction";
+                let allowed = "−1000 to 1000 N in each direction".to_owned();
                 self.mistakes
                     .push(impossible("endpoint_n", newton, allowed));
                 return None;
@@ -329,7 +334,7 @@ impl Check<'_> {
     }
 }
 
-const fn impossible(field: &'static str, value: f64, allowed: &'static str) -> SetpointError {
+fn impossible(field: &'static str, value: f64, allowed: String) -> SetpointError {
     SetpointError::Impossible {
         field,
         value,

@@ -12,6 +12,9 @@ use crate::run::{
 use crate::session::{BodySpec, Programs, Session};
 use firmware::link::Request;
 
+/// Time within which the events are read that came before a refusal, µs.
+const EVENTS_US: u64 = 1_000;
+
 impl Drive {
     /// Configures the device for the session of `file` and arms it, which checks the electrodes.
     /// Returns the readings of that check. The host then sends what the program asks for, and
@@ -79,16 +82,25 @@ impl Drive {
     /// A request is refused, and the later ones are not sent; stimulation continues as before. Or
     /// the drive is not armed, or the device is lost.
     pub fn send(&mut self, requests: Vec<Request>) -> Result<(), DriveError> {
-        let Stage::Active { stepper, .. } = &mut self.stage else {
+        let Stage::Active {
+            stepper,
+            is_started,
+        } = &mut self.stage
+        else {
             return Err(self.wrong_state("set", RequiredState::Armed));
         };
         for request in requests {
-            if let Err(error) = stepper.request(request) {
-                return match refusal(&error) {
-                    Some(_) => Err(error.into()),
-                    None => Err(self.end(error)),
-                };
+            let Err(error) = stepper.request(request) else {
+                continue;
+            };
+            if refusal(&error).is_none() {
+                return Err(self.end(error));
             }
+            // A device that has just ended stimulation refuses, too. The end says more.
+            if *is_started {
+                self.wait(EVENTS_US)?;
+            }
+            return Err(error.into());
         }
         Ok(())
     }
@@ -144,6 +156,23 @@ impl Drive {
             Stage::Active { .. } => Ok(self.close_stepper(Ok(())).map_or(Ok(()), Err)?),
             Stage::Idle(_) | Stage::Closed => Ok(()),
         }
+    }
+
+    /// Stops stimulation, or disarms, before the trial was to end; the record says that it ended
+    /// early because of `reason`. Does nothing if nothing is armed.
+    ///
+    /// # Errors
+    /// The errors of [`Self::stop`].
+    pub fn stop_early(&mut self, reason: &str) -> Result<(), DriveError> {
+        if !matches!(self.stage, Stage::Active { .. }) {
+            return Ok(());
+        }
+        self.stop()?;
+        if let Some(log) = &mut self.log {
+            log.note_early_end(reason);
+        }
+        self.ended = Some(reason.to_owned());
+        Ok(())
     }
 
     /// Stops stimulation, closes the port and completes the record.
@@ -231,16 +260,10 @@ impl Drive {
     /// Stops stimulation because the program did not renew its lease of `lease_s`, and returns the
     /// error that says so.
     pub(super) fn stop_expired(&mut self, lease_s: f64) -> DriveError {
-        if let Err(error) = self.stop() {
-            return error;
-        }
         let expired = DriveError::LeaseExpired { lease_s };
-        let reason = expired.to_string();
-        if let Some(log) = &mut self.log {
-            log.note_early_end(&reason);
-        }
-        self.ended = Some(reason);
-        expired
+        self.stop_early(&expired.to_string())
+            .err()
+            .unwrap_or(expired)
     }
 
     /// Carries out a step of the present trial. An error ends the trial.

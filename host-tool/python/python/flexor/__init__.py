@@ -38,7 +38,7 @@ from ._procedures import (
     check_thresholds,
     search,
 )
-from ._record import Event, Reading, Record
+from ._record import Event, Marker, Reading, Record
 from ._run import cite, edges, run, run_many, sessions, wearers
 from ._train import Limits, Muscle, Train
 
@@ -59,6 +59,7 @@ __all__ = [
     "LeaseExpired",
     "Limb",
     "Limits",
+    "Marker",
     "Mistake",
     "Muscle",
     "Order",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
@@ -152,6 +153,8 @@ class Device(Setup):
     def start(self) -> None:
         """Start the armed trains. Amplitudes are zero until `set` raises them.
 
+        Amplitudes that are set between `arm` and `start` rise from the start on.
+
         Raises:
             FlexorError: The device is not armed, or was armed more than 10 s ago.
         """
@@ -172,11 +175,14 @@ class Device(Setup):
         """Send setpoints. Of one call, all take effect or none.
 
         Args:
-            ma: Amplitudes by channel in mA, rounded to 0.001 mA: 0, or from one step of the
-                converter up to the channel's limit. A channel that is left out keeps its amplitude.
+            ma: Amplitudes by channel in mA, rounded to 0.001 mA: 0, or from 0.05 mA (or one step
+                of the converter, if that is more) up to the channel's limit. A channel that is left
+                out keeps its amplitude. An amplitude rises within `Limits.rise_ms`, by default in
+                0.5 s, and again after a pause at 0.
             v: Amplitudes by channel in V, rounded to 0.001 V, likewise.
             width_us: Pulse widths by channel in whole µs, 10 up to the train's `max_width_us`.
-            force_n: Forces by channel in N, for channels under force control.
+            force_n: Forces by channel in N, for channels under force control. Each force is a
+                message of its own; if the device is lost in between, the first ones have arrived.
             angle_deg: Reference angle of the joint in °, or place of the wall.
             rate_deg_per_s: Rate at which that angle changes, °/s.
             endpoint_n: Force at the hand in N: backward, to the right, upward.
@@ -295,7 +301,7 @@ class Device(Setup):
         """
         data = self._native.stop()
         if data is None:
-            return None
+            return self._closed_record
         record = Record(data)
         if record.error is not None and not self._is_warned:
             self._is_warned = True
@@ -455,10 +461,14 @@ class Device(Setup):
     ) -> None:
         """Stop and close the device; an exception of the block is not replaced."""
         try:
+            if kind is not None and self._native.state != "closed":
+                self._native.stop_early(f"{kind.__name__} left the with block")
             self.close()
         except FlexorError:
             if error is None:
                 raise
+            with contextlib.suppress(FlexorError):
+                self.close()
 
     def __repr__(self) -> str:
         """Describe the device in one line."""
@@ -469,6 +479,9 @@ class Device(Setup):
         raise TypeError("a Device cannot be pickled; connect in the process that uses it")
 
     # Private
+
+    def _ensure_idle(self, call: str) -> None:
+        self._native.check_idle(call)
 
     def _known_stage(self, number: int) -> dict[str, Any]:
         info = self._native.info()

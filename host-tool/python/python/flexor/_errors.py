@@ -144,6 +144,8 @@ _NAMES = (
     (", or replace it with --overwrite", ""),
     ("(flexor run --acknowledge)", "(acknowledge())"),
     ("then run again with --acknowledge", "then call acknowledge()"),
+    ("`program.ramp_", "`ramp_"),
+    ("`wearer.rise_ms`", "`Limits.rise_ms`"),
     ("with --resume", "with resume=True"),
     ("with --acknowledge", "with acknowledge=True"),
     ("another --out", "another path"),

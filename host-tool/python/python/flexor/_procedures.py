@@ -39,6 +39,8 @@ class CalibrationView:
         raise_to: Level that "raise" would give; None if it is not possible.
         again: Level that "again" would give; None if it is not possible.
         top: Highest level that may be given at this electrode at present.
+        orders: Orders that are possible now, besides "lower", "too-much", "skip" and "abort";
+            "moves" stands for a list of names.
         question: Question that must be answered; None if none is open.
         confirms: Whether a movement was seen once, so that the same level must be given again.
         results: Results of the steps at this electrode so far, by name.
@@ -63,6 +65,7 @@ class CalibrationView:
     raise_to: float | None
     again: float | None
     top: float
+    orders: Sequence[str]
     question: str | None
     confirms: bool
     results: Mapping[str, Any]
@@ -262,7 +265,7 @@ def search(
             in fields is relative to the present folder, or the name of a shipped one.
         address: Address as for `connect`. "sim:" runs as fast as possible.
         operator: Allows each raise and answers; required for a device behind a port. A simulator
-            allows raises and answers by itself.
+            allows raises and answers by itself, and never calls the operator.
         seed: Seed of the simulated wearer's noise.
 
     Returns:

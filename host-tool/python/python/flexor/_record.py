@@ -31,6 +31,23 @@ class Event(NamedTuple):
     text: str
 
 
+class Marker(NamedTuple):
+    """A row of `markers.csv`.
+
+    Attributes:
+        t_s: Device time since the start of the trains, s.
+        kind: "mark" for `Device.mark`, "trigger" or "sync" for an edge of a line; "pause",
+            "resume", "raise", "lower" or "stop" for an action at the controls of `flexor run`.
+        channel: Channel of "raise" and "lower", from 1; otherwise None.
+        text: Text of the mark.
+    """
+
+    t_s: float
+    kind: str
+    channel: int | None
+    text: str
+
+
 class Reading(NamedTuple):
     """Reading of the electrode check before arming.
 
@@ -81,8 +98,9 @@ class Record:
         """Edges of a simulated device as a structured array.
 
         Columns: t_us (µs), channel, state (isolated, anodic, cathodic, grounded) and dac_code (code
-        of the converter). One period of them, unless all were asked for (`all_edges`); empty for a
-        device behind a port.
+        of the converter). With `all_edges` all of them, with times since the start of the trains.
+        Otherwise those of one period: the first of those in which the most channels pulse, with
+        times since its begin. Empty before the trial ends, and for a device behind a port.
         """
         return edge_table(*self._data.edges())
 
@@ -95,6 +113,11 @@ class Record:
     def electrodes(self) -> list[Reading]:
         """Readings of the electrode check before arming, one per channel."""
         return [Reading(*reading) for reading in self._data.electrodes]
+
+    @property
+    def markers(self) -> list[Marker]:
+        """Marks and edges of the trigger input and the sync output."""
+        return [Marker(*marker) for marker in self._data.markers]
 
     @property
     def counters(self) -> dict[str, int]:

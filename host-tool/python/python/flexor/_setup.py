@@ -16,6 +16,7 @@ _DAY_S = 86_400
 _FULL_SCALE_MA = 100.0
 _FULL_SCALE_V = 150.0
 _LOAD_OHM = 2000.0
+_SMALLEST = 0.05
 
 # Setpoints of a complete session. They are not played, but a session without them is refused.
 _KEEP_ALIVE = {"kind": "keep-alive", "rate_hz": 1000}
@@ -60,7 +61,7 @@ class Setup:
         muscle: Muscle | None = None,
         force: Mapping[str, Any] | None = None,
     ) -> None:
-        """Set up a channel, or set it up anew. Takes effect when the device is armed.
+        """Set up a channel, or set it up anew. Nothing may be armed.
 
         Args:
             number: Number of the channel on the board, 1 to 10.
@@ -138,7 +139,7 @@ class Setup:
         *,
         on_s: float,
         off_s: float,
-        ramp_s: float = 0.0,
+        ramp_s: float | None = None,
         ramp_up_s: float | None = None,
         ramp_down_s: float | None = None,
         delay_s: float = 0.0,
@@ -152,7 +153,8 @@ class Setup:
             channel: A channel or several, which then play at the same time.
             on_s: Time from the start of the ramp up to the end of the ramp down, s, above 0.
             off_s: Pause, s, at least one period of the train.
-            ramp_s: Length of both ramps, s; together at most `on_s`.
+            ramp_s: Length of both ramps, s; together at most `on_s`. None is the shortest that the
+                wearer's rise allows (`Limits.rise_ms`, by default 0.5 s) upwards, and 0 downwards.
             ramp_up_s: Length of the ramp up, s, in place of `ramp_s`.
             ramp_down_s: Length of the ramp down, s, in place of `ramp_s`.
             delay_s: Time from the start of the trains to the first cycle, s.
@@ -170,8 +172,8 @@ class Setup:
             "delay_s": delay_s,
         }
         duties = {**self._duties, **dict.fromkeys(numbers, cycle)}
-        # A tiny amplitude: what the ramps need at the real one is checked when it is set.
-        self._check({"program": self._programs(duties, dict.fromkeys(duties, 0.001))})
+        # A small amplitude: what the ramps need at the real one is checked when it is set.
+        self._check({"program": self._programs(duties, dict.fromkeys(duties, _SMALLEST))})
         self._duties = duties
 
     def group(self, channels: Sequence[int], partner: Literal["conducted", "isolated"]) -> None:
@@ -199,10 +201,31 @@ class Setup:
     def joint(self, **fields: Any) -> None:
         """Set up the joint whose angle the device controls; fields as `[joint]` of a session.
 
+        The device then drives the channels of the joint, and `Device.set` refuses amplitudes for
+        them. Set up its channels first.
+
         Raises:
             Refused: With all mistakes.
         """
         self._try({"joint": fields})
+
+    def remove(self, part: Literal["joint", "wall", "endpoint", "modulation", "program"]) -> None:
+        """Remove a part of the setup, for example the joint of a session, to control it yourself.
+
+        Args:
+            part: The part; of modulations and programs, all.
+
+        Raises:
+            Refused: Without the part the setup is not complete.
+            ValueError: The setup has no such part.
+        """
+        key = "setpoints" if part == "endpoint" else part
+        if key not in self._fields:
+            raise ValueError(f"the setup has no {part}")
+        self._ensure_idle("remove")
+        rest = {name: value for name, value in self._fields.items() if name != key}
+        _native.check(self._complete(rest))
+        self._fields = rest
 
     def wall(self, **fields: Any) -> None:
         """Set up the virtual wall; fields as `[wall]` of a session.
@@ -244,6 +267,8 @@ class Setup:
 
     def body(self, **fields: Any) -> None:
         """Choose the simulated wearer; fields as `[body]` of a session. A board ignores it.
+
+        Set up its channels first.
 
         Raises:
             Refused: With all mistakes.
@@ -306,7 +331,11 @@ class Setup:
     def _check(self, change: dict[str, Any]) -> None:
         _native.check(self._complete({**self._fields, **change}))
 
+    def _ensure_idle(self, call: str) -> None:
+        """Refuse a change that would not take effect until the device is armed again."""
+
     def _try(self, change: dict[str, Any]) -> None:
+        self._ensure_idle(next(iter(change)))
         change = copy.deepcopy(change)
         self._check(change)
         self._fields.update(change)

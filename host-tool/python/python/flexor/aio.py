@@ -35,6 +35,8 @@ from ._errors import FlexorError
 from ._procedures import Calibration, Finding
 from ._record import Reading, Record
 
+__all__ = ["Device", "calibrate", "check_thresholds", "connect", "search"]
+
 _T = TypeVar("_T")
 
 _SET_UP = (
@@ -48,6 +50,7 @@ _SET_UP = (
     "modulation",
     "program",
     "body",
+    "remove",
 )
 _OBSERVED = (
     "address",
@@ -130,8 +133,8 @@ class Device:
         """Return an attribute of `flexor.Device` that sets up the device or describes it.
 
         These are `channel`, `duty`, `group`, `sync`, `joint`, `wall`, `endpoint`, `modulation`,
-        `program`, `body`, `state`, `time_s`, `angle_deg`, `info` and `session_text`; none is
-        awaited.
+        `program`, `body`, `remove`, `state`, `time_s`, `angle_deg`, `info` and `session_text`; none
+        is awaited.
         """
         if name in _SET_UP or name in _OBSERVED:
             return getattr(self.sync_device, name)
@@ -221,11 +224,13 @@ class Device:
         trace: TracebackType | None,
     ) -> None:
         """Stop and close the device; an exception of the block is not replaced."""
-        try:
-            await self.close()
-        except FlexorError:
-            if error is None:
-                raise
+        if self._device is not None:
+            await asyncio.shield(asyncio.to_thread(self._device.__exit__, kind, error, trace))
+
+    def __repr__(self) -> str:
+        """Describe the device in one line."""
+        shown = "not connected" if self._device is None else repr(self._device)
+        return f"<flexor.aio.Device: {shown}>"
 
     async def _run(self, call: Callable[[], _T]) -> _T:
         try:
@@ -233,5 +238,5 @@ class Device:
         except asyncio.CancelledError:
             # The thread of the call ends by itself when nothing is stimulated any more.
             with contextlib.suppress(FlexorError):
-                self.sync_device.stop()
+                self.sync_device._native.stop_early("a call was cancelled")
             raise

@@ -28,7 +28,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol, Self
+from typing import Any, NamedTuple, Protocol, Self, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -46,6 +46,20 @@ except ImportError as error:
         "flexor.gym needs Gymnasium 1.0 or later: pip install 'flexor-stim[gym]'", name="gymnasium"
     ) from error
 
+__all__ = [
+    "Array",
+    "DeviceController",
+    "Episode",
+    "FAULT_ERROR_DEG",
+    "FingerEnv",
+    "PidPolicy",
+    "Policy",
+    "Reference",
+    "WallEnv",
+    "WallPolicy",
+    "run_episode",
+]
+
 Array = npt.NDArray[np.float32]
 """Observation or action."""
 
@@ -60,6 +74,7 @@ _WATCHED_LIMIT = 0.1
 _OPTIONS = {"body", "controller"}
 
 
+@runtime_checkable
 class Policy(Protocol):
     """A policy: from an observation to an action. `reset` is called before each episode."""
 
@@ -538,6 +553,8 @@ class FingerEnv(_LimbEnv):
             limb=limb,
             limb_period_s=limb_period_s,
         )
+        if reference is not None and np.shape(reference(0.0)) != (2,):
+            raise ValueError("reference must return an angle in ° and its rate in °/s")
         self._own_reference = reference
         self._reference = reference or _sine(0.0, 0.0, 0.0, 0.0)
         self._drawn = 0.0, 0.0
@@ -681,7 +698,7 @@ class WallEnv(_LimbEnv):
 
 def run_episode(
     env: gymnasium.Env[Array, Array],
-    policy: Policy,
+    policy: Policy | Callable[[Array], Array],
     *,
     seed: int | None = None,
     from_s: float = 0.0,
@@ -694,7 +711,7 @@ def run_episode(
 
     Args:
         env: A `FingerEnv` or `WallEnv`, also within wrappers that keep actions and info.
-        policy: The policy.
+        policy: The policy, or a function from observation to action.
         seed: Seed of the episode.
         from_s: Time in s from which the errors count.
         body: Fields of the simulated wearer that differ from the session's.
@@ -703,7 +720,8 @@ def run_episode(
     if body is not None:
         options["body"] = dict(body)
     observation, _ = env.reset(seed=seed, options=options)
-    policy.reset()
+    if isinstance(policy, Policy):
+        policy.reset()
     total, charge_uc, steps = 0.0, 0.0, 0
     errors: list[float] = []
     while True:

@@ -5,8 +5,7 @@ use crate::live::{
     write_available,
 };
 use host_core::calibration::{
-    Level, Operator, OperatorLoss, OperatorNotice, Order, OrderError, PartialLine, Phase, Step,
-    View,
+    Level, Operator, OperatorLoss, OperatorNotice, Order, OrderError, PartialLine, Phase, View,
 };
 use serde_json::{Value, json};
 use std::collections::VecDeque;
@@ -146,24 +145,8 @@ impl Lines {
 fn view_line(view: &View) -> Value {
     let mut line = json!(view);
     line["event"] = "view".into();
-    line["orders"] = json!(allowed_orders(view));
+    line["orders"] = json!(view.allowed_orders());
     line
-}
-
-/// Returns the orders that this view allows, without those that are always allowed.
-fn allowed_orders(view: &View) -> Vec<&'static str> {
-    let mut orders = Vec::new();
-    match (view.question, view.phase) {
-        (Some(_), _) if view.step == Step::Points => orders.push("moves"),
-        (Some(_), _) => orders.extend(["yes", "no"]),
-        (None, Phase::Ready) => {
-            orders.extend(view.raise.map(|_| "raise"));
-            orders.extend(view.again.map(|_| "again"));
-            orders.extend((view.step == Step::Comfort).then_some("enough"));
-        }
-        _ => {}
-    }
-    orders
 }
 
 fn refusal_json(error: &str) -> Value {
