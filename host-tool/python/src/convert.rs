@@ -3,6 +3,7 @@
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
+use std::fmt::Display;
 use toml::{Table, Value};
 
 /// Returns the text of the session file with the fields of `document`. Fields that are `None` are
@@ -71,7 +72,10 @@ fn to_value(value: &Bound<'_, PyAny>, path: &str) -> PyResult<Value> {
 ///
 /// # Errors
 /// `TypeError`.
-pub fn number(value: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
+pub fn number(value: &Bound<'_, PyAny>, name: impl Display) -> PyResult<f64> {
+    if let Ok(number) = value.cast_exact::<PyFloat>() {
+        return Ok(number.value()); // most are
+    }
     let is_number = !value.is_instance_of::<PyBool>()
         && !value.is_instance_of::<PyString>()
         && value.get_type().name()? != "bool" // numpy.bool

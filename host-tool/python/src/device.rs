@@ -116,9 +116,7 @@ impl Device {
     fn send(&self, py: Python<'_>, arguments: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
         let (requests, setup) = self.requests(py, arguments)?;
         self.runner.send(py, requests)?;
-        if let (Some(new), Some(setup)) = (setup, &mut *locked(&self.setup)) {
-            setup.latest = new.latest;
-        }
+        self.note_amplitudes(setup);
         Ok(())
     }
 
@@ -202,6 +200,26 @@ impl Device {
         self.runner.wait(py, WaitEnd::At(at_us))
     }
 
+    /// Sends setpoints if there are any, lets device time pass until `t_s` after the start of the
+    /// trains, and returns that time and the latest sample. One call, because each takes the drive
+    /// from the interpreter and back.
+    #[pyo3(signature = (t_s, **arguments))]
+    fn advance(
+        &self,
+        py: Python<'_>,
+        t_s: f64,
+        arguments: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<(f64, Option<Latest>)> {
+        let at_us = micros(t_s, "t_s")?;
+        let (requests, setup) = match arguments {
+            Some(_) => self.requests(py, arguments)?,
+            None => (Vec::new(), None),
+        };
+        let (now_s, latest) = self.runner.advance(py, requests, at_us, latest_sample)?;
+        self.note_amplitudes(setup);
+        Ok((now_s, latest))
+    }
+
     /// Stops the device and returns the trial; `None` if there is none.
     fn stop(&self, py: Python<'_>) -> PyResult<Option<Record>> {
         let folder = self.folder.clone();
@@ -277,10 +295,7 @@ impl Device {
 
     /// Latest telemetry sample.
     fn latest(&self, py: Python<'_>) -> PyResult<Option<Latest>> {
-        self.runner.inspect(py, |drive| {
-            let sample = drive.trial().and_then(|trial| trial.samples.last());
-            Ok(sample.map(|s| (s.t_s, s.target_deg, s.measured_deg, s.true_deg, s.effort)))
-        })
+        self.runner.inspect(py, |drive| Ok(latest_sample(drive)))
     }
 
     /// Samples that arrived since the last call, as columns. The first call returns none.
@@ -318,7 +333,19 @@ impl Device {
     }
 }
 
+fn latest_sample(drive: &mut Drive) -> Option<Latest> {
+    let sample = drive.trial().and_then(|trial| trial.samples.last());
+    sample.map(|s| (s.t_s, s.target_deg, s.measured_deg, s.true_deg, s.effort))
+}
+
 impl Device {
+    /// Keeps the amplitudes of a setpoint that the device has accepted.
+    fn note_amplitudes(&self, new: Option<Setup>) {
+        if let (Some(new), Some(setup)) = (new, &mut *locked(&self.setup)) {
+            setup.latest = new.latest;
+        }
+    }
+
     /// Returns the index on the link of the channel with this number, if the setup has it.
     fn channel_index(&self, py: Python<'_>, number: u8) -> PyResult<u8> {
         let setup = locked(&self.setup).clone();

@@ -152,6 +152,36 @@ impl Runner {
         sent.map_err(|error| errors::of_drive(py, &error, false))
     }
 
+    /// Sends requests, lets device time pass until `at_us` after the start of the trains, and
+    /// returns that time, s, and what `look` sees then. A short time of a simulation takes one visit.
+    ///
+    /// # Errors
+    /// The exceptions of [`Self::send`] and [`Self::wait`].
+    pub fn advance<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        requests: Vec<Request>,
+        at_us: u64,
+        look: impl FnOnce(&mut Drive) -> T + Copy + Send + 'static,
+    ) -> PyResult<(f64, T)> {
+        if self.is_real_time {
+            self.send(py, requests)?;
+        } else {
+            let (now_us, seen) = self.call(py, false, move |drive| {
+                drive.send(requests)?;
+                let most_us = drive.time_us().saturating_add(SLICE_US);
+                let now_us = drive.wait_until(at_us.min(most_us))?;
+                Ok((now_us, look(drive)))
+            })?;
+            if now_us >= at_us {
+                return Ok((now_us as f64 / 1e6, seen));
+            }
+        }
+        let now_s = self.wait(py, WaitEnd::At(at_us))?;
+        let seen = self.inspect(py, move |drive| Ok(look(drive)))?;
+        Ok((now_s, seen))
+    }
+
     /// Lets device time pass until `end`. Returns the time since the start of the trains, s.
     ///
     /// # Errors

@@ -72,7 +72,7 @@ fn by_channel(value: &Bound<'_, PyAny>, name: &str) -> PyResult<BTreeMap<u8, f64
                 "{name}: {channel} is not a channel; channels are numbered from 1 to 10"
             )));
         };
-        values.insert(index, number(&value, &format!("{name}[{index}]"))?);
+        values.insert(index, number(&value, format_args!("{name}[{index}]"))?);
     }
     Ok(values)
 }

@@ -70,6 +70,7 @@ FAULT_ERROR_DEG = 90.0
 """Error in ° that every remaining step of an episode is charged with after a fault. Without it, a
 policy would learn to end episodes."""
 
+_Latest = tuple[float, float | None, float | None, float | None, float | None]
 _WATCHED_LIMIT = 0.1
 _OPTIONS = {"body", "controller"}
 
@@ -330,14 +331,15 @@ class _LimbEnv(gymnasium.Env[Array, Array], ABC):
         try:
             if self._is_on_device:
                 self._follow(device)
-                self._now_s = device.wait(max(next_s - device.time_s, 0.0))
+                self._now_s, latest = device._native.advance(next_s)
                 charge_uc = self._read_played(device)
             else:
-                charge_uc = self._play(device, action)
-                self._now_s = device.wait(max(next_s - device.time_s, 0.0))
+                amplitudes, charge_uc = self._amplitudes(action)
+                values = {self._unit: amplitudes}
+                self._now_s, latest = device._native.advance(next_s, **values)
         except DeviceFault as fault:
             return self._end(fault)
-        t_s, measured, true = self._latest()
+        t_s, measured, true = self._read(latest)
         error, cost = self._judge(t_s, measured, charge_uc)
         info = {
             "time_s": self._now_s,
@@ -442,15 +444,16 @@ class _LimbEnv(gymnasium.Env[Array, Array], ABC):
         uc_per_unit = ma_per_unit * train["width_us"] * 1e-3 * pulses
         return _Point(channel, threshold, limit, uc_per_unit)
 
-    def _play(self, device: Device, action: Array) -> float:
-        """Send the amplitudes of an action, and return the charge of the step in µC."""
-        shares = [float(share) for share in action]
-        if len(shares) != 2 or math.isnan(shares[0]) or math.isnan(shares[1]):
+    def _amplitudes(self, action: Array) -> tuple[dict[int, float], float]:
+        """Return the amplitudes of an action by channel, and the charge of the step in µC."""
+        shares = action.tolist() if isinstance(action, np.ndarray) else [*map(float, action)]
+        if len(shares) != 2 or shares[0] != shares[0] or shares[1] != shares[1]:  # NaN
             raise ValueError(f"an action has two numbers from 0 to 1, not {action}")
         amplitudes: dict[int, float] = {}
         charge_uc = 0.0
         for index, points in enumerate(self._points):
-            share = min(max(shares[index], 0.0), 1.0)
+            share = shares[index]
+            share = 0.0 if share < 0.0 else 1.0 if share > 1.0 else share
             self._played[index] = share
             for channel, threshold, limit, uc_per_unit in points:
                 amplitude = 0.0
@@ -458,8 +461,7 @@ class _LimbEnv(gymnasium.Env[Array, Array], ABC):
                     amplitude = min(threshold + share * (limit - threshold), limit)
                 amplitudes[channel] = amplitude
                 charge_uc += amplitude * uc_per_unit
-        device._native.send(**{self._unit: amplitudes})
-        return charge_uc
+        return amplitudes, charge_uc
 
     def _read_played(self, device: Device) -> float:
         """Read the amplitudes that the device played, and return their charge in µC."""
@@ -477,7 +479,9 @@ class _LimbEnv(gymnasium.Env[Array, Array], ABC):
 
     def _latest(self) -> tuple[float, float, float]:
         """Return time, measured angle and true angle of the newest sample."""
-        latest = None if self._device is None else self._device._native.latest()
+        return self._read(None if self._device is None else self._device._native.latest())
+
+    def _read(self, latest: _Latest | None) -> tuple[float, float, float]:
         if latest is None:
             return self._now_s, self._measured_deg, math.nan
         t_s, _, measured, true, _ = latest
@@ -590,7 +594,7 @@ class FingerEnv(_LimbEnv):
 
     def _observe(self, measured: float) -> Array:
         angle, rate = self._reference(self._now_s)
-        return np.array([measured, angle, rate, *self._played], dtype=np.float32)
+        return np.array([measured, angle, rate, *self._played], np.float32)
 
 
 class WallEnv(_LimbEnv):
@@ -693,7 +697,7 @@ class WallEnv(_LimbEnv):
     def _observe(self, measured: float) -> Array:
         rate = (measured - self._last_deg) / self.step_s
         self._last_deg = measured
-        return np.array([measured, measured - self.at_deg, rate, *self._played], dtype=np.float32)
+        return np.array([measured, measured - self.at_deg, rate, *self._played], np.float32)
 
 
 def run_episode(
