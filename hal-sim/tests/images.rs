@@ -85,3 +85,46 @@ fn a_build_is_heard_and_its_failure_told() {
         "{heard:?} {words}"
     );
 }
+
+/// Runs `cargo program` with only these commands, each a shell script, in PATH.
+#[cfg(unix)]
+fn program(test: &str, commands: &[(&str, &str)]) -> std::process::Output {
+    use std::os::unix::fs::PermissionsExt;
+    let path = folder(test);
+    for (name, script) in commands {
+        let file = path.join(name);
+        std::fs::write(&file, format!("#!/bin/sh\n{script}\n")).unwrap();
+        std::fs::set_permissions(&file, std::fs::Permissions::from_mode(0o755)).unwrap();
+    }
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_program"));
+    command.env("PATH", path).output().unwrap()
+}
+
+#[cfg(unix)]
+#[test]
+fn a_missing_probe_rs_is_reported_before_the_build() {
+    for commands in [
+        &[("cargo", "echo built >&2; exit 1")][..],
+        &[("cargo", "echo built >&2; exit 1"), ("probe-rs", "exit 1")],
+    ] {
+        let done = program("no-probe-rs", commands);
+        let text = String::from_utf8(done.stderr).unwrap();
+        assert_eq!(done.status.code(), Some(1), "{text}");
+        assert!(text.contains("cargo install probe-rs-tools"), "{text}");
+        assert!(!text.contains("built"), "{text}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_image_that_does_not_build_is_not_flashed() {
+    let commands = [
+        ("cargo", "echo 'error: no target' >&2; exit 101"),
+        ("probe-rs", "[ $1 = --version ] || echo flashed >&2"),
+    ];
+    let done = program("not-built", &commands);
+    let text = String::from_utf8(done.stderr).unwrap();
+    assert_eq!(done.status.code(), Some(1), "{text}");
+    assert!(text.contains("error: no target"), "{text}");
+    assert!(!text.contains("flashed"), "{text}");
+}

@@ -1,4 +1,4 @@
-//! Writes the sum into a device image, for `.cargo/program`.
+//! Writes the sum into a device image, for flashing tools other than `cargo program`.
 
 use hal_sim::images::write_sum;
 use std::path::Path;
