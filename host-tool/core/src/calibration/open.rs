@@ -1,7 +1,9 @@
 //! The device of a calibration: its identity in the journal, and its opening.
 
 use super::{CalibrationError, Head, Plan, SimulatedWearer, board_session};
-use crate::link::{Connection, PacedPort, Port};
+#[cfg(feature = "realtime")]
+use crate::link::PacedPort;
+use crate::link::{Connection, Port};
 use crate::run::{DeviceName, identity};
 
 /// Device of a calibration or a check, with the operator and date that the files name.
@@ -14,6 +16,7 @@ pub struct CalibrationDevice {
     /// Seed of the simulated wearer; unused for a device behind a port.
     pub seed: u64,
     /// Whether a simulator in this process advances at the pace of the clock.
+    #[cfg(feature = "realtime")]
     pub is_paced: bool,
     /// Pseudonym of the operator.
     pub operator: String,
@@ -63,9 +66,10 @@ impl CalibrationDevice {
             head.at.clone_from(&self.now);
         }
         let port = client.into_port();
-        Ok(match in_process && self.is_paced {
-            true => Box::new(PacedPort::new(port)),
-            false => port,
-        })
+        #[cfg(feature = "realtime")]
+        if in_process && self.is_paced {
+            return Ok(Box::new(PacedPort::new(port)));
+        }
+        Ok(port)
     }
 }

@@ -98,6 +98,7 @@ impl CalibrationDevice {
         }
         let mut head = self.head(&wearer.name, "");
         let plan = Plan::from_wearer(wearer)?;
+        check_planned_wearer(&plan, &head, board_session(&plan)?.wearer)?;
         let port = self.open(&plan, &mut head)?;
         let order = CheckOrder {
             file,

@@ -20,7 +20,7 @@ mod trials;
 pub use error::DriveError;
 #[cfg(feature = "realtime")]
 pub use leased::{LeasedDrive, MAX_LEASE};
-pub use setpoints::{LatestAmplitudes, SetpointError, SetpointValues, check_channel};
+pub use setpoints::{LEAST, LatestAmplitudes, SetpointError, SetpointValues, check_channel};
 pub use source::{BodyMaker, Source};
 pub use trials::TrialLog;
 

@@ -13,7 +13,7 @@ const FULL_CODE: f64 = 65_535.0;
 
 /// Smallest amplitude above 0, mA or V. Every wearer's thresholds are far above it: a smaller value
 /// is one in amperes or kilovolts.
-const LEAST: f64 = 0.05;
+pub const LEAST: f64 = 0.05;
 
 /// Values that one call asks for. Channels are numbered from 1.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -58,6 +58,14 @@ pub enum SetpointError {
         has: &'static str,
         /// Advice on the argument that fits the channel.
         remedy: &'static str,
+    },
+    /// The setup lacks the part that the value is for (E792).
+    #[error("E792 {field}: the setup has no {part}; set one up before arming")]
+    NoPart {
+        /// Name of the argument.
+        field: &'static str,
+        /// Part that is missing, as a phrase.
+        part: &'static str,
     },
     /// The value is not a number that the device could play (E793).
     #[error("E793 {field}: {value:?} for channel {channel} is not possible; allowed: {allowed}")]
@@ -114,7 +122,7 @@ impl SetpointValues {
         setpoints.extend(check.forces(&self.force_n));
         setpoints.extend(self.angle_deg.and_then(|angle| check.angle(angle)));
         setpoints.extend(self.endpoint_n.and_then(|force| check.endpoint(force)));
-        setpoints.extend(self.held.map(Setpoint::Held));
+        setpoints.extend(self.held.and_then(|is_held| check.held(is_held)));
         if !check.mistakes.is_empty() {
             return Err(check.mistakes);
         }
@@ -281,6 +289,8 @@ impl Check<'_> {
     }
 
     fn angle(&mut self, (deg, deg_per_s): (f64, f64)) -> Option<Setpoint> {
+        let has_reference = self.session.joint.is_some() || self.session.wall.is_some();
+        self.needs("angle_deg", has_reference, "joint or wall")?;
         let range = self.session.joint.as_ref().map(|joint| {
             [joint.angle_min_mdeg, joint.angle_max_mdeg].map(|mdeg| f64::from(mdeg) / 1e3)
         });
@@ -303,7 +313,23 @@ impl Check<'_> {
         })
     }
 
+    fn held(&mut self, is_held: bool) -> Option<Setpoint> {
+        let has_modulation = !self.session.modulations.is_empty();
+        self.needs("held", has_modulation, "modulation")?;
+        Some(Setpoint::Held(is_held))
+    }
+
+    /// Notes a mistake and returns `None` unless the setup has the `part` that an argument is for.
+    fn needs(&mut self, field: &'static str, is_there: bool, part: &'static str) -> Option<()> {
+        if !is_there {
+            self.mistakes.push(SetpointError::NoPart { field, part });
+        }
+        is_there.then_some(())
+    }
+
     fn endpoint(&mut self, force_n: [f64; 3]) -> Option<Setpoint> {
+        let has_limb = self.session.limb.is_some();
+        self.needs("endpoint_n", has_limb, "force at the hand (`endpoint`)")?;
         for newton in force_n {
             if !newton.is_finite() || newton.abs() > 1000.0 {
                 let allowed = "−1000 to 1000 N in each direction".to_owned();

@@ -68,7 +68,7 @@ impl TrialLog {
     }
 
     /// Notes why a trial ended early. The first reason is that of the record.
-    pub(super) fn note_early_end(&mut self, reason: &str) {
+    pub fn note_early_end(&mut self, reason: &str) {
         self.cut_short.get_or_insert_with(|| reason.to_owned());
     }
 
