@@ -46,6 +46,8 @@ pub struct PythonLimb {
     sensed_deg: f64,
     loads: [Load; CHANNELS],
     error: LimbError,
+    /// Whether the callable raised an exception. It is then not called again.
+    has_failed: bool,
 }
 
 impl PythonLimb {
@@ -63,6 +65,7 @@ impl PythonLimb {
             sensed_deg: 0.0,
             loads: [Load::Ohms(1_000.0); CHANNELS],
             error,
+            has_failed: false,
         };
         limb.call(0);
         limb.next_us = period_us;
@@ -72,6 +75,9 @@ impl PythonLimb {
     /// Calls the callable for its state at `t_us`. After an exception the limb stays as it is.
     fn call(&mut self, t_us: u64) {
         let pulses = std::mem::take(&mut self.pulses);
+        if self.has_failed {
+            return;
+        }
         IN_LIMB.set(true);
         let called = Python::attach(|py| {
             let list = PyList::empty(py);
@@ -83,6 +89,7 @@ impl PythonLimb {
         });
         IN_LIMB.set(false);
         if let Err(error) = called {
+            self.has_failed = true;
             self.error.set(error);
         }
     }

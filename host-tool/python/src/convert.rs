@@ -12,11 +12,14 @@ use toml::{Table, Value};
 /// # Errors
 /// A value is of a type that no field has.
 pub fn to_text(document: &Bound<'_, PyDict>) -> PyResult<String> {
-    let table = to_table(document, "")?;
+    let table = to_table(document, "", 0)?;
     toml::to_string(&table).map_err(|error| PyTypeError::new_err(error.to_string()))
 }
 
-fn to_table(dictionary: &Bound<'_, PyDict>, path: &str) -> PyResult<Table> {
+/// Deepest nesting; a session needs three levels. A list that contains itself has no end.
+const DEEPEST: usize = 16;
+
+fn to_table(dictionary: &Bound<'_, PyDict>, path: &str, depth: usize) -> PyResult<Table> {
     let mut table = Table::new();
     for (key, value) in dictionary {
         let key: String = key.extract()?;
@@ -25,13 +28,19 @@ fn to_table(dictionary: &Bound<'_, PyDict>, path: &str) -> PyResult<Table> {
             path => format!("{path}.{key}"),
         };
         if !value.is_none() {
-            table.insert(key, to_value(&value, &path)?);
+            table.insert(key, to_value(&value, &path, depth)?);
         }
     }
     Ok(table)
 }
 
-fn to_value(value: &Bound<'_, PyAny>, path: &str) -> PyResult<Value> {
+fn to_value(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Value> {
+    if depth > DEEPEST {
+        let start: String = path.chars().take(40).collect();
+        let message = format!("{start} is nested too deeply, or contains itself");
+        return Err(PyTypeError::new_err(message));
+    }
+    let depth = depth + 1;
     if let Ok(flag) = value.cast::<PyBool>() {
         return Ok(Value::Boolean(flag.is_true()));
     }
@@ -39,10 +48,10 @@ fn to_value(value: &Bound<'_, PyAny>, path: &str) -> PyResult<Value> {
         return Ok(Value::String(text.to_str()?.to_owned()));
     }
     if let Ok(dictionary) = value.cast::<PyDict>() {
-        return Ok(Value::Table(to_table(dictionary, path)?));
+        return Ok(Value::Table(to_table(dictionary, path, depth)?));
     }
     if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
-        let items = value.try_iter()?.map(|item| to_value(&item?, path));
+        let items = value.try_iter()?.map(|item| to_value(&item?, path, depth));
         return Ok(Value::Array(items.collect::<PyResult<_>>()?));
     }
     if value.is_instance_of::<PyInt>() {
@@ -51,9 +60,9 @@ fn to_value(value: &Bound<'_, PyAny>, path: &str) -> PyResult<Value> {
     if value.is_instance_of::<PyFloat>() {
         return value.extract().map(Value::Float);
     }
-    // Numbers of numpy: whole ones have `__index__`, all have `__float__`.
-    if value.hasattr("__array__")? && value.getattr("ndim")?.extract::<usize>()? > 0 {
-        return to_value(&value.call_method0("tolist")?, path);
+    // Values of numpy become those of Python, which have their own kinds.
+    if value.hasattr("__array__")? && value.hasattr("tolist")? {
+        return to_value(&value.call_method0("tolist")?, path, depth);
     }
     if let Ok(whole) = value.extract::<i64>() {
         return Ok(Value::Integer(whole));
@@ -76,10 +85,14 @@ pub fn number(value: &Bound<'_, PyAny>, name: impl Display) -> PyResult<f64> {
     if let Ok(number) = value.cast_exact::<PyFloat>() {
         return Ok(number.value()); // most are
     }
+    // Of numpy's kinds, whole numbers and floats; not truth values, texts and complex numbers.
+    let kind = value
+        .getattr("dtype")
+        .and_then(|dtype| dtype.getattr("kind"));
+    let kind: Option<String> = kind.and_then(|kind| kind.extract()).ok();
     let is_number = !value.is_instance_of::<PyBool>()
         && !value.is_instance_of::<PyString>()
-        && value.get_type().name()? != "bool" // numpy.bool
-        && value.get_type().name()? != "bool_";
+        && kind.is_none_or(|kind| ["i", "u", "f"].contains(&&*kind));
     let number = value.extract::<f64>().ok().filter(|_| is_number);
     number.ok_or_else(|| {
         let shown = value

@@ -8,7 +8,7 @@ use crate::{body::LimbError, errors, setpoints};
 use firmware::link::{HelloInfo, Request};
 use firmware::safety::{ListedPulse, MAX_LISTED};
 use firmware::units::Amplitude;
-use host_core::drive::{Drive, DriveState, LatestAmplitudes, check_channel};
+use host_core::drive::{Drive, DriveState, LEAST, LatestAmplitudes, check_channel};
 use host_core::run::{describe_stages, identity};
 use host_core::session::Session;
 use pyo3::exceptions::PyValueError;
@@ -148,8 +148,11 @@ impl Device {
         }
         let mut listed = Vec::new();
         for (amplitude, width_us, after_us) in pulses {
-            if !(0.0..=150.0).contains(&amplitude) {
-                let message = format!("{amplitude} is not an amplitude in mA or V");
+            if amplitude != 0.0 && !(LEAST..=150.0).contains(&amplitude) {
+                let message = format!(
+                    "{amplitude} is not an amplitude in mA or V; allowed: 0, or {LEAST} up to the \
+                     channel's limit"
+                );
                 return Err(PyValueError::new_err(message));
             }
             listed.push(ListedPulse {
@@ -239,6 +242,15 @@ impl Device {
         })?;
         let (trial, reason) = done.map_err(|error| errors::of_drive(py, &error, false))?;
         Ok(trial.map(|trial| Record::new(trial, folder, reason)))
+    }
+
+    /// Raises the error that ended the trial since the last call, if there is one.
+    fn raise_end(&self, py: Python<'_>) -> PyResult<()> {
+        let ended = self.runner.visit(py, |place| match place {
+            Place::Thread(leased) => leased.take_end(),
+            Place::Here(_) | Place::Nowhere => Ok(()),
+        })?;
+        ended.map_err(|error| errors::of_drive(py, &error, false))
     }
 
     /// Stops the device because of `reason`, which the record names.

@@ -89,6 +89,7 @@ pub fn of_setpoints(py: Python<'_>, errors: &[SetpointError]) -> PyErr {
                 value,
                 allowed,
             } => (*field, value.to_string(), Some(allowed.clone())),
+            SetpointError::NoPart { field, .. } => (*field, String::new(), None),
             SetpointError::NoAmplitude { channel } => ("width_us", channel.to_string(), None),
         };
         Mistake {
@@ -137,6 +138,13 @@ pub fn wrong_address(address: &str) -> PyErr {
         "{address:?} is not an address; give \"sim:\", \"sim:realtime\", \
          \"serial:/dev/ttyACM0\" or \"tcp:127.0.0.1:4242\""
     ))
+}
+
+/// Returns the reason of an early end because of an exception.
+pub fn ended_by(py: Python<'_>, error: &PyErr) -> String {
+    let name = error.get_type(py).name();
+    let name = name.map_or_else(|_| "an exception".to_owned(), |name| name.to_string());
+    format!("{name} ended the program's call")
 }
 
 /// Returns the name of the exception's class for an error of the link, outside of arming.

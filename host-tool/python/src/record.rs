@@ -122,6 +122,9 @@ impl Record {
     fn load(py: Python<'_>, folder: PathBuf) -> PyResult<Vec<Self>> {
         let run = py.detach(|| record::load(&folder));
         let run = run.map_err(|error| crate::errors::of_message(py, "error", &error))?;
+        if let Some(damaged) = run.damage_error(&folder) {
+            return Err(crate::errors::of_message(py, "error", &damaged));
+        }
         let path = Some(folder);
         let is_incomplete = run.ending.is_incomplete();
         let unknown =

@@ -103,6 +103,7 @@ impl Runner {
             Place::Nowhere => Err(DriveError::Closed),
         })?;
         self.raise_limb_error(py)?;
+        self.check_signals(py)?;
         called.map_err(|error| errors::of_drive(py, &error, is_arming))
     }
 
@@ -135,6 +136,7 @@ impl Runner {
             Place::Nowhere => Err(DriveError::Closed),
         })?;
         self.raise_limb_error(py)?;
+        self.check_signals(py)?;
         started.map_err(|error| errors::of_drive(py, &error, false))
     }
 
@@ -149,6 +151,7 @@ impl Runner {
             Place::Nowhere => Err(DriveError::Closed),
         })?;
         self.raise_limb_error(py)?;
+        self.check_signals(py)?;
         sent.map_err(|error| errors::of_drive(py, &error, false))
     }
 
@@ -267,10 +270,8 @@ impl Runner {
 
     /// Stops the device because of `error`, before it is raised.
     fn stop_for(&self, py: Python<'_>, error: &PyErr) {
-        let name = error.get_type(py).name();
-        let name = name.map_or_else(|_| "an exception".to_owned(), |name| name.to_string());
         // The exception says more than an error of the stop.
-        drop(self.stop_early(py, format!("{name} ended the program's call")));
+        drop(self.stop_early(py, errors::ended_by(py, error)));
     }
 
     /// Looks for Ctrl-C; the device is stopped before the exception is raised.

@@ -6,17 +6,19 @@ use crate::record::{EdgeArrays, Record, edge_arrays};
 use host_core::choice::resolve_auto_models;
 use host_core::clock::Moment;
 use host_core::drive::TrialLog;
+use host_core::link::{Interruption, Signal};
 use host_core::record::Edge;
 use host_core::run::{
-    Attachments, DeviceName, FullestPeriod, SessionFile, Stepper, edges_between,
-    edges_of_one_period,
+    Attachments, DeviceName, FullestPeriod, Observation, Observer, OpenError, SessionFile, Stepper,
+    edges_between, edges_of_one_period, run_with_outputs,
 };
 use host_core::session::{SHIPPED, Session, SessionError, WearerTexts, builtin_wearer_text};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 /// Session as Python gives it: a path or the name of a shipped session, or fields.
 #[derive(FromPyObject)]
@@ -144,8 +146,15 @@ fn play(
             }
         }
     });
+    let played_us = stepper.time_us();
     let (outcome, mut port, attached) = stepper.close_keeping_attachments(ran);
     let mut trial = outcome.trial;
+    if let Some(signal) = &interrupted {
+        trial.duration_s = played_us as f64 / 1e6;
+        if let Some(log) = &mut log {
+            log.note_early_end(&errors::ended_by(py, signal));
+        }
+    }
     if let (Some(epoch_us), Some(world)) = (outcome.epoch_us, port.world()) {
         let trace = &world.recorder.trace;
         trial.edges = match all_edges {
@@ -187,29 +196,81 @@ pub fn run_many(
     let mut file = read(py, &session)?;
     let settled = py.detach(|| resolve_auto_models(&mut file.session));
     settled.map_err(|error| errors::of_message(py, "refused", &error))?;
+    let interruption = Interruption::default();
+    let (next, cores) = (AtomicUsize::new(0), std::thread::available_parallelism());
+    let cores = cores.map_or(1, usize::from).min(seeds.len());
+    // Threads of this call: those of a pool would not exist in a forked process.
+    let work = || {
+        let mut played = Vec::new();
+        while let Some(seed) = seeds.get(next.fetch_add(1, Ordering::Relaxed)) {
+            if interruption.received_signal().is_some() {
+                break;
+            }
+            played.push((*seed, play_quietly(&file, *seed, &interruption)));
+        }
+        played
+    };
+    let mut signal = None;
+    let played = py.detach(|| {
+        std::thread::scope(|scope| {
+            let workers: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
+            while !workers
+                .iter()
+                .all(std::thread::ScopedJoinHandle::is_finished)
+            {
+                std::thread::sleep(LOOK);
+                if let Err(error) = Python::attach(|py| py.check_signals()) {
+                    interruption.raise_signal(Signal::Interrupt);
+                    signal.get_or_insert(error);
+                }
+            }
+            let played = workers.into_iter().map(std::thread::ScopedJoinHandle::join);
+            played.collect::<Result<Vec<_>, _>>()
+        })
+    });
+    if let Some(signal) = signal {
+        return Err(signal);
+    }
+    let played = played.map_err(|_| errors::internal("a session panicked"))?;
+    let mut by_seed: BTreeMap<u64, Result<FinishedTrial, OpenError>> =
+        played.into_iter().flatten().collect();
     let mut records = Vec::with_capacity(seeds.len());
-    // In pieces, so that Ctrl-C need not wait for all of them.
-    for piece in seeds.chunks(4 * rayon::current_num_threads().max(1)) {
-        let played = py.detach(|| {
-            let one = |seed: &u64| play_quietly(&file, *seed);
-            piece.par_iter().map(one).collect::<Result<Vec<_>, _>>()
-        });
-        let played = played.map_err(|error| errors::of_open(py, &error))?;
-        records.extend(
-            played
-                .into_iter()
-                .map(|(trial, error)| Record::new(trial, None, error)),
-        );
-        py.check_signals()?;
+    for seed in &seeds {
+        // Every seed was played; one that is given twice, once per time, with equal results.
+        let Some(trial) = by_seed.get_mut(seed) else {
+            continue;
+        };
+        match trial {
+            Ok((trial, error)) => records.push(Record::new(trial.clone(), None, error.clone())),
+            Err(error) => return Err(errors::of_open(py, error)),
+        }
     }
     Ok(records)
 }
 
-fn play_quietly(file: &SessionFile, seed: u64) -> Result<FinishedTrial, host_core::run::OpenError> {
+/// Time between two looks for signals.
+const LOOK: Duration = Duration::from_millis(1);
+
+/// Observer of a run that only a signal interests.
+struct Interruptible(Interruption);
+
+impl Observer for Interruptible {
+    fn observe(&mut self, _seen: Observation<'_>) {}
+
+    fn interruption(&self) -> Option<Interruption> {
+        Some(self.0.clone())
+    }
+}
+
+fn play_quietly(
+    file: &SessionFile,
+    seed: u64,
+    interruption: &Interruption,
+) -> Result<FinishedTrial, OpenError> {
     let port = DeviceName::Native.open(&file.session, seed)?;
     let mut fullest = FullestPeriod::new(&file.session, file.session.duration_us / 2);
-    let ignore = |_: f64| {};
-    let (outcome, _) = host_core::run::run_with_outputs(file, port, None, ignore, &mut fullest);
+    let observer = Interruptible(interruption.clone());
+    let (outcome, _) = run_with_outputs(file, port, None, observer, &mut fullest);
     let mut trial = outcome.trial;
     trial.edges = fullest.into_edges();
     Ok((trial, outcome.error.map(|error| error.to_string())))

@@ -208,3 +208,109 @@ print("end")
 """
     done = run_python(SETUP + code)
     assert (done.stdout, done.returncode) == ("end\n", 0), done.stderr
+
+
+@pytest.mark.parametrize("address", ["sim:", "sim:realtime"])
+def test_ctrl_c_during_setpoints_stops_first(address: str) -> None:
+    """A loop that runs within C sees signals in the calls of the device only."""
+    code = f"""
+import collections, functools
+dev = running({address!r})
+threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+send = functools.partial(dev._native.send, ma={{1: 7}})
+try:
+    collections.deque(iter(send, "never"), maxlen=0)
+except KeyboardInterrupt:
+    assert dev.state == "idle", dev.state
+    assert "KeyboardInterrupt" in dev.record.error, dev.record.error
+    print("stopped")
+"""
+    done = run_python(SETUP + code)
+    assert (done.stdout.strip(), done.returncode) == ("stopped", 0), done.stderr
+
+
+def test_ctrl_c_in_a_limb_ends_its_calls() -> None:
+    """After its exception a limb is not called again, so the stop does not depend on it."""
+    code = """
+calls = []
+def limb(pulses, t_s):
+    calls.append(t_s)
+    if t_s > 0.3:
+        signal.raise_signal(signal.SIGINT)
+    return 5.0
+try:
+    dev = running(limb=limb)
+    dev.wait(5)
+except KeyboardInterrupt:
+    print("stopped", sum(t_s > 0.3 for t_s in calls))
+"""
+    done = run_python(SETUP + code)
+    assert (done.stdout.split(), done.returncode) == (["stopped", "1"], 0), done.stderr
+
+
+def test_ctrl_c_during_many_sessions() -> None:
+    """A session of hours does not hold it up."""
+    code = """
+threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+session = {
+    "title": "long",
+    "duration_s": 80_000,
+    "channel": [{
+        "number": 1, "name": "one", "limit": 12.0,
+        "stage": {"kind": "current", "full_scale_ma": 100.0},
+        "train": {"shape": "biphasic-cathodic-first", "width_us": 200, "frequency_hz": 50.0},
+    }],
+    "setpoints": {"kind": "amplitudes", "values": [{"channel": 1, "value": 8.0}], "rate_hz": 50},
+}
+try:
+    flexor.run_many(session, range(4))
+except KeyboardInterrupt:
+    print("stopped")
+"""
+    done = run_python(SETUP + code)
+    assert (done.stdout.strip(), done.returncode) == ("stopped", 0), done.stderr
+
+
+def test_many_sessions_in_a_forked_process() -> None:
+    """A child of a process that ran sessions can run some of its own."""
+    code = """
+pulses = [record.pulses for record in flexor.run_many("trigger", [1, 2])]
+if (child := os.fork()) == 0:
+    os._exit(0 if [r.pulses for r in flexor.run_many("trigger", [1, 2])] == pulses else 1)
+print(os.waitpid(child, 0)[1])
+"""
+    done = run_python(SETUP + code)
+    assert (done.stdout.strip(), done.returncode) == ("0", 0), done.stderr
+
+
+def test_an_interrupted_run_is_not_complete(tmp_path: Path) -> None:
+    """Its record says why, and how long it lasted."""
+    code = """
+threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+fields = {
+    "title": "long", "duration_s": 80_000,
+    "channel": [{
+        "number": 1, "name": "one", "limit": 12.0,
+        "stage": {"kind": "current", "full_scale_ma": 100.0},
+        "train": {"shape": "biphasic-cathodic-first", "width_us": 200, "frequency_hz": 50.0},
+    }],
+    "setpoints": {"kind": "amplitudes", "values": [{"channel": 1, "value": 8.0}], "rate_hz": 50},
+}
+try:
+    flexor.run(fields, out=sys.argv[1])
+except KeyboardInterrupt:
+    (record,) = flexor.Record.load(sys.argv[1])
+    assert record.duration_s < 80_000, record.duration_s
+    print(record.error)
+"""
+    done = run_python(SETUP + code, str(tmp_path / "out"))
+    assert done.stdout.startswith("KeyboardInterrupt ended"), done.stderr
+
+
+def test_a_damaged_record_is_refused(tmp_path: Path) -> None:
+    """A closed record that has lost rows is not loaded as if it were whole."""
+    flexor.run("trigger", out=tmp_path / "out")
+    (samples,) = (tmp_path / "out").glob("*/samples.csv")
+    samples.write_text("\n".join(samples.read_text().splitlines()[:20]) + "\n")
+    with pytest.raises(flexor.FlexorError, match="E585"):
+        flexor.Record.load(tmp_path / "out")

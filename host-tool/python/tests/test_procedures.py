@@ -184,6 +184,12 @@ def test_bad_arguments_are_refused(tmp_path: Path) -> None:
         flexor.check_thresholds(out, tolerance=0)
     with pytest.raises(flexor.Refused):
         flexor.check_thresholds(tmp_path / "absent.toml")
+    checked = flexor.calibrate(PLAN, tmp_path / "checked.toml").path
+    before = checked.read_bytes()
+    with pytest.raises(flexor.FlexorError) as unnamed:
+        flexor.check_thresholds(checked, name="")
+    assert unnamed.value.number == 670  # before anything is stimulated
+    assert checked.read_bytes() == before
     assert not out.exists()
 
 
@@ -230,6 +236,20 @@ def test_a_board_asks_before_each_raise(program: Path) -> None:
     (finding,) = caught.value.findings
     assert (finding.ended, finding.low, finding.presentations) == ("refused", 16.0, 1)
     assert asked == [("raise", 16.0, 0.0), ("moved", 16.0, None), ("raise", 20.0, 16.0)]
+
+
+@pytest.mark.parametrize("rating", [5.9, "3", -1, 11, True])
+def test_a_rating_that_is_none(program: Path, rating: Any) -> None:
+    """A rating is a whole number from 0 to 10; anything else ends the search."""
+    session = "hamana_exp4_two_point_finger"
+    search = {**ONE_SEARCH, "kind": "comfort", "rating": 5, "rest_s": 0.5, "settle_ms": 100}
+
+    def operator(question: str, level: float, before: float | None) -> Any:
+        return True if question == "raise" else rating
+
+    with served(program, session) as (address, _), pytest.raises((TypeError, ValueError)):
+        fields = {"session": session, "search": [search]}
+        flexor.search(fields, address=address, operator=operator)
 
 
 def test_an_operator_who_hangs_stops_the_device(program: Path, tmp_path: Path) -> None:

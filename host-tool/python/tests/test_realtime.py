@@ -59,15 +59,16 @@ def test_stopping_after_the_lease(tmp_path: Path) -> None:
 
 
 def test_closing_after_the_lease() -> None:
-    """Leaving the block is no error."""
-    with overslept() as dev:
+    """Leaving the block is the next call, which raises what no call has raised yet."""
+    with pytest.raises(flexor.LeaseExpired), overslept() as dev:
         pass
+    dev.close()  # a second time does nothing
     assert dev.state == "closed"
 
 
 def test_the_record_says_that_the_lease_ran_out(tmp_path: Path) -> None:
     """The reason of the end is on disk too."""
-    with overslept(tmp_path / "out"):
+    with pytest.raises(flexor.LeaseExpired), overslept(tmp_path / "out"):
         pass
     (loaded,) = flexor.Record.load(tmp_path / "out")
     assert loaded.error is not None

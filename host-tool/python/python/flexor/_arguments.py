@@ -52,11 +52,41 @@ def seed(value: Any) -> int:
     return number
 
 
+def number(name: str, value: Any, unit: str = "") -> float:
+    """Return a number. Truth values, texts and complex numbers are refused."""
+    if type(value) is float:
+        return value
+    kind = getattr(getattr(value, "dtype", None), "kind", "f")
+    if not isinstance(value, bool | str | bytes) and kind in "iuf":
+        try:
+            return float(value)
+        except (TypeError, ValueError, OverflowError):
+            pass
+    raise TypeError(f"{name} must be a number{unit}, not {value!r}")
+
+
+def whole_number(name: str, value: Any) -> int:
+    """Return a whole number. Truth values are refused."""
+    found = whole(value)
+    if isinstance(found, bool | np.bool_) or not isinstance(found, int):
+        raise TypeError(f"{name} must be a whole number, not {value!r}")
+    if not 0 <= found < 2**31:
+        raise ValueError(f"{name} is {found}, which is not possible")
+    return found
+
+
+def pulse(value: Any) -> tuple[float, int, int]:
+    """Return a pulse of a list: amplitude, width in µs, and delay in µs."""
+    if not isinstance(value, tuple | list) or len(value) != 3:
+        raise TypeError(f"a pulse is a tuple of amplitude, width and delay, not {value!r}")
+    amplitude, width_us, delay_us = value
+    return (
+        number("the amplitude of a pulse", amplitude),
+        whole_number("the width of a pulse", width_us),
+        whole_number("the delay of a pulse", delay_us),
+    )
+
+
 def seconds(name: str, value: Any) -> float:
     """Return a time in s. Its range is checked where it is used."""
-    if isinstance(value, bool | np.bool_ | str | bytes):
-        raise TypeError(f"{name} must be a number of seconds, not {value!r}")
-    try:
-        return float(value)
-    except TypeError:
-        raise TypeError(f"{name} must be a number of seconds, not {value!r}") from None
+    return number(name, value, " of seconds")

@@ -183,8 +183,8 @@ class Device(Setup):
             width_us: Pulse widths by channel in whole µs, 10 up to the train's `max_width_us`.
             force_n: Forces by channel in N, for channels under force control. Each force is a
                 message of its own; if the device is lost in between, the first ones have arrived.
-            angle_deg: Reference angle of the joint in °, or place of the wall.
-            rate_deg_per_s: Rate at which that angle changes, °/s.
+            angle_deg: Reference angle of the joint in °, or place of the wall; steps of 0.01°.
+            rate_deg_per_s: Rate at which that angle changes, °/s; steps of 0.01 °/s.
             endpoint_n: Force at the hand in N: backward, to the right, upward.
             held: Whether the wearer holds an object.
 
@@ -195,7 +195,7 @@ class Device(Setup):
             DeviceFault: The device ended stimulation.
             LeaseExpired: The call came too late, and stimulation was stopped before.
         """
-        if endpoint_n is not None and not hasattr(endpoint_n, "__iter__"):
+        if endpoint_n is not None and not isinstance(endpoint_n, list | tuple | np.ndarray):
             raise TypeError(
                 "endpoint_n must have three components: backward, to the right and upward"
             )
@@ -226,7 +226,8 @@ class Device(Setup):
         Raises:
             Refused: The list is not possible, or the train does not accept lists.
         """
-        self._native.play_pulses(channel, list(pulses))
+        checked = [_arguments.pulse(pulse) for pulse in pulses]
+        self._native.play_pulses(_arguments.whole_number("channel", channel), checked)
 
     def measure(self, angle_deg: float, joint: int = 0) -> None:
         """Send an angle that you have measured, as measured now.
@@ -326,15 +327,24 @@ class Device(Setup):
         A second call does nothing. Every other call to a closed device raises `FlexorError`.
 
         Raises:
+            DeviceFault: The device has ended stimulation since the last call.
+            LeaseExpired: The lease has run out since the last call.
             ConnectionLost: The device did not acknowledge; it stops by itself soon.
         """
         if self._native.state == "closed":
             return
+        ended: FlexorError | None = None
+        try:
+            self._native.raise_end()
+        except FlexorError as error:
+            ended = error
         try:
             data = self._native.stop()
             self._closed_record = None if data is None else Record(data)
         finally:
             self._native.close()
+        if ended is not None:
+            raise ended
 
     # Observe
 
@@ -394,8 +404,15 @@ class Device(Setup):
         Yields:
             Time since the start of the trains in s.
         """
+        length_s = _arguments.seconds("seconds", seconds)
+        step_s = _arguments.seconds("step_s", step_s)
+        turns = length_s / step_s if step_s > 0 else float("nan")
+        if not (0 <= turns <= 1e9 and abs(turns - round(turns)) <= 1e-6):
+            raise ValueError(
+                f"seconds must be a whole number of steps above 0 s, not {seconds} of {step_s}"
+            )
         begin_s = self.time_s
-        for turn in range(round(seconds / step_s)):
+        for turn in range(round(turns)):
             yield self.wait_until(begin_s + (turn + 1) * step_s)
 
     def stream(self, seconds: float) -> Iterator[npt.NDArray[np.void]]:
@@ -413,9 +430,12 @@ class Device(Setup):
             DeviceFault: The device ended stimulation.
             LeaseExpired: A turn took longer than the lease, and stimulation was stopped before.
         """
+        length_s = _arguments.seconds("seconds", seconds)
+        if not 0 <= length_s <= 86_400:
+            raise ValueError(f"seconds must be between 0 and 86400 s (a day), not {seconds}")
         self._native.take_samples()
         now_s = self.time_s
-        end_s = now_s + _arguments.seconds("seconds", seconds)
+        end_s = now_s + length_s
         while end_s - now_s > 1e-6:  # device time is in whole µs
             now_s = self.wait_until(min(now_s + self.telemetry_s, end_s))
             yield from table_of(self._native.take_samples())

@@ -236,7 +236,7 @@ def check_thresholds(
     """
     done = _native.check_thresholds(
         Path(file),
-        tolerance=tolerance,
+        tolerance=_arguments.number("tolerance", tolerance),
         address=address,
         operator=None if operator is None else _orders_of(operator),
         listener=_lines_to(listener),
@@ -333,9 +333,12 @@ def _answers_of(operator: SearchOperator) -> SearchOperator:
         if given is None:
             return None
         is_yes_or_no = isinstance(given, bool | np.bool_)
-        if question == "rating" and is_yes_or_no:
-            raise TypeError("a rating is a whole number from 0 to 10")
-        if question != "rating" and not is_yes_or_no:
+        if question == "rating":
+            rating = _arguments.whole_number("a rating", given)
+            if rating > 10:
+                raise ValueError(f"a rating is a whole number from 0 to 10, not {rating}")
+            return rating
+        if not is_yes_or_no:
             raise TypeError(f"the answer to {question!r} is True, False or None, not {given!r}")
         return int(given)
 

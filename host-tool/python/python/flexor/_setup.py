@@ -101,6 +101,12 @@ class Setup:
             or full_scale_v is not None
             or (limit_ma is None and electrode.get("stage") == "voltage")
         )
+        others = {"start_ma": start_ma, "full_scale_ma": full_scale_ma}
+        if not is_voltage:
+            others = {"start_v": start_v, "full_scale_v": full_scale_v, "load_ohm": load_ohm}
+        if wrong := [name for name, value in others.items() if value is not None]:
+            kind = "voltage" if is_voltage else "current"
+            raise Refused(f"channel {number} has a {kind} stage, which has no {wrong[0]}")
         known = self._known_stage(number)
         stage: dict[str, Any]
         if is_voltage:

@@ -56,7 +56,7 @@ class Train:
     def to_fields(self) -> dict[str, Any]:
         """Return the fields of `train` in a session file."""
         table = to_fields(self)
-        table["frequency_hz"] = table.pop("rate_hz")
+        table["frequency_hz"] = table.pop("rate_hz", None)
         return table
 
 

@@ -92,8 +92,8 @@ class Episode:
 
     Attributes:
         total_reward: Sum of all rewards.
-        rms_error_deg: Root mean square of the errors at the ends of the steps, °. The error is the
-            tracking error of the finger, or the penetration of the wall.
+        rms_error_deg: Root mean square of the errors at the ends of the steps, °; NaN if no step
+            counts. The error is the tracking error of the finger, or the penetration of the wall.
         largest_error_deg: Largest of these errors, °.
         charge_uc: Charge of all first phases, µC.
         steps: Number of steps that were completed.
@@ -741,8 +741,8 @@ def run_episode(
             break
     return Episode(
         total_reward=total,
-        rms_error_deg=math.sqrt(sum(e * e for e in errors) / max(len(errors), 1)),
-        largest_error_deg=max(errors, default=0.0),
+        rms_error_deg=math.sqrt(sum(e * e for e in errors) / len(errors)) if errors else math.nan,
+        largest_error_deg=max(errors, default=math.nan),
         charge_uc=charge_uc,
         steps=steps,
         fault=info.get("fault"),

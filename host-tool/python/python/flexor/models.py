@@ -56,6 +56,8 @@ def muscle_response(
     pulses_us = [round(float(t) * 1e6) for t in pulses_s]
     if pulses_us and not 0 <= min(pulses_us) <= max(pulses_us) <= 3_600_000_000:
         raise ValueError("the times of the pulses must be between 0 and 3600 s")
+    if model not in ("device", "reference"):
+        raise ValueError(f"model must be 'device' or 'reference', not {model!r}")
     columns = _native.muscle_response(
         [float(value) for value in values],
         pulses_us,
