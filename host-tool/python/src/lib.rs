@@ -17,6 +17,7 @@ mod runner;
 mod session;
 mod setpoints;
 mod statistics;
+mod supervise;
 
 use pyo3::prelude::*;
 

@@ -8,6 +8,7 @@ use firmware::link::HelloInfo;
 use firmware::safety::{StageKind, Stages};
 use host_core::drive::{BodyMaker, Drive, DriveError, LeasedDrive, MAX_LEASE, Source, TrialLog};
 use host_core::record::PROGRAM_COMMAND;
+use host_core::run::DeviceName;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -49,9 +50,7 @@ impl OpenArguments {
             }
             None => None,
         };
-        let Some(source) = source(&self.address, self.seed, body) else {
-            return Err(errors::wrong_address(&self.address));
-        };
+        let source = Address::read(&self.address)?.source(self.seed, body);
         let opened = py.detach(|| {
             let (name, seed) = (source.name(), source.seed());
             let mut drive = Drive::new(source);
@@ -118,20 +117,41 @@ fn body_maker(callable: Py<PyAny>, period_us: u64, error: LimbError) -> BodyMake
     })
 }
 
-/// Returns the device that `address` names.
-fn source(address: &str, seed: u64, body: Option<BodyMaker>) -> Option<Source> {
-    let simulated = |is_paced| Source::Simulated {
-        seed,
-        body,
-        is_paced,
-    };
-    let device = |name: String| name.parse().ok().map(Source::Device);
-    match address.split_once(':')? {
-        ("sim", "") => Some(simulated(false)),
-        ("sim", "realtime") => Some(simulated(true)),
-        ("serial", path) if !path.is_empty() => device(path.to_owned()),
-        ("tcp", place) if !place.is_empty() => device(format!("tcp:{place}")),
-        _ => None,
+/// Device that an address names.
+pub struct Address {
+    /// The native simulator, or a port.
+    pub name: DeviceName,
+    /// Whether a simulator advances at the pace of the clock.
+    pub is_paced: bool,
+}
+
+impl Address {
+    /// Reads an address such as `sim:`.
+    ///
+    /// # Errors
+    /// The text is no address.
+    pub fn read(address: &str) -> PyResult<Self> {
+        let (name, is_paced) = match address.split_once(':') {
+            Some(("sim", "")) => (Some(DeviceName::Native), false),
+            Some(("sim", "realtime")) => (Some(DeviceName::Native), true),
+            Some(("serial", path)) if !path.is_empty() => (path.parse().ok(), false),
+            Some(("tcp", place)) if !place.is_empty() => (address.parse().ok(), false),
+            _ => (None, false),
+        };
+        let name = name.ok_or_else(|| errors::wrong_address(address))?;
+        Ok(Self { name, is_paced })
+    }
+
+    /// Returns the source of the device, with a limb that a program computes if there is one.
+    fn source(self, seed: u64, body: Option<BodyMaker>) -> Source {
+        match self.name {
+            DeviceName::Native => Source::Simulated {
+                seed,
+                body,
+                is_paced: self.is_paced,
+            },
+            name => Source::Device(name),
+        }
     }
 }
 

@@ -6,13 +6,15 @@
 
 use crate::convert::to_text;
 use crate::errors;
+use crate::open::Address;
 use crate::session::{SessionArgument, now};
+use crate::supervise::{Raised, supervise};
 use host_core::calibration::{
     Auto, CalibrationDevice, CalibrationError, Level, Operator, OperatorLoss, OperatorNotice,
     OperatorStation, Order, Plan, SimulatedWearer, View,
 };
-use host_core::link::{Interruption, PacedPort, Port, Signal};
-use host_core::run::{DeviceName, SessionFile};
+use host_core::link::{Interruption, PacedPort, Port};
+use host_core::run::SessionFile;
 use host_core::search::{
     self, DeviceError, OnDevice, Question, SearchEnd, SearchError, SearchFile, report,
 };
@@ -23,49 +25,6 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
-
-/// Time between two looks for signals.
-const LOOK: Duration = Duration::from_millis(10);
-
-/// First exception that a callable or a signal handler raised. It ends the procedure.
-#[derive(Clone, Default)]
-struct Raised(Arc<Mutex<Option<PyErr>>>, Interruption);
-
-impl Raised {
-    /// Keeps the exception and interrupts the procedure.
-    fn set(&self, error: PyErr) {
-        let mut slot = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        slot.get_or_insert(error);
-        self.1.raise_signal(Signal::Interrupt);
-    }
-
-    fn take(&self) -> Option<PyErr> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
-    }
-}
-
-/// Device of a procedure, as an address names it.
-struct Place {
-    name: DeviceName,
-    is_paced: bool,
-}
-
-impl Place {
-    fn read(address: &str) -> PyResult<Self> {
-        let (name, is_paced) = match address.split_once(':') {
-            Some(("sim", "")) => (Some(DeviceName::Native), false),
-            Some(("sim", "realtime")) => (Some(DeviceName::Native), true),
-            Some(("serial", path)) if !path.is_empty() => (path.parse().ok(), false),
-            Some(("tcp", place)) if !place.is_empty() => (address.parse().ok(), false),
-            _ => (None, false),
-        };
-        let refused = || errors::wrong_address(address);
-        let name = name.ok_or_else(refused)?;
-        Ok(Self { name, is_paced })
-    }
-}
 
 /// Calibrates the electrodes of a plan. Returns the outcome as JSON.
 #[pyfunction]
@@ -148,7 +107,7 @@ pub fn run_searches(
     seed: u64,
     watch: Option<Py<PyAny>>,
 ) -> PyResult<(String, Option<PyErr>)> {
-    let place = Place::read(address)?;
+    let place = Address::read(address)?;
     if place.name.is_port() && operator.is_none() {
         return Err(nobody());
     }
@@ -167,7 +126,14 @@ pub fn run_searches(
         false => port,
     };
     let (reports, ended) = supervise(py, &raised, watch.as_ref(), || {
-        search_all(port, &searches, &session, &mut asked, &raised.1, seed)
+        search_all(
+            port,
+            &searches,
+            &session,
+            &mut asked,
+            &raised.interruption(),
+            seed,
+        )
     })?;
     let ended = ended.err().map(|error| of_search(py, &error));
     Ok((Value::Array(reports).to_string(), ended))
@@ -223,39 +189,6 @@ fn search_all(
     (reports, Ok(()))
 }
 
-/// Carries out `work` on a thread of its own without the interpreter. Ctrl-C, an exception of
-/// `watch`, which is called meanwhile, and exceptions of other callables end it.
-///
-/// # Errors
-/// The exception of a callable or a signal handler, after the work has ended.
-fn supervise<T: Send>(
-    py: Python<'_>,
-    raised: &Raised,
-    watch: Option<&Py<PyAny>>,
-    work: impl FnOnce() -> T + Send,
-) -> PyResult<T> {
-    let done = py.detach(|| {
-        std::thread::scope(|scope| {
-            let worker = scope.spawn(work);
-            while !worker.is_finished() {
-                std::thread::sleep(LOOK);
-                let seen = Python::attach(|py| match watch {
-                    Some(watch) => py.check_signals().and(watch.call0(py).map(drop)),
-                    None => py.check_signals(),
-                });
-                if let Err(error) = seen {
-                    raised.set(error);
-                }
-            }
-            worker.join()
-        })
-    });
-    if let Some(error) = raised.take() {
-        return Err(error);
-    }
-    done.map_err(|_| errors::internal("the procedure panicked; its device stops by itself"))
-}
-
 fn device(
     address: &str,
     operator: String,
@@ -263,7 +196,7 @@ fn device(
     seed: u64,
     has_operator: bool,
 ) -> PyResult<CalibrationDevice> {
-    let Place { name, is_paced } = Place::read(address)?;
+    let Address { name, is_paced } = Address::read(address)?;
     if name.is_port() && !has_operator {
         return Err(nobody());
     }
@@ -294,7 +227,7 @@ fn station<'a>(
 ) -> OperatorStation<'a> {
     OperatorStation {
         operator,
-        interruption: Some(raised.1.clone()),
+        interruption: Some(raised.interruption()),
         acknowledges,
     }
 }

@@ -3,10 +3,11 @@
 use crate::convert::to_text;
 use crate::errors;
 use crate::record::{EdgeArrays, Record, edge_arrays};
+use crate::supervise::{Raised, supervise};
 use host_core::choice::resolve_auto_models;
 use host_core::clock::Moment;
 use host_core::drive::TrialLog;
-use host_core::link::{Interruption, Signal};
+use host_core::link::Interruption;
 use host_core::record::Edge;
 use host_core::run::{
     Attachments, DeviceName, FullestPeriod, Observation, Observer, OpenError, SessionFile, Stepper,
@@ -15,10 +16,9 @@ use host_core::run::{
 use host_core::session::{SHIPPED, Session, SessionError, WearerTexts, builtin_wearer_text};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Session as Python gives it: a path or the name of a shipped session, or fields.
 #[derive(FromPyObject)]
@@ -196,60 +196,41 @@ pub fn run_many(
     let mut file = read(py, &session)?;
     let settled = py.detach(|| resolve_auto_models(&mut file.session));
     settled.map_err(|error| errors::of_message(py, "refused", &error))?;
-    let interruption = Interruption::default();
+    let raised = Raised::default();
+    let interruption = raised.interruption();
     let (next, cores) = (AtomicUsize::new(0), std::thread::available_parallelism());
     let cores = cores.map_or(1, usize::from).min(seeds.len());
-    // Threads of this call: those of a pool would not exist in a forked process.
     let work = || {
         let mut played = Vec::new();
-        while let Some(seed) = seeds.get(next.fetch_add(1, Ordering::Relaxed)) {
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(seed) = seeds.get(index) else {
+                return played;
+            };
             if interruption.received_signal().is_some() {
-                break;
+                return played;
             }
-            played.push((*seed, play_quietly(&file, *seed, &interruption)));
+            played.push((index, play_quietly(&file, *seed, &interruption)));
         }
-        played
     };
-    let mut signal = None;
-    let played = py.detach(|| {
+    // Threads of this call: those of a pool would not exist in a forked process.
+    let mut played = supervise(py, &raised, None, || {
         std::thread::scope(|scope| {
             let workers: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
-            while !workers
-                .iter()
-                .all(std::thread::ScopedJoinHandle::is_finished)
-            {
-                std::thread::sleep(LOOK);
-                if let Err(error) = Python::attach(|py| py.check_signals()) {
-                    interruption.raise_signal(Signal::Interrupt);
-                    signal.get_or_insert(error);
-                }
-            }
-            let played = workers.into_iter().map(std::thread::ScopedJoinHandle::join);
-            played.collect::<Result<Vec<_>, _>>()
+            let played = workers.into_iter().flat_map(|worker| match worker.join() {
+                Ok(played) => played,
+                Err(panic) => std::panic::resume_unwind(panic),
+            });
+            played.collect::<Vec<_>>()
         })
+    })?;
+    played.sort_unstable_by_key(|(index, _)| *index);
+    let records = played.into_iter().map(|(_, trial)| match trial {
+        Ok((trial, error)) => Ok(Record::new(trial, None, error)),
+        Err(error) => Err(errors::of_open(py, &error)),
     });
-    if let Some(signal) = signal {
-        return Err(signal);
-    }
-    let played = played.map_err(|_| errors::internal("a session panicked"))?;
-    let mut by_seed: BTreeMap<u64, Result<FinishedTrial, OpenError>> =
-        played.into_iter().flatten().collect();
-    let mut records = Vec::with_capacity(seeds.len());
-    for seed in &seeds {
-        // Every seed was played; one that is given twice, once per time, with equal results.
-        let Some(trial) = by_seed.get_mut(seed) else {
-            continue;
-        };
-        match trial {
-            Ok((trial, error)) => records.push(Record::new(trial.clone(), None, error.clone())),
-            Err(error) => return Err(errors::of_open(py, error)),
-        }
-    }
-    Ok(records)
+    records.collect()
 }
-
-/// Time between two looks for signals.
-const LOOK: Duration = Duration::from_millis(1);
 
 /// Observer of a run that only a signal interests.
 struct Interruptible(Interruption);

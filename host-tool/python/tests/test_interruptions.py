@@ -20,6 +20,19 @@ def running(address="sim:", **arguments):
     return dev
 """
 
+LONG = """
+LONG = {
+    "title": "long",
+    "duration_s": 80_000,
+    "channel": [{
+        "number": 1, "name": "one", "limit": 12.0,
+        "stage": {"kind": "current", "full_scale_ma": 100.0},
+        "train": {"shape": "biphasic-cathodic-first", "width_us": 200, "frequency_hz": 50.0},
+    }],
+    "setpoints": {"kind": "amplitudes", "values": [{"channel": 1, "value": 8.0}], "rate_hz": 50},
+}
+"""
+
 
 def test_an_exception_leaves_the_block(tmp_path: Path) -> None:
     """It is not replaced, and the device has stopped."""
@@ -252,22 +265,12 @@ def test_ctrl_c_during_many_sessions() -> None:
     """A session of hours does not hold it up."""
     code = """
 threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
-session = {
-    "title": "long",
-    "duration_s": 80_000,
-    "channel": [{
-        "number": 1, "name": "one", "limit": 12.0,
-        "stage": {"kind": "current", "full_scale_ma": 100.0},
-        "train": {"shape": "biphasic-cathodic-first", "width_us": 200, "frequency_hz": 50.0},
-    }],
-    "setpoints": {"kind": "amplitudes", "values": [{"channel": 1, "value": 8.0}], "rate_hz": 50},
-}
 try:
-    flexor.run_many(session, range(4))
+    flexor.run_many(LONG, range(4))
 except KeyboardInterrupt:
     print("stopped")
 """
-    done = run_python(SETUP + code)
+    done = run_python(SETUP + LONG + code)
     assert (done.stdout.strip(), done.returncode) == ("stopped", 0), done.stderr
 
 
@@ -287,23 +290,14 @@ def test_an_interrupted_run_is_not_complete(tmp_path: Path) -> None:
     """Its record says why, and how long it lasted."""
     code = """
 threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
-fields = {
-    "title": "long", "duration_s": 80_000,
-    "channel": [{
-        "number": 1, "name": "one", "limit": 12.0,
-        "stage": {"kind": "current", "full_scale_ma": 100.0},
-        "train": {"shape": "biphasic-cathodic-first", "width_us": 200, "frequency_hz": 50.0},
-    }],
-    "setpoints": {"kind": "amplitudes", "values": [{"channel": 1, "value": 8.0}], "rate_hz": 50},
-}
 try:
-    flexor.run(fields, out=sys.argv[1])
+    flexor.run(LONG, out=sys.argv[1])
 except KeyboardInterrupt:
     (record,) = flexor.Record.load(sys.argv[1])
     assert record.duration_s < 80_000, record.duration_s
     print(record.error)
 """
-    done = run_python(SETUP + code, str(tmp_path / "out"))
+    done = run_python(SETUP + LONG + code, str(tmp_path / "out"))
     assert done.stdout.startswith("KeyboardInterrupt ended"), done.stderr
 
 

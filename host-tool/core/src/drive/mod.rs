@@ -235,14 +235,11 @@ impl Drive {
     /// # Errors
     /// The drive is not idle, or the device does not answer.
     pub fn acknowledge(&mut self) -> Result<(), DriveError> {
-        let port = match &mut self.stage {
-            Stage::Idle(port) => port.take(),
-            Stage::Active { .. } | Stage::Closed => {
-                return Err(self.wrong_state("acknowledge", RequiredState::Idle));
-            }
-        };
-        if let Some(port) = port {
-            self.stage = Stage::Idle(Some(acknowledge(port).map_err(RunError::from)?));
+        self.check_idle("acknowledge")?;
+        if let Stage::Idle(slot) = &mut self.stage
+            && let Some(port) = slot.take()
+        {
+            *slot = Some(acknowledge(port).map_err(RunError::from)?);
         }
         Ok(())
     }

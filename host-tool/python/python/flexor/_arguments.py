@@ -44,12 +44,7 @@ def channels(given: Any) -> list[Any]:
 
 def seed(value: Any) -> int:
     """Return a seed, from 0 to 2^64 - 1."""
-    number = whole(value)
-    if isinstance(number, bool) or not isinstance(number, int):
-        raise TypeError(f"seed must be a whole number, not {value!r}")
-    if not 0 <= number <= _LARGEST_SEED:
-        raise ValueError(f"seed must be between 0 and {_LARGEST_SEED}, not {number}")
-    return number
+    return whole_number("seed", value, _LARGEST_SEED)
 
 
 def number(name: str, value: Any, unit: str = "") -> float:
@@ -65,13 +60,13 @@ def number(name: str, value: Any, unit: str = "") -> float:
     raise TypeError(f"{name} must be a number{unit}, not {value!r}")
 
 
-def whole_number(name: str, value: Any) -> int:
-    """Return a whole number. Truth values are refused."""
+def whole_number(name: str, value: Any, most: int) -> int:
+    """Return a whole number from 0 to `most`. Truth values are refused."""
     found = whole(value)
     if isinstance(found, bool | np.bool_) or not isinstance(found, int):
         raise TypeError(f"{name} must be a whole number, not {value!r}")
-    if not 0 <= found < 2**31:
-        raise ValueError(f"{name} is {found}, which is not possible")
+    if not 0 <= found <= most:
+        raise ValueError(f"{name} must be between 0 and {most}, not {found}")
     return found
 
 
@@ -82,8 +77,8 @@ def pulse(value: Any) -> tuple[float, int, int]:
     amplitude, width_us, delay_us = value
     return (
         number("the amplitude of a pulse", amplitude),
-        whole_number("the width of a pulse", width_us),
-        whole_number("the delay of a pulse", delay_us),
+        whole_number("the width of a pulse", width_us, 2**16 - 1),
+        whole_number("the delay of a pulse", delay_us, 2**32 - 1),
     )
 
 

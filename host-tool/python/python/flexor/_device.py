@@ -227,7 +227,7 @@ class Device(Setup):
             Refused: The list is not possible, or the train does not accept lists.
         """
         checked = [_arguments.pulse(pulse) for pulse in pulses]
-        self._native.play_pulses(_arguments.whole_number("channel", channel), checked)
+        self._native.play_pulses(_arguments.whole_number("channel", channel, 255), checked)
 
     def measure(self, angle_deg: float, joint: int = 0) -> None:
         """Send an angle that you have measured, as measured now.

@@ -334,10 +334,7 @@ def _answers_of(operator: SearchOperator) -> SearchOperator:
             return None
         is_yes_or_no = isinstance(given, bool | np.bool_)
         if question == "rating":
-            rating = _arguments.whole_number("a rating", given)
-            if rating > 10:
-                raise ValueError(f"a rating is a whole number from 0 to 10, not {rating}")
-            return rating
+            return _arguments.whole_number("a rating", given, 10)
         if not is_yes_or_no:
             raise TypeError(f"the answer to {question!r} is True, False or None, not {given!r}")
         return int(given)
