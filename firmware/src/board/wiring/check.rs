@@ -8,15 +8,24 @@ use super::{
 /// Fails the build if `board` cannot work.
 pub(super) const fn check(board: &Wiring) {
     check_clocks(&board.clocks);
-    check_pins(&board.pins());
+    let (pins, count) = board.pins();
+    check_pins(pins.split_at(count).0);
     check_outputs(&board.outputs);
     check_streams(&board.streams);
     check_inputs(&board.inputs);
     check_dacs(&board.dacs);
     assert!(board.stages.are_banked(), "a channel's bank is 0 to 5");
     assert!(
+        board.breadboard.is_none() == board.outputs.pump.is_driven(),
+        "a board drives the pump, a breadboard never does"
+    );
+    assert!(
         matches!(board.name.len(), 1..=BOARD_NAME) && board.name.is_ascii(),
         "a board's name has 1 to 16 ASCII characters"
+    );
+    assert!(
+        board.product.len() <= 31 && board.product.is_ascii(),
+        "a product's name fits the buffer of USB's string descriptors"
     );
 }
 
@@ -86,7 +95,10 @@ const fn check_outputs(outputs: &Outputs) {
     assert!(first as u8 != second as u8, "the tape plays two ports");
     let mut n = 0;
     while n < CHANNELS {
-        let lines = outputs.channels[n];
+        let Some(lines) = outputs.channels[n] else {
+            n += 1;
+            continue;
+        };
         assert!(
             lines.cathodic.is_on(lines.anodic.port),
             "both lines of a channel move at once: they are on one port"
@@ -102,7 +114,9 @@ const fn check_outputs(outputs: &Outputs) {
         "sync out is on a port that the tape plays"
     );
     assert!(
-        outputs.pump.is_on(first) || outputs.pump.is_on(second),
+        !outputs.pump.is_driven()
+            || outputs.pump.pin().is_on(first)
+            || outputs.pump.pin().is_on(second),
         "the pump is on a port that the tape plays"
     );
 }

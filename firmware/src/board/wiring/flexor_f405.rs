@@ -2,7 +2,7 @@
 
 use super::Wiring;
 use super::clocks::Clocks;
-use super::outputs::{DacOutput, Dacs, Lines, Outputs, Stages, TapeStreams};
+use super::outputs::{DacOutput, Dacs, Lines, Outputs, Pump, Stages, TapeStreams};
 use super::pins::Port::{A, B, C, D};
 use super::pins::{Alternate, Analogue, Inputs, Pin};
 
@@ -10,6 +10,9 @@ use super::pins::{Alternate, Analogue, Inputs, Pin};
 /// PA13, PA14 and PB3, are the same on every board. PA2 and PA3, USART2, are not used.
 pub const FLEXOR_F405: Wiring = Wiring {
     name: "flexor-f405",
+    product: "Flexor stimulator",
+    breadboard: None,
+    senses_vbus: true,
     // 8 MHz / 4 × 168 = 336 MHz; / 2 = 168 MHz for the core, / 7 = 48 MHz for USB.
     clocks: Clocks {
         crystal_hz: 8_000_000,
@@ -21,19 +24,19 @@ pub const FLEXOR_F405: Wiring = Wiring {
     outputs: Outputs {
         ports: [B, C],
         channels: [
-            Lines::new(C, 0, 1),
-            Lines::new(C, 2, 3),
-            Lines::new(C, 4, 5),
-            Lines::new(C, 6, 7),
-            Lines::new(C, 8, 9),
-            Lines::new(B, 0, 1),
-            Lines::new(B, 5, 6),
-            Lines::new(B, 7, 8),
-            Lines::new(B, 9, 12),
-            Lines::new(B, 13, 14),
+            Some(Lines::new(C, 0, 1)),
+            Some(Lines::new(C, 2, 3)),
+            Some(Lines::new(C, 4, 5)),
+            Some(Lines::new(C, 6, 7)),
+            Some(Lines::new(C, 8, 9)),
+            Some(Lines::new(B, 0, 1)),
+            Some(Lines::new(B, 5, 6)),
+            Some(Lines::new(B, 7, 8)),
+            Some(Lines::new(B, 9, 12)),
+            Some(Lines::new(B, 13, 14)),
         ],
         sync: Pin::new(B, 15),
-        pump: Pin::new(B, 10),
+        pump: Pump::Driven(Pin::new(B, 10)),
     },
     streams: TapeStreams {
         play: [5, 1],
@@ -47,7 +50,7 @@ pub const FLEXOR_F405: Wiring = Wiring {
         trigger: Alternate::new(Pin::new(A, 15), 1), // TIM2_CH1
         angle: Analogue::new(Pin::new(A, 0)),
         current: Analogue::new(Pin::new(A, 1)),
-        spare: [Pin::new(A, 4), Pin::new(A, 5)],
+        spare: [Some(Pin::new(A, 4)), Some(Pin::new(A, 5))],
     },
     dacs: Dacs {
         clock: Alternate::new(Pin::new(C, 10), 6), // SPI3_SCK

@@ -9,19 +9,33 @@
 
 mod check;
 mod clocks;
+mod feather_f405;
 mod flexor_f405;
 mod modes;
 mod outputs;
 mod pins;
+mod weact_f405;
 
 pub use clocks::Clocks;
+pub use feather_f405::FEATHER_F405;
 pub use flexor_f405::FLEXOR_F405;
 pub use modes::Bits;
-pub use outputs::{DacOutput, Dacs, Lines, Outputs, PinMap, Stages, TapeStreams};
+pub use outputs::{DacOutput, Dacs, Lines, Outputs, PinMap, Pump, Stages, TapeStreams};
 pub use pins::{Alternate, Analogue, Inputs, Pin, Port};
+pub use weact_f405::WEACT_F405;
+
+/// Every board, the reference board first.
+pub const BOARDS: [Wiring; 3] = [FLEXOR_F405, WEACT_F405, FEATHER_F405];
 
 /// Board of this build.
+#[cfg(not(feature = "breadboard"))]
 pub const BOARD: Wiring = FLEXOR_F405;
+/// Board of this build.
+#[cfg(feature = "weact")]
+pub const BOARD: Wiring = WEACT_F405;
+/// Board of this build.
+#[cfg(all(feature = "feather", not(feature = "weact")))]
+pub const BOARD: Wiring = FEATHER_F405;
 
 /// Number of stimulation channels. The protocol has ten, so every board has ten.
 pub const CHANNELS: usize = 10;
@@ -38,6 +52,13 @@ pub const TAPE_PORTS: usize = 2;
 pub struct Wiring {
     /// Name of the board, which `Hello` reports; at most 16 ASCII characters.
     pub name: &'static str,
+    /// Name of the product that USB reports; a string descriptor has at most 31 characters here.
+    pub product: &'static str,
+    /// What a breadboard has in place of output stages; `None` for a board with output stages.
+    pub breadboard: Option<Breadboard>,
+    /// Whether PA9 senses VBUS. Otherwise the board is powered by USB, or announces itself to the
+    /// host without waiting for VBUS.
+    pub senses_vbus: bool,
     /// Crystal and PLL.
     pub clocks: Clocks,
     /// Lines that the tape plays.
@@ -52,6 +73,26 @@ pub struct Wiring {
     pub stages: Stages,
 }
 
+/// Parts of a breadboard: a bought board for light-emitting diodes and a logic analyser, whose image
+/// simulates the output stages (docs/breadboard.md).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Breadboard {
+    /// Input that a wire connects to 3.3 V. The reference board pulls the same pin of the chip low,
+    /// so the image does not run there.
+    pub strap: Pin,
+    /// Light-emitting diode of the board.
+    pub led: Led,
+}
+
+/// Light-emitting diode that blinks codes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Led {
+    /// Pin that drives it.
+    pub pin: Pin,
+    /// Whether the high level lights it.
+    pub is_active_high: bool,
+}
+
 /// Length of the longest name of a board, bytes.
 pub const BOARD_NAME: usize = 16;
 
@@ -63,4 +104,10 @@ impl PinMap for BoardPins {
     const OUTPUTS: Outputs = BOARD.outputs;
 }
 
-const _: () = check::check(&BOARD);
+const _: () = {
+    let mut n = 0;
+    while n < BOARDS.len() {
+        check::check(&BOARDS[n]);
+        n += 1;
+    }
+};

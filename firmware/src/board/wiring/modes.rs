@@ -4,8 +4,8 @@
 //! shows a mistake in either (`board::stm32f405::registers`).
 
 use super::CHANNELS;
-use super::Wiring;
-use super::pins::{Pin, Port};
+use super::pins::{Alternate, Pin, Port};
+use super::{Breadboard, Wiring};
 
 /// Expected bits of a register.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
@@ -44,71 +44,99 @@ const fn used(pin: Pin, mode: Mode) -> PinUse {
     }
 }
 
-/// Number of pins beside the channels' lines.
-const OTHERS: usize = 14;
+/// Number of pins beside the channels' lines, of a board that has them all.
+const OTHERS: usize = 16;
 const USES: usize = 2 * CHANNELS + OTHERS;
 
+/// Uses of a board's pins.
+struct Uses {
+    list: [PinUse; USES],
+    /// Number of entries of `list` that count.
+    count: usize,
+}
+
+impl Uses {
+    const fn push(&mut self, entry: PinUse) {
+        self.list[self.count] = entry; // `USES` are all there are
+        self.count += 1;
+    }
+}
+
 impl Wiring {
-    const fn uses(&self) -> [PinUse; USES] {
+    const fn uses(&self) -> Uses {
         let (outputs, inputs, dacs) = (&self.outputs, &self.inputs, &self.dacs);
+        let mut uses = Uses {
+            list: [used(outputs.sync, Mode::Output); USES],
+            count: 1,
+        };
+        uses.push(used(
+            outputs.pump.pin(),
+            if outputs.pump.is_driven() {
+                Mode::Output
+            } else {
+                Mode::Input
+            },
+        ));
+        uses.push(used(dacs.select[0], Mode::Output));
+        uses.push(used(dacs.select[1], Mode::Output));
+        uses.push(used(inputs.arm, Mode::Input));
+        uses.push(used(inputs.over_current, Mode::Input));
+        uses.push(used(inputs.hand_stop, Mode::Input));
+        uses.push(used(inputs.angle.pin, Mode::Analogue));
+        uses.push(used(inputs.current.pin, Mode::Analogue));
         let alternate = [dacs.clock, dacs.data, inputs.trigger];
-        let others = [
-            used(outputs.sync, Mode::Output),
-            used(outputs.pump, Mode::Output),
-            used(dacs.select[0], Mode::Output),
-            used(dacs.select[1], Mode::Output),
-            used(inputs.arm, Mode::Input),
-            used(inputs.over_current, Mode::Input),
-            used(inputs.hand_stop, Mode::Input),
-            used(inputs.angle.pin, Mode::Analogue),
-            used(inputs.current.pin, Mode::Analogue),
-            used(inputs.spare[0], Mode::Analogue),
-            used(inputs.spare[1], Mode::Analogue),
-            used(alternate[0].pin, Mode::Alternate),
-            used(alternate[1].pin, Mode::Alternate),
-            used(alternate[2].pin, Mode::Alternate),
-        ];
-        let mut uses = [used(outputs.sync, Mode::Output); USES];
         let mut n = 0;
-        while n < OTHERS {
-            uses[n] = others[n];
+        while n < alternate.len() {
+            let Alternate { pin, function } = alternate[n];
+            uses.push(PinUse {
+                function,
+                ..used(pin, Mode::Alternate)
+            });
             n += 1;
         }
-        uses[9].is_spare = true;
-        uses[10].is_spare = true;
         n = 0;
-        while n < alternate.len() {
-            uses[11 + n].function = alternate[n].function;
+        while n < inputs.spare.len() {
+            if let Some(pin) = inputs.spare[n] {
+                uses.push(PinUse {
+                    is_spare: true,
+                    ..used(pin, Mode::Analogue)
+                });
+            }
             n += 1;
+        }
+        if let Some(Breadboard { strap, led }) = self.breadboard {
+            uses.push(used(strap, Mode::Input));
+            uses.push(used(led.pin, Mode::Output));
         }
         n = 0;
         while n < CHANNELS {
-            let lines = outputs.channels[n];
-            uses[OTHERS + 2 * n] = used(lines.cathodic, Mode::Output);
-            uses[OTHERS + 2 * n + 1] = used(lines.anodic, Mode::Output);
+            if let Some(lines) = outputs.channels[n] {
+                uses.push(used(lines.cathodic, Mode::Output));
+                uses.push(used(lines.anodic, Mode::Output));
+            }
             n += 1;
         }
         uses
     }
 
-    /// Returns every pin that the board uses.
-    pub(super) const fn pins(&self) -> [Pin; USES] {
-        let uses = self.uses();
-        let mut pins = [uses[0].pin; USES];
+    /// Returns every pin that the board uses, and their number.
+    pub(super) const fn pins(&self) -> ([Pin; USES], usize) {
+        let Uses { list, count } = self.uses();
+        let mut pins = [list[0].pin; USES];
         let mut n = 0;
-        while n < USES {
-            pins[n] = uses[n].pin;
+        while n < count {
+            pins[n] = list[n].pin;
             n += 1;
         }
-        pins
+        (pins, count)
     }
 
     /// Returns MODER of `port`, for all its pins that the board uses.
     #[must_use]
     pub const fn modes(&self, port: Port) -> Bits {
         let (uses, mut modes, mut n) = (self.uses(), Bits { bits: 0, value: 0 }, 0);
-        while n < USES {
-            let PinUse { pin, mode, .. } = uses[n];
+        while n < uses.count {
+            let PinUse { pin, mode, .. } = uses.list[n];
             if pin.is_on(port) {
                 modes.bits |= 0b11 << (2 * pin.number);
                 modes.value |= (mode as u32) << (2 * pin.number);
@@ -122,12 +150,12 @@ impl Wiring {
     #[must_use]
     pub const fn functions(&self, port: Port, half: u8) -> Bits {
         let (uses, mut functions, mut n) = (self.uses(), Bits { bits: 0, value: 0 }, 0);
-        while n < USES {
-            let PinUse { pin, mode, .. } = uses[n];
+        while n < uses.count {
+            let PinUse { pin, mode, .. } = uses.list[n];
             if pin.is_on(port) && matches!(mode, Mode::Alternate) && pin.number / 8 == half {
                 let place = 4 * (pin.number % 8);
                 functions.bits |= 0xF << place;
-                functions.value |= (uses[n].function as u32) << place;
+                functions.value |= (uses.list[n].function as u32) << place;
             }
             n += 1;
         }
@@ -138,9 +166,9 @@ impl Wiring {
     #[must_use]
     pub const fn driven(&self, port: Port) -> u32 {
         let (uses, mut driven, mut n) = (self.uses(), 0, 0);
-        while n < USES {
-            if uses[n].pin.is_on(port) && matches!(uses[n].mode, Mode::Output) {
-                driven |= uses[n].pin.bit();
+        while n < uses.count {
+            if uses.list[n].pin.is_on(port) && matches!(uses.list[n].mode, Mode::Output) {
+                driven |= uses.list[n].pin.bit();
             }
             n += 1;
         }
@@ -151,8 +179,8 @@ impl Wiring {
     #[must_use]
     pub const fn ports(&self) -> u32 {
         let (uses, mut ports, mut n) = (self.uses(), 0, 0);
-        while n < USES {
-            ports |= 1 << uses[n].pin.port.index();
+        while n < uses.count {
+            ports |= 1 << uses.list[n].pin.port.index();
             n += 1;
         }
         ports
@@ -162,9 +190,9 @@ impl Wiring {
     #[must_use]
     pub const fn locked(&self, port: Port) -> u32 {
         let (uses, mut locked, mut n) = (self.uses(), 0, 0);
-        while n < USES {
-            if uses[n].pin.is_on(port) && !uses[n].is_spare {
-                locked |= uses[n].pin.bit();
+        while n < uses.count {
+            if uses.list[n].pin.is_on(port) && !uses.list[n].is_spare {
+                locked |= uses.list[n].pin.bit();
             }
             n += 1;
         }

@@ -36,12 +36,38 @@ pub struct Outputs {
     /// Ports of all these lines, in the order in which they move: the second moves 48 ns after the
     /// first. Both lines of a channel are on the same port.
     pub ports: [Port; TAPE_PORTS],
-    /// Lines of each channel, from channel 1 on.
-    pub channels: [Lines; CHANNELS],
+    /// Lines of each channel, from channel 1 on; `None` for a channel that the board lacks.
+    pub channels: [Option<Lines>; CHANNELS],
     /// Output for synchronising other instruments, "sync out".
     pub sync: Pin,
     /// Line of the pump that supplies the output stages.
-    pub pump: Pin,
+    pub pump: Pump,
+}
+
+/// Use of the pump's pin.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Pump {
+    /// The tape drives the pin.
+    Driven(Pin),
+    /// The board has no output stages to supply. The pin stays an input, and its configuration is
+    /// locked.
+    Input(Pin),
+}
+
+impl Pump {
+    /// Returns the pin, whatever its use.
+    #[must_use]
+    pub const fn pin(self) -> Pin {
+        match self {
+            Self::Driven(pin) | Self::Input(pin) => pin,
+        }
+    }
+
+    /// Returns whether the tape drives the pin.
+    #[must_use]
+    pub const fn is_driven(self) -> bool {
+        matches!(self, Self::Driven(_))
+    }
 }
 
 /// Streams of DMA2 with which TIM1 moves the tape (RM0090 table 43).

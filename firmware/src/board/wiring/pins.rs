@@ -127,5 +127,5 @@ pub struct Inputs {
     /// Input of the current sense.
     pub current: Analogue,
     /// Analogue inputs that this image does not read.
-    pub spare: [Pin; 2],
+    pub spare: [Option<Pin>; 2],
 }

@@ -8,7 +8,7 @@
 
 use super::plan::{Levels, WindowPlan};
 use super::{CHANNELS, WINDOW_US};
-use crate::board::wiring::{Pin, PinMap, TAPE_PORTS};
+use crate::board::wiring::{Pin, PinMap, Pump, TAPE_PORTS};
 use core::marker::PhantomData;
 
 /// Number of words in one window, one per µs.
@@ -28,17 +28,22 @@ impl<M: PinMap> Map<M> {
     const PINS: [u32; TAPE_PORTS] = {
         let (mut pins, mut n) = ([0; TAPE_PORTS], 0);
         while n < LINES {
-            pins[Self::port(Self::pin_of_bit(n))] |= Self::pin_of_bit(n).bit();
+            if let Some(pin) = Self::pin_of_bit(n) {
+                pins[Self::port(pin)] |= pin.bit();
+            }
             n += 1;
         }
         pins
     };
 
-    /// Bit of the pump's pin on its port.
-    const PUMP: u32 = M::OUTPUTS.pump.bit();
+    /// Bit of the pump's pin on its port; 0 if the board has no pump.
+    const PUMP: u32 = match M::OUTPUTS.pump {
+        Pump::Driven(pin) => pin.bit(),
+        Pump::Input(_) => 0,
+    };
 
     /// Whether the pump is on the first port.
-    const IS_PUMP_FIRST: bool = Self::port(M::OUTPUTS.pump) == 0;
+    const IS_PUMP_FIRST: bool = Self::port(M::OUTPUTS.pump.pin()) == 0;
 
     /// Moves of the bits of [`Levels`] to the pins of each port; bits that move by the same
     /// distance share a move. Unused entries move nothing.
@@ -46,7 +51,10 @@ impl<M: PinMap> Map<M> {
         let mut moves = [[Move { bits: 0, by: 0 }; LINES]; TAPE_PORTS];
         let mut bit = 0;
         while bit < LINES {
-            let pin = Self::pin_of_bit(bit);
+            let Some(pin) = Self::pin_of_bit(bit) else {
+                bit += 1;
+                continue;
+            };
             let (port, by) = (Self::port(pin), pin.number as i8 - bit as i8);
             let mut n = 0; // there are as many moves as lines
             while moves[port][n].bits != 0 && moves[port][n].by != by {
@@ -59,17 +67,16 @@ impl<M: PinMap> Map<M> {
         moves
     };
 
-    /// Returns the pin of bit `bit` of [`Levels`].
-    const fn pin_of_bit(bit: usize) -> Pin {
+    /// Returns the pin of bit `bit` of [`Levels`]; `None` for a line that the board lacks.
+    const fn pin_of_bit(bit: usize) -> Option<Pin> {
         let outputs = M::OUTPUTS;
         if bit == LINES - 1 {
-            return outputs.sync;
+            return Some(outputs.sync);
         }
-        let lines = outputs.channels[bit / 2];
-        if bit.is_multiple_of(2) {
-            lines.cathodic
-        } else {
-            lines.anodic
+        match outputs.channels[bit / 2] {
+            Some(lines) if bit.is_multiple_of(2) => Some(lines.cathodic),
+            Some(lines) => Some(lines.anodic),
+            None => None,
         }
     }
 
@@ -106,8 +113,7 @@ pub const fn isolated_words<M: PinMap>() -> [u32; TAPE_PORTS] {
     [first << 16, second << 16]
 }
 
-/// Returns the bits of each port's BSRR that set the pump low; 0 on the port that does not have
-/// the pump.
+/// Returns the bits of each port's BSRR that set the pump low; 0 on a port without a pump.
 #[must_use]
 pub const fn pump_low<M: PinMap>() -> [u32; TAPE_PORTS] {
     let mut low = [0; TAPE_PORTS];
@@ -143,15 +149,16 @@ pub const fn words<M: PinMap>(levels: Levels) -> [u32; TAPE_PORTS] {
     ]
 }
 
-/// Returns the levels that a pair of words puts on the pins; `None` if a word does not carry the
-/// complete state of its port.
+/// Returns the levels that a pair of words puts on the pins, isolated for channels that the board
+/// lacks; `None` if a word does not carry the complete state of its port.
 #[must_use]
 pub const fn levels<M: PinMap>(words: [u32; TAPE_PORTS]) -> Option<Levels> {
     let pump = Map::<M>::PUMP | Map::<M>::PUMP << 16;
     let (mut levels, mut bit) = (0, 0);
     while bit < LINES {
-        let pin = Map::<M>::pin_of_bit(bit);
-        levels |= (words[Map::<M>::port(pin)] >> pin.number & 1) << bit;
+        if let Some(pin) = Map::<M>::pin_of_bit(bit) {
+            levels |= (words[Map::<M>::port(pin)] >> pin.number & 1) << bit;
+        }
         bit += 1;
     }
     let levels = Levels(levels);
@@ -176,7 +183,7 @@ pub fn paint<M: PinMap>(plan: &WindowPlan, window: &mut Window<'_>) {
         (from, current) = (to, change.levels);
     }
     fill::<M>(window, from, SLOTS, current);
-    if plan.pump {
+    if plan.pump && M::OUTPUTS.pump.is_driven() {
         let pumped = if Map::<M>::IS_PUMP_FIRST {
             &mut *window.first
         } else {
