@@ -327,7 +327,7 @@ fn no_board_restarts_unless_idle_whenever_the_verdict_comes() {
     for (name, arms_before, frames) in packets {
         let mut stored = 0;
         at_every_point(frames, arms_before, |owners, _, when| {
-            if owners.session.stage_table_to_store().is_none() {
+            if owners.session.restart().is_none() {
                 return;
             }
             stored += 1;

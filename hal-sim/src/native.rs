@@ -23,6 +23,8 @@ pub const fn identity(kind: Kind) -> Identity {
         stages: Stages::AsConfigured,
         option_bytes: None,
         board: "",
+        crystal_hz: 0,
+        has_boot_loader: false,
     }
 }
 

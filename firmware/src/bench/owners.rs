@@ -54,6 +54,8 @@ impl HostAndDevice {
             stages: Stages::AsConfigured,
             option_bytes: None,
             board: "",
+            crystal_hz: 0,
+            has_boot_loader: false,
         };
         Self {
             pulser: Pulser::new(None, UsageAtBoot::default()),

@@ -20,7 +20,7 @@ pub use mail::{ControllerMail, Mailboxes, PulserMail, SessionMail};
 pub use mistake::{Mistake, Part, Rule};
 pub use part::Muscle;
 pub use pulser::Pulser;
-pub use session::{Identity, Session, first_session_number};
+pub use session::{Identity, Restart, Session, first_session_number};
 
 /// Number of windows from one control tick to the next, which gives 1 kHz.
 pub const WINDOWS_PER_TICK: u32 = 4;

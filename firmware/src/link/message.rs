@@ -1,6 +1,7 @@
 //! Messages of the link in both directions. The order of variants is the wire format: append
 //! variants and never insert them. Every change alters the schema hash.
 
+pub use super::option_bytes::OptionBytes;
 use super::{Refusal, Telemetry};
 use crate::board::wiring::BOARD_NAME;
 use crate::control::{EndpointSpec, ForceSpec, JointSpec};
@@ -206,6 +207,10 @@ pub enum Request {
         /// State of the object: `true` from when it is grabbed, `false` from when it is released.
         held: bool,
     },
+    /// Restarts a breadboard in the boot loader of its chip, which writes another image by USB
+    /// DFU. Only in state Idle, with arm key and hand-held stop open. The device acknowledges the
+    /// request first.
+    EnterBootLoader,
 }
 
 /// Messages from the device to the host.
@@ -279,42 +284,6 @@ pub enum ResetCause {
     Software,
 }
 
-/// Option bytes of the chip, which determine its behaviour before any program runs (RM0090 section
-/// 3.7). They are set once with a probe.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
-pub struct OptionBytes {
-    /// Level below which the chip is in reset, 1–3; 0 is off. Level 3 is about 2.8 V.
-    pub brown_out_level: u8,
-    /// Whether the watchdog starts with the reset, before the firmware does.
-    pub hardware_watchdog: bool,
-    /// Level of read protection, 0–2; level 2 cannot be undone.
-    pub read_protection: u8,
-}
-
-impl OptionBytes {
-    /// Required option bytes, as docs/hil.md sets them.
-    pub const WANTED: Self = Self {
-        brown_out_level: 3,
-        hardware_watchdog: false,
-        read_protection: 0,
-    };
-
-    /// Decodes the register FLASH_OPTCR (RM0090 3.9.7, 3.7.1).
-    #[must_use]
-    pub const fn from_optcr(optcr: u32) -> Self {
-        Self {
-            // BOR_LEV: 00 is level 3, 11 is off.
-            brown_out_level: !(optcr >> 2) as u8 & 0b11,
-            hardware_watchdog: optcr & 1 << 5 == 0, // WDG_SW
-            read_protection: match (optcr >> 8) as u8 {
-                0xAA => 0,
-                0xCC => 2,
-                _ => 1,
-            },
-        }
-    }
-}
-
 /// Information about a device at the start of a session.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct HelloInfo {
@@ -346,6 +315,9 @@ pub struct HelloInfo {
     pub option_bytes: Option<OptionBytes>,
     /// Name of the board whose pins the image drives; empty in simulators without a chip.
     pub board: String<BOARD_NAME>,
+    /// Frequency of the crystal as measured at boot against the chip's internal oscillator, which
+    /// is itself within 4 %, Hz; 0 if it was not measured.
+    pub crystal_hz: u32,
 }
 
 /// Counts of events since boot.

@@ -7,6 +7,8 @@
 pub mod frame;
 mod lists;
 pub mod message;
+mod option_bytes;
+mod product;
 mod reading;
 mod refusal;
 mod setup_sum;
@@ -17,6 +19,7 @@ pub use lists::refusal_for_long_list;
 pub use message::{
     BROADCAST, Counters, Event, HelloInfo, Kind, Request, Response, SCHEMA, Status, ToDevice,
 };
+pub use product::{USB_IDS, USB_MANUFACTURER, VERSION};
 pub use reading::{Reading, Sender};
 pub use refusal::{Code, Refusal};
 pub use setup_sum::{Part, SetupSum};

@@ -14,7 +14,9 @@ use crate::device::{
 };
 use crate::link::MAX_FRAME;
 use crate::pulse::{CHANNELS, Levels, Sample, WINDOW_US, WindowPlan};
-use crate::safety::{AllowanceWords, Fault, Inputs, Reading, Setup, Stage, State, UsageAtBoot};
+use crate::safety::{
+    AllowanceWords, Fault, FaultRecord, Inputs, Reading, Setup, Stage, State, UsageAtBoot,
+};
 use crate::units::{DacCode, Micros, us};
 use memory::Memory;
 use postcard_schema::Schema;
@@ -98,6 +100,8 @@ impl Default for Sensors {
 ///     stages: Stages::AsConfigured,
 ///     option_bytes: None,
 ///     board: "",
+///     crystal_hz: 0,
+///     has_boot_loader: false,
 /// };
 /// let (mut board, mut line) = (Lockstep::new(identity, Micros::new(0)), Line(Vec::new()));
 /// let request = Request::Hello { schema: SCHEMA };
@@ -385,8 +389,7 @@ impl Lockstep {
         }
         self.write_entries();
         if !self.skips || self.mail.has_message_for_session() {
-            let (_, _, mut mail) = self.mail.split();
-            self.session.poll(now, &mut mail);
+            self.session.poll(now, &mut self.mail.split().2);
         }
         if result.is_err() {
             self.isolate(now, sink);
@@ -397,8 +400,8 @@ impl Lockstep {
 
     /// Handles a fault from outside the refill: disconnects the outputs at once.
     fn fault(&mut self, fault: Fault, sink: &mut impl Sink) {
-        let (mut mail, _, _) = self.mail.split();
-        self.pulser.fault(fault, self.now, &mut mail);
+        let record = FaultRecord::new(fault, self.now);
+        self.pulser.fault(&record, &mut self.mail.split().0);
         self.isolate(self.now, sink);
     }
 

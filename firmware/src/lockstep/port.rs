@@ -177,6 +177,8 @@ const fn identity(
         stages: Stages::AsConfigured,
         option_bytes: None,
         board: "",
+        crystal_hz: 0,
+        has_boot_loader: false,
     }
 }
 

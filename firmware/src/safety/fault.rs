@@ -58,10 +58,13 @@ pub enum Fault {
     Ram,
     /// 23: the watchdog's oscillator runs outside 17 to 47 kHz; found at boot.
     Oscillator,
+    /// 24: a breadboard's image runs on a board that it is not made for: its strap is open, or
+    /// something drives its over-current line; found at boot.
+    Board,
 }
 
 impl Fault {
-    /// Returns the fault's number, 1 to 23, which never changes.
+    /// Returns the fault's number, 1 to 24, which never changes.
     #[must_use]
     pub const fn number(self) -> u16 {
         self as u16 + 1
@@ -70,7 +73,7 @@ impl Fault {
     /// Returns the fault's bit in [`FaultRecord::later_faults`].
     #[must_use]
     pub const fn bit(self) -> u32 {
-        1 << self as u32 // the last has number 23
+        1 << self as u32 // the last has number 24
     }
 
     /// Returns the fault with this number, as stored in backup registers; `None` for an unknown
@@ -101,6 +104,7 @@ impl Fault {
             21 => Self::Flash,
             22 => Self::Ram,
             23 => Self::Oscillator,
+            24 => Self::Board,
             _ => return None,
         })
     }
@@ -141,6 +145,9 @@ pub struct FaultRecord {
     /// Whether the fault was found at boot: no acknowledgement clears it, only a boot that does
     /// not find it.
     pub found_at_boot: bool,
+    /// Where or how the fault was found, by a number whose meaning depends on the fault
+    /// (docs/faults.md): an address, a frequency, flags. 0 if there is nothing to add.
+    pub detail: u32,
 }
 
 impl FaultRecord {
@@ -154,6 +161,7 @@ impl FaultRecord {
             later_faults: 0,
             power_lost: false,
             found_at_boot: false,
+            detail: 0,
         }
     }
 }
@@ -164,10 +172,10 @@ mod tests {
 
     #[test]
     fn numbers_round_trip() {
-        for number in 1..=23 {
+        for number in 1..=24 {
             assert_eq!(Fault::from_number(number).unwrap().number(), number);
         }
         assert_eq!(Fault::from_number(0), None);
-        assert_eq!(Fault::from_number(24), None);
+        assert_eq!(Fault::from_number(25), None);
     }
 }

@@ -367,6 +367,8 @@ pub fn identity(first_session: u16, last_fault: Option<FaultRecord>) -> Identity
         stages: Stages::AsConfigured,
         option_bytes: None,
         board: "",
+        crystal_hz: 0,
+        has_boot_loader: false,
     }
 }
 

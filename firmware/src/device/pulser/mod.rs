@@ -123,7 +123,7 @@ impl Pulser {
         let result = self.try_refill(start, inputs, mail, plan);
         if let Err(fault) = result {
             plan.reset(start, Levels::ISOLATED);
-            self.fault(fault, now, mail);
+            self.fault(&FaultRecord::new(fault, now), mail);
         }
         if self.guard.has_entry_to_write() {
             self.send_entry(mail);
@@ -163,13 +163,13 @@ impl Pulser {
         rests
     }
 
-    /// Latches a fault found elsewhere at `now`; the caller disconnects the outputs.
+    /// Latches a fault found elsewhere; the caller disconnects the outputs at [`FaultRecord::at`].
+    /// The residual charge of `found` is ignored.
     #[cold]
-    pub fn fault(&mut self, fault: Fault, now: Micros, mail: &mut PulserMail<'_>) {
+    pub fn fault(&mut self, found: &FaultRecord, mail: &mut PulserMail<'_>) {
+        let now = found.at;
         let is_later = self.guard.is_latched();
-        let notice = self
-            .guard
-            .fault(fault, now, self.scheduler.residual_charge(now));
+        let notice = self.guard.fault(found, self.scheduler.residual_charge(now));
         if let (true, Notice::Faulted(first)) = (is_later, notice) {
             self.last_fault = Some(first); // told already; what came later is in Status
             self.guard.renew_checksums();

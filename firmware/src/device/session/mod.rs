@@ -13,6 +13,7 @@ mod release;
 mod requests;
 
 pub use opening::{Identity, first_session_number};
+pub use release::Restart;
 pub(super) use release::may_release;
 
 use super::draft::Draft;
@@ -24,7 +25,7 @@ use crate::link::{
     Code, Counters, Decoder, Event, Part, Reading, Refusal, Request, Response, Sender, SetupSum,
     Status, encode_into, refusal_for_long_list,
 };
-use crate::safety::{Notice, StageTable, State};
+use crate::safety::{Notice, State};
 use crate::units::Micros;
 use heapless::Deque;
 use outbox::{Outbox, ROOM};
@@ -58,8 +59,10 @@ pub struct Session {
     setup: SetupSum,
     /// A takeover by another host, or a restart, that the pulser has not judged yet.
     release: Option<Release>,
-    /// The stage table to store, after which the board restarts.
-    storing: Option<StageTable>,
+    /// The restart that the device accepted from a host.
+    restart: Option<Restart>,
+    /// Whether the board's inputs allow the boot loader.
+    may_enter_boot_loader: bool,
     counters: Counters,
     /// Number of each stop that is not answered yet, and the count at which it was raised.
     stops: Deque<(u16, u32), STOPS>,
@@ -94,7 +97,8 @@ impl Session {
             draft: Draft::for_stages(identity.stages),
             setup: SetupSum::default(),
             release: None,
-            storing: None,
+            restart: None,
+            may_enter_boot_loader: false,
             counters: Counters::default(),
             stops: Deque::new(),
         }
@@ -208,11 +212,16 @@ impl Session {
         self.outbox.len() > 0
     }
 
-    /// Returns the stage table that the device accepted from a host, if any. The code that runs
-    /// this session sends the answer, stores the table and restarts the device.
+    /// Returns the restart that the device accepted from a host, if any. The code that runs this
+    /// session sends the answer, prepares the restart and restarts the device.
     #[must_use]
-    pub const fn stage_table_to_store(&self) -> Option<&StageTable> {
-        self.storing.as_ref()
+    pub const fn restart(&self) -> Option<&Restart> {
+        self.restart.as_ref()
+    }
+
+    /// Sets whether the board's inputs allow the boot loader: arm key and hand-held stop are open.
+    pub const fn set_boot_loader_inputs(&mut self, are_open: bool) {
+        self.may_enter_boot_loader = are_open;
     }
 
     fn serve(

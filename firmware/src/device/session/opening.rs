@@ -3,7 +3,7 @@
 use super::super::mail::{ControlRequest, Order, OrderKind, SessionMail};
 use super::{Session, busy_refusal, send, submit};
 use crate::link::message::{OptionBytes, ResetCause};
-use crate::link::{Code, HelloInfo, Kind, Refusal, SCHEMA, Sender, SetupSum};
+use crate::link::{Code, HelloInfo, Kind, Refusal, SCHEMA, Sender, SetupSum, VERSION};
 use crate::pulse::DEAD_TIME_US;
 use crate::safety::{FaultRecord, Stages};
 use crate::units::Micros;
@@ -28,6 +28,11 @@ pub struct Identity {
     /// Name of the board, empty in simulators without a chip. A name that is longer than
     /// [`BOARD_NAME`](crate::board::wiring::BOARD_NAME) is reported as empty.
     pub board: &'static str,
+    /// Measured frequency of the crystal, Hz; 0 without a measurement.
+    pub crystal_hz: u32,
+    /// Whether [`Request::EnterBootLoader`](crate::link::Request::EnterBootLoader) is possible on
+    /// this device.
+    pub has_boot_loader: bool,
 }
 
 /// Returns the number of the first session, which another host is unlikely to guess by chance. The
@@ -62,7 +67,7 @@ impl Session {
         if schema != SCHEMA {
             return Err(Refusal::new(Code::SchemaMismatch, "schema"));
         }
-        if self.storing.is_some() {
+        if self.restart.is_some() {
             return Err(busy_refusal()); // about to restart
         }
         if self.owner.is_some_and(|owner| owner != session) {
@@ -105,7 +110,7 @@ impl Session {
             seq,
             session: self.last_session,
             schema: SCHEMA,
-            version: [0, 1, 0],
+            version: VERSION,
             kind: self.identity.kind,
             unique_id: self.identity.unique_id,
             at,
@@ -116,6 +121,7 @@ impl Session {
             stages: self.identity.stages,
             option_bytes: self.identity.option_bytes,
             board: self.identity.board.try_into().unwrap_or_default(),
+            crystal_hz: self.identity.crystal_hz,
         })
     }
 

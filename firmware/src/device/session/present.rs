@@ -61,6 +61,8 @@ mod tests {
             stages: Stages::AsConfigured,
             option_bytes: None,
             board: "",
+            crystal_hz: 0,
+            has_boot_loader: false,
         })
     }
 

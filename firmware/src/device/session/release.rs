@@ -1,5 +1,5 @@
-//! Requests that take the device away from its session: another host's `Hello`, and a stage table,
-//! after which the device restarts. Both need a device at rest, and the session's own copy of the
+//! Requests that take the device away from its session: another host's `Hello`, and those after
+//! which the device restarts. Both need a device at rest, and the session's own copy of the
 //! state is as old as its last look at the mail. So the pulser, which owns the state, judges them
 //! in turn with the earlier orders; until then nothing is ordered that could end the rest.
 
@@ -10,17 +10,26 @@ use crate::link::{Code, Refusal, Request, Response};
 use crate::safety::{StageTable, State};
 use crate::units::Micros;
 
+/// A restart that a host requested, and what the board does before it.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Restart {
+    /// Stores this table of its output stages.
+    StoreStages(StageTable),
+    /// Asks the next boot to enter the chip's boot loader.
+    EnterBootLoader,
+}
+
 /// A takeover or a restart that the pulser has not judged yet.
 #[derive(Clone, Debug)]
 pub(super) struct Release {
     seq: u16,
     at: Micros,
-    /// Stage table to store before the restart; `None` for a takeover.
-    table: Option<StageTable>,
+    /// The requested restart; `None` for a takeover.
+    restart: Option<Restart>,
 }
 
 impl Session {
-    /// Asks the pulser whether another host may take over or, with a `table`, whether the device
+    /// Asks the pulser whether another host may take over or, with a `restart`, whether the device
     /// may restart. If the session knows already that the device is not at rest, it refuses at
     /// once.
     ///
@@ -30,13 +39,13 @@ impl Session {
         &mut self,
         now: Micros,
         seq: u16,
-        table: Option<StageTable>,
+        restart: Option<Restart>,
         mail: &mut SessionMail<'_>,
     ) -> Result<(), Refusal<'static>> {
         if self.pending_release(now).is_some() || !mail.has_room_for_order() {
             return Err(busy_refusal());
         }
-        let restarts = table.is_some();
+        let restarts = restart.is_some();
         if is_arming(mail) || !may_release(self.state, restarts) {
             return Err(refusal(restarts));
         }
@@ -50,7 +59,7 @@ impl Session {
         self.release = Some(Release {
             seq,
             at: now,
-            table,
+            restart,
         });
         Ok(())
     }
@@ -69,11 +78,11 @@ impl Session {
         now: Micros,
         request: &Request,
     ) -> Result<(), Refusal<'static>> {
-        let is_storing = self.storing.is_some();
+        let is_restarting = self.restart.is_some();
         let ends_rest = matches!(request, Request::Arm { .. } | Request::Start);
         match self.pending_release(now) {
-            _ if is_storing => Err(busy_refusal()),
-            Some(release) if ends_rest || release.table.is_some() => Err(busy_refusal()),
+            _ if is_restarting => Err(busy_refusal()),
+            Some(release) if ends_rest || release.restart.is_some() => Err(busy_refusal()),
             _ => Ok(()),
         }
     }
@@ -89,14 +98,14 @@ impl Session {
         } = verdict;
         self.state = verdict.state;
         let is_asked =
-            |release: &mut Release| release.seq == seq && release.table.is_some() == restarts;
+            |release: &mut Release| release.seq == seq && release.restart.is_some() == restarts;
         let Some(release) = self.release.take_if(is_asked) else {
             return; // nobody waits for it any more
         };
         if !verdict.is_granted {
             self.refuse(Some(seq), refusal(restarts));
-        } else if let Some(table) = release.table {
-            self.storing = Some(table);
+        } else if let Some(restart) = release.restart {
+            self.restart = Some(restart);
             self.respond(&Response::Ack { seq, at });
         } else {
             match self.renew(at, seq, mail) {

@@ -3,7 +3,7 @@
 
 use super::super::draft::check_channel;
 use super::super::mail::{ControlRequest, Order, OrderKind, SessionMail};
-use super::{Answer, Reply, Session, busy_refusal, is_arming, send, submit};
+use super::{Answer, Reply, Restart, Session, busy_refusal, is_arming, send, submit};
 use crate::control::Endpoint;
 use crate::link::{Code, Part, Refusal, Request, SetupSum};
 use crate::pulse::{CHANNELS, TrainSpec};
@@ -159,6 +159,10 @@ impl Session {
                 self.store_stages(now, seq, *stages, *supply, mail)?;
                 return Ok(Reply::Later);
             }
+            Request::EnterBootLoader => {
+                self.enter_boot_loader(now, seq, mail)?;
+                return Ok(Reply::Later);
+            }
             // The server of a simulator handles this request before it arrives here.
             Request::SimulateTrigger => {
                 return Err(Refusal::new(Code::SimulatorOnly, "trigger"));
@@ -181,7 +185,10 @@ impl Session {
         supply: StageSupply,
         mail: &mut SessionMail<'_>,
     ) -> Result<(), Refusal<'static>> {
-        if self.identity.stages == Stages::AsConfigured {
+        if matches!(
+            self.identity.stages,
+            Stages::AsConfigured | Stages::Simulated { .. }
+        ) {
             return Err(Refusal::new(Code::NoStageMemory, "stages"));
         }
         let table = StageTable {
@@ -190,7 +197,24 @@ impl Session {
             stages,
         };
         table.validate()?;
-        self.request_release(now, seq, Some(table), mail)
+        self.request_release(now, seq, Some(Restart::StoreStages(table)), mail)
+    }
+
+    /// Accepts a restart in the chip's boot loader if the device has one and the board's inputs
+    /// are open; the pulser decides whether the device is idle.
+    fn enter_boot_loader(
+        &mut self,
+        now: Micros,
+        seq: u16,
+        mail: &mut SessionMail<'_>,
+    ) -> Result<(), Refusal<'static>> {
+        if !self.identity.has_boot_loader {
+            return Err(Refusal::new(Code::NoBootLoader, "boot_loader"));
+        }
+        if !self.may_enter_boot_loader {
+            return Err(Refusal::new(Code::InputsClosed, "arm input"));
+        }
+        self.request_release(now, seq, Some(Restart::EnterBootLoader), mail)
     }
 
     /// Passes a list of pulses to the pulser. If two lists arrive within one window, the second is

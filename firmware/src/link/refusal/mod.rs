@@ -94,11 +94,13 @@ pub enum Code {
     TooFarAhead = 323,
     TooManyWaiting = 324,
     TimeGoesBack = 325,
+    NoBootLoader = 326,
+    InputsClosed = 327,
 }
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 79] = [
+    pub const ALL: [Self; 81] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -178,6 +180,8 @@ impl Code {
         Self::TooFarAhead,
         Self::TooManyWaiting,
         Self::TimeGoesBack,
+        Self::NoBootLoader,
+        Self::InputsClosed,
     ];
 
     /// Returns the code with this number, if there is one.

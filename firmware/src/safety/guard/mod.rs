@@ -270,23 +270,20 @@ impl Guard {
         }
     }
 
-    /// Latches `fault`; the caller disconnects the outputs at `at`. `residual` is the charge left
-    /// on each channel. If a fault is latched already, that one is kept and the new one is added to
+    /// Latches `found`; the caller disconnects the outputs at that time. `residual` is the charge
+    /// left on each channel. If a fault is latched already, that one is kept and the new one is added to
     /// [`FaultRecord::later_faults`].
-    pub fn fault(&mut self, fault: Fault, at: Micros, residual: [i32; CHANNELS]) -> Notice {
+    pub fn fault(&mut self, found: &FaultRecord, residual: [i32; CHANNELS]) -> Notice {
         self.open_core();
         if let Mode::Fault(first) = &mut self.mode {
-            if fault != first.fault {
-                first.later_faults |= fault.bit();
+            if found.fault != first.fault {
+                first.later_faults |= found.fault.bit();
             }
             return Notice::Faulted(*first);
         }
-        self.count_time(at);
+        self.count_time(found.at);
         self.close_allowance();
-        let record = FaultRecord {
-            residual,
-            ..FaultRecord::new(fault, at)
-        };
+        let record = FaultRecord { residual, ..*found };
         self.mode = Mode::Fault(record);
         self.clear_amplitudes();
         Notice::Faulted(record)

@@ -71,6 +71,12 @@ pub enum Stages {
     Stored(StageTable),
     /// No reliable table, so that nothing can be armed.
     Unknown(StagesFault),
+    /// Simulated stages of a breadboard, on the channels whose lines the board has: they accept
+    /// kind and full scale that a setup configures.
+    Simulated {
+        /// Bit i is set if the board has the lines of channel i, counted from 0.
+        channels: u16,
+    },
 }
 
 /// The reason why a board does not know its stages. Storing the table again solves each of them.
@@ -123,7 +129,8 @@ impl Stages {
     #[must_use]
     pub const fn may_oppose(&self) -> bool {
         match self {
-            Self::AsConfigured | Self::Unknown(_) => true, // nothing is armed of the unknown
+            // Nothing is armed of the unknown.
+            Self::AsConfigured | Self::Unknown(_) | Self::Simulated { .. } => true,
             Self::Stored(table) => matches!(table.supply, Some(StageSupply::Separate)),
         }
     }
@@ -135,6 +142,15 @@ impl Stages {
     pub fn check(&self, channel: u8, declared: &StageSpec) -> Result<(), StageMismatch> {
         let table = match self {
             Self::AsConfigured => return Ok(()),
+            Self::Simulated { channels } => {
+                let bit = 1_u16.checked_shl(channel.into()).unwrap_or(0);
+                let has = channels & bit != 0;
+                return if has {
+                    Ok(())
+                } else {
+                    Err(StageMismatch::NoStage)
+                };
+            }
             Self::Stored(table) => table,
             Self::Unknown(fault) => return Err(StageMismatch::Unknown(*fault)),
         };

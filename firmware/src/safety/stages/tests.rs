@@ -185,4 +185,11 @@ fn a_false_declaration_is_named() {
     let unknown = Stages::Unknown(StagesFault::Erased);
     let refused = StageMismatch::Unknown(StagesFault::Erased);
     assert_eq!(unknown.check(0, &amps(100_000)), Err(refused));
+    let simulated = Stages::Simulated {
+        channels: 0b10_1000_1110,
+    };
+    let accepted = |stage| [0, 1, 9, 10, 16, 255].map(|n| simulated.check(n, &stage).is_ok());
+    let expected = [false, true, true, false, false, false];
+    assert_eq!(accepted(amps(50_000)), expected);
+    assert_eq!(accepted(volts(60_000)), expected);
 }

@@ -119,7 +119,7 @@ fn guard_in(state: &str) -> (Guard, Scheduler) {
         guard.stop(NOW).unwrap();
     }
     if matches!(state, "Fault" | "Grounding") {
-        guard.fault(Fault::BrownOut, NOW, [0; CHANNELS]);
+        guard.fault(&FaultRecord::new(Fault::BrownOut, NOW), [0; CHANNELS]);
     }
     if state == "Grounding" {
         guard.acknowledge(NOW).unwrap();
@@ -161,7 +161,7 @@ fn outcome(state: &str, event: &str, let_go: u8) -> &'static str {
         "`acknowledge`" => guard.acknowledge(NOW).is_ok(),
         "`stop`" => guard.stop(NOW).is_some() || name(&guard) == state,
         "`fault`" => {
-            guard.fault(Fault::Panic, NOW, [0; CHANNELS]);
+            guard.fault(&FaultRecord::new(Fault::Panic, NOW), [0; CHANNELS]);
             true
         }
         "let go" => tick(&mut guard, NOW + us(2 * WINDOW_US), &let_go),
@@ -489,11 +489,12 @@ fn the_first_fault_is_kept_and_one_that_lasts_is_not_acknowledged() {
         Notice::Faulted(record) => record,
         other => panic!("{other:?}"),
     };
-    let first = fault_record(guard.fault(Fault::OverCurrent, NOW, [3; CHANNELS]));
+    let first =
+        fault_record(guard.fault(&FaultRecord::new(Fault::OverCurrent, NOW), [3; CHANNELS]));
     assert_eq!((first.fault, first.later_faults), (Fault::OverCurrent, 0));
     let later = NOW + us(500);
     for fault in [Fault::TapeSlip, Fault::OverCurrent, Fault::Memory] {
-        let kept = fault_record(guard.fault(fault, later, [9; CHANNELS]));
+        let kept = fault_record(guard.fault(&FaultRecord::new(fault, later), [9; CHANNELS]));
         assert_eq!(
             (kept.fault, kept.at, kept.residual),
             (first.fault, NOW, [3; CHANNELS])
@@ -501,12 +502,13 @@ fn the_first_fault_is_kept_and_one_that_lasts_is_not_acknowledged() {
     }
     let fault_bits = Fault::TapeSlip.bit() | Fault::Memory.bit();
     assert_eq!(
-        fault_record(guard.fault(Fault::TapeSlip, later, [0; CHANNELS])).later_faults,
+        fault_record(guard.fault(&FaultRecord::new(Fault::TapeSlip, later), [0; CHANNELS]))
+            .later_faults,
         fault_bits
     );
     // After an acknowledgement, the next fault can latch.
     guard.acknowledge(later).unwrap();
-    let next = fault_record(guard.fault(Fault::TimeBase, later, [0; CHANNELS]));
+    let next = fault_record(guard.fault(&FaultRecord::new(Fault::TimeBase, later), [0; CHANNELS]));
     assert_eq!((next.fault, next.later_faults), (Fault::TimeBase, 0));
 
     let lasting = FaultRecord {

@@ -92,11 +92,11 @@ const EVENTS: [(&str, EventFunction); 20] = [
         g.heard += us(1 << 20);
         match g.check_memory() {
             Ok(()) => EventResult::Nothing,
-            Err(fault) => EventResult::Told(g.fault(fault, now, [0; CHANNELS])),
+            Err(fault) => EventResult::Told(g.fault(&FaultRecord::new(fault, now), [0; CHANNELS])),
         }
     }),
     ("a fault from elsewhere", |g, _, now| {
-        EventResult::Told(g.fault(Fault::MissedDeadline, now, [0; CHANNELS]))
+        EventResult::Told(g.fault(&FaultRecord::new(Fault::MissedDeadline, now), [0; CHANNELS]))
     }),
 ];
 
@@ -130,7 +130,7 @@ fn told(notice: Option<Notice>) -> EventResult {
 fn refill(guard: &mut Guard, scheduler: &Scheduler, now: Micros, inputs: &Inputs) -> EventResult {
     match guard.tick(now, inputs, scheduler) {
         Ok(notice) => told(notice),
-        Err(fault) => EventResult::Told(guard.fault(fault, now, [0; CHANNELS])),
+        Err(fault) => EventResult::Told(guard.fault(&FaultRecord::new(fault, now), [0; CHANNELS])),
     }
 }
 

@@ -1,0 +1,12 @@
+//! Version of the firmware, and what every board reports about itself to USB.
+
+/// USB vendor and product id of every Flexor board: a test identity of pid.codes, which anybody may
+/// use. A product needs its own; until then hosts look at the manufacturer too.
+pub const USB_IDS: (u16, u16) = (0x1209, 0x0001);
+/// Manufacturer that every Flexor board reports to USB.
+pub const USB_MANUFACTURER: &str = "Flexor";
+
+/// Version of the firmware: major, minor, patch.
+pub const VERSION: [u8; 3] = [0, 1, 0];
+// USB reports each part as digits of bcdDevice.
+const _: () = assert!(VERSION[0] < 10 && VERSION[1] < 10 && VERSION[2] < 10);
