@@ -11,6 +11,9 @@ use embassy_stm32::time::Hertz;
 
 const CLOCKS: Clocks = BOARD.clocks;
 
+/// Frequency of the HSI, Hz, which clocks the core after reset (DS8626: within 4 % over
+/// temperature).
+pub const HSI_HZ: u32 = 16_000_000;
 /// EXTI line of the supply monitor, the PVD (RM0090 section 12.2.5).
 pub const SUPPLY_LINE: usize = 16;
 /// Level of the PVD: 2.93 V typical, falling (DS8626, reset and power control; from memory, to be

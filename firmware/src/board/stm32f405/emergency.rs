@@ -19,7 +19,10 @@ pub fn reset_with(fault: Fault, detail: u32) -> ! {
 fn isolate_and_record(fault: Fault, detail: u32) {
     cortex_m::interrupt::disable();
     tape::stop();
-    record::keep(&FaultRecord::new(fault, timebase::now()), detail);
+    record::keep(&FaultRecord {
+        detail,
+        ..FaultRecord::new(fault, timebase::now())
+    });
 }
 
 /// The recorded detail of a panic is its line number.

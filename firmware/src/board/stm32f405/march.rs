@@ -8,7 +8,9 @@
 //! the program ends here: no pin was ever configured, so the outputs are disconnected as after
 //! reset. The fault is recorded with a stack in CCM, which has no other use.
 
-use super::record;
+use super::bring_up::{self, Failure};
+use super::{pins, record};
+use crate::board::wiring::BOARD;
 use crate::safety::{Fault, FaultRecord};
 use crate::units::Micros;
 use core::arch::global_asm;
@@ -21,6 +23,26 @@ global_asm!(
     ".thumb_func",
     "__pre_init:",
     "mov r12, lr",
+    // A boot loader may have started the image with the PLL on, or with other memory at 0: resets
+    // once more, so that the image always starts from the reset state. RCC_CFGR.SWS (RM0090 section
+    // 7.3.3), SYSCFG_MEMRMP.MEM_MODE (section 9.2.1).
+    "movw r0, #0x3800",
+    "movt r0, #0x4002",
+    "ldr r1, [r0, #0x08]",
+    "tst r1, #0xC",
+    "bne 8f",
+    "ldr r1, [r0, #0x44]",
+    "orr r2, r1, #0x4000", // APB2ENR.SYSCFGEN
+    "str r2, [r0, #0x44]",
+    "ldr r2, [r0, #0x44]", // ES0182: delay after clock enabling
+    "movw r2, #0x3800",
+    "movt r2, #0x4001",
+    "ldr r3, [r2]",
+    "str r1, [r0, #0x44]",
+    "tst r3, #3",
+    "bne 8f",
+    #[cfg(feature = "breadboard")]
+    "bl enter_boot_loader",
     "movs r4, #0x20000000", // SRAM1 and SRAM2: 128 KiB (RM0090 section 2.3.1)
     "add r5, r4, #0x20000",
     "movs r8, #0",
@@ -83,6 +105,15 @@ global_asm!(
     "movt r2, #0x1001", // first address after CCM, whose clock is on after reset (section 7.3.10)
     "mov sp, r2",
     "b {failed}",
+    // AIRCR: VECTKEY, SYSRESETREQ (ARMv7-M B3.2.6).
+    "8: movw r0, #0xED0C",
+    "movt r0, #0xE000",
+    "movw r1, #4",
+    "movt r1, #0x05FA",
+    "dsb",
+    "str r1, [r0]",
+    "dsb",
+    "9: b 9b",
     ".size __pre_init, . - __pre_init",
     failed = sym failed,
 );
@@ -90,7 +121,14 @@ global_asm!(
 /// Records that the word at `address` does not keep its value, and stops. Only a power cycle or the
 /// reset pin starts the chip again.
 extern "C" fn failed(address: u32) -> ! {
-    record::keep(&FaultRecord::new(Fault::Ram, Micros::new(0)), address);
+    record::keep(&FaultRecord {
+        detail: address,
+        ..FaultRecord::new(Fault::Ram, Micros::new(0))
+    });
+    if BOARD.breadboard.is_some() {
+        pins::init_inputs();
+        bring_up::blink(Failure::Ram);
+    }
     loop {
         cortex_m::asm::wfi();
     }

@@ -133,6 +133,7 @@ unsafe fn set_tape(access: u32) {
 ///
 /// # Safety
 /// The caller must reset the chip afterwards.
+#[cfg(not(feature = "breadboard"))]
 pub unsafe fn open() {
     // SAFETY: this register belongs to this core.
     unsafe { (*MPU::PTR).ctrl.write(0) };

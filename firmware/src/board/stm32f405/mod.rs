@@ -11,13 +11,21 @@
 
 mod adc;
 mod backup;
+#[cfg(feature = "breadboard")]
+mod boot_loader;
+mod bring_up;
 mod clock;
 mod control;
 mod crystal;
 mod dac;
+mod detail;
 mod emergency;
+mod image_record;
+mod led;
 mod march;
 mod memory;
+#[cfg(not(feature = "breadboard"))]
+mod output_stage;
 mod overdue;
 mod pace;
 mod pins;
@@ -26,23 +34,30 @@ mod refill;
 mod registers;
 mod self_test;
 mod session;
+#[cfg(feature = "breadboard")]
+mod simulated_stage;
+#[cfg(not(feature = "breadboard"))]
 mod stages;
 mod tape;
 mod timebase;
 mod usb_bus;
 mod usb_clock;
 mod usb_driver;
+mod wait;
 mod watchdog;
 
 use crate::board::wiring::BOARD;
 use crate::device::{Controller, Identity, Mailboxes, Session, first_session_number};
-use crate::link::Kind;
 use crate::link::message::{OptionBytes, ResetCause};
 use crate::safety::{Fault, FaultRecord};
 use crate::units::Micros;
 use embassy_executor::Spawner;
 use embassy_stm32::pac::{self, Interrupt};
+#[cfg(not(feature = "breadboard"))]
+use output_stage as front_end;
 use session::Port;
+#[cfg(feature = "breadboard")]
+use simulated_stage as front_end;
 use static_cell::{ConstStaticCell, StaticCell};
 
 /// Interrupt priorities in the NVIC, which uses the upper four bits (RM0090 section 12.1.1).
@@ -57,8 +72,8 @@ enum InterruptPriority {
     Bytes = 8 << 4,
 }
 
-/// Starts the board and runs the three owners forever. If the tape does not start correctly,
-/// records the fault and resets.
+/// Starts the board and runs the three owners forever. Faults found on the way are reported over
+/// USB, with the outputs disconnected; without a clock for USB, [`bring_up`] does not return.
 ///
 /// # Panics
 /// Panics when called twice: every `expect` and static here is taken once.
@@ -66,12 +81,21 @@ pub async fn run(spawner: Spawner) -> ! {
     // Proof: only this line takes them, and `run` is called once.
     let mut core = cortex_m::Peripherals::take().expect("taken here only");
     memory::protect(&mut core.MPU);
-    pins::init();
-    let is_locked = pins::lock();
+    clock::keep_debug_bits(); // waits count cycles
+    pins::init_inputs();
+    let mut found_now = front_end::find_other_board();
+    led::set(false);
+    if found_now.is_none() {
+        pins::init_outputs(); // on another board, every output stays an input
+    }
+    if !pins::lock() {
+        found_now = found_now.or(Some((Fault::Registers, detail::NOT_LOCKED)));
+    }
     let cause = record::read_reset_cause();
     let latched = latched_fault(cause);
-    let (backup, found) = backup::open(cause);
+    let (backup, used) = backup::open(cause);
     record::forget_reset_cause();
+    let crystal_hz = bring_up::start_crystal();
     let peripherals = embassy_stm32::init(clock::config());
     clock::harden();
     for line in [Interrupt::OTG_FS, Interrupt::TIM5] {
@@ -79,18 +103,10 @@ pub async fn run(spawner: Spawner) -> ! {
         unsafe { core.NVIC.set_priority(line, InterruptPriority::Bytes as u8) };
     }
     // A failure found now takes precedence over a fault from an earlier run, which stays recorded.
-    let latched = self_test::failure().or(latched);
-    if !is_locked {
-        emergency::reset_with(Fault::Registers, 0);
-    }
+    let found_now = found_now.map(|(fault, detail)| record::keep_found_at_boot(fault, detail));
+    let latched = found_now.or_else(self_test::failure).or(latched);
     dac::init();
     adc::init();
-    defmt::info!(
-        "reset cause {=u8}, fault latched {=u16}",
-        cause as u8,
-        latched.map_or(0, |record| record.fault.number())
-    );
-
     static MAILBOXES: ConstStaticCell<Mailboxes> = ConstStaticCell::new(Mailboxes::new());
     let (pulser_mail, controller_mail, session_mail) = MAILBOXES.take().split();
     // The owners live in statics. As arguments of tasks they would occupy memory twice, and the
@@ -100,10 +116,16 @@ pub async fn run(spawner: Spawner) -> ! {
     // Proof: the task's one slot is free, because nothing else spawns the task.
     control::start(controller, controller_mail, &mut core.NVIC).expect("spawned here only");
     // SAFETY: this runs once, and no other context touches tape or pins.
-    let started = unsafe { refill::start(latched, found, pulser_mail, &mut core.NVIC, core.SYST) };
-    if let Err(fault) = started {
-        emergency::reset_with(fault, 0);
-    }
+    let latched = unsafe { refill::start(latched, used, pulser_mail, &mut core.NVIC, core.SYST) };
+    let (fault, detail) = latched.map_or((0, 0), |record| (record.fault.number(), record.detail));
+    defmt::info!(
+        "{=str}: reset cause {=u8}, fault {=u16}, detail {=u32:#x}",
+        BOARD.name,
+        cause as u8,
+        fault,
+        detail
+    );
+    led::set(true);
     let port = Port {
         usb: peripherals.USB_OTG_FS,
         dp: peripherals.PA12,
@@ -114,14 +136,16 @@ pub async fn run(spawner: Spawner) -> ! {
     // The cycle count depends on the start-up times of crystal and PLL.
     let cycles = cortex_m::peripheral::DWT::cycle_count();
     let identity = Identity {
-        kind: Kind::Board,
+        kind: front_end::KIND,
         unique_id,
         reset: cause,
         last_fault: latched,
         first_session: first_session_number(&[a, b, c, cycles]),
-        stages: stages::load(unique_id),
+        stages: front_end::stages(unique_id),
         option_bytes: Some(OptionBytes::from_optcr(pac::FLASH.optcr().read().0)),
         board: BOARD.name,
+        crystal_hz,
+        has_boot_loader: front_end::HAS_BOOT_LOADER,
     };
     static SESSION: StaticCell<Session> = StaticCell::new();
     let session = SESSION.init_with(|| Session::new(identity));
@@ -134,10 +158,8 @@ pub async fn run(spawner: Spawner) -> ! {
 fn latched_fault(cause: ResetCause) -> Option<FaultRecord> {
     record::unlock();
     if cause == ResetCause::Watchdog {
-        record::keep(&FaultRecord::new(Fault::Watchdog, Micros::new(0)), 0);
+        record::keep(&FaultRecord::new(Fault::Watchdog, Micros::new(0)));
     }
     record::note_boot(matches!(cause, ResetCause::PowerOn | ResetCause::BrownOut));
-    let (fault, detail) = record::load()?;
-    defmt::warn!("recorded detail {=u32:#x}", detail);
-    Some(fault)
+    record::load()
 }

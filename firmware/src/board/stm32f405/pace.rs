@@ -1,11 +1,12 @@
 //! TIM1, which paces the tape: its overflow and matches, once per microsecond, request the tape's
 //! DMA transfers.
 
-use super::pac::TIM1;
 use super::pac::timer::vals as timer;
-use super::timebase::CYCLES_PER_US;
+use super::pac::{RCC, TIM1};
+use super::timebase::{self, CYCLES_PER_US};
 use crate::pulse::WINDOW_US;
 use crate::safety::Fault;
+use crate::units::Micros;
 use cortex_m::peripheral::DWT;
 
 /// TIM1 counts per microsecond: divides the core's clock to 1 MHz.
@@ -71,4 +72,14 @@ pub fn prepare() {
         w.set_ccde(1, true);
         w.set_ccde(2, true);
     });
+}
+
+/// Starts TIM1 and TIM2 without the tape, so that device time runs from 0. For a boot that found a
+/// fault: nothing plays until another boot.
+pub fn run_without_tape() {
+    RCC.apb2enr().modify(|w| w.set_tim1en(true));
+    let _ = RCC.apb2enr().read(); // ES0182: delay after clock enabling
+    prepare();
+    timebase::start(Micros::new(0));
+    TIM1.cr1().modify(|w| w.set_cen(true));
 }

@@ -18,7 +18,7 @@
 
 use super::pac::gpio::{Gpio, vals};
 use super::pac::{GPIOA, GPIOB, GPIOC, GPIOD, GPIOE, RCC};
-use crate::board::wiring::{self, BOARD, BoardPins, Inputs, Pin, Port};
+use crate::board::wiring::{self, BOARD, BoardPins, Breadboard, Inputs, Pin, Port, Pump};
 use crate::pulse::tape::{isolated_words, pump_low};
 
 const INPUTS: Inputs = BOARD.inputs;
@@ -66,7 +66,7 @@ const fn gpio(port: Port) -> Gpio {
 }
 
 /// Returns the registers of the pin's port, and the pin's number there.
-const fn place(pin: Pin) -> (Gpio, usize) {
+pub(super) const fn place(pin: Pin) -> (Gpio, usize) {
     (gpio(pin.port), pin.number as usize)
 }
 
@@ -80,9 +80,33 @@ pub fn isolate() {
     }
 }
 
-/// Configures every pin as in the table above. Must run first after reset: outputs get their
-/// disconnected level before they become outputs, so that no edge occurs.
-pub fn init() {
+/// Configures the digital inputs, pulled down. On a breadboard the pump's pin and the strap are two
+/// of them.
+pub fn init_inputs() {
+    RCC.ahb1enr().modify(|w| w.0 |= CLOCKED);
+    let _ = RCC.ahb1enr().read(); // ES0182: delay after clock enabling
+    for (port, pin) in const {
+        [
+            place(INPUTS.arm),
+            place(INPUTS.over_current),
+            place(INPUTS.hand_stop),
+        ]
+    } {
+        input(port, pin);
+    }
+    if let Pump::Input(pin) = BOARD.outputs.pump {
+        let (port, pin) = place(pin);
+        input(port, pin);
+    }
+    if let Some(Breadboard { strap, .. }) = BOARD.breadboard {
+        let (port, pin) = place(strap);
+        input(port, pin);
+    }
+}
+
+/// Configures every pin but the inputs as in the table above: outputs get their disconnected level
+/// before they become outputs, so that no edge occurs.
+pub fn init_outputs() {
     isolate();
     select_dac(None);
     for pin in 0..16 {
@@ -106,34 +130,20 @@ pub fn init() {
         BOARD.dacs.data.function,
     );
     alternate(const { place(INPUTS.trigger.pin) }, INPUTS.trigger.function);
-    for (port, pin) in const {
-        [
-            place(INPUTS.angle.pin),
-            place(INPUTS.current.pin),
-            place(INPUTS.spare[0]),
-            place(INPUTS.spare[1]),
-        ]
-    } {
+    let spare = INPUTS.spare.into_iter().flatten();
+    for pin in [INPUTS.angle.pin, INPUTS.current.pin]
+        .into_iter()
+        .chain(spare)
+    {
+        let (port, pin) = place(pin);
         port.pupdr()
             .modify(|w| w.set_pupdr(pin, vals::Pupdr::FLOATING));
         port.moder()
             .modify(|w| w.set_moder(pin, vals::Moder::ANALOG));
     }
-    for (port, pin) in const {
-        [
-            place(INPUTS.arm),
-            place(INPUTS.over_current),
-            place(INPUTS.hand_stop),
-        ]
-    } {
-        port.pupdr()
-            .modify(|w| w.set_pupdr(pin, vals::Pupdr::PULL_DOWN));
-        port.moder()
-            .modify(|w| w.set_moder(pin, vals::Moder::INPUT));
-    }
 }
 
-/// Locks the configuration of [`init`] until the next reset, by the sequence of RM0090 section
+/// Locks the configuration of the pins until the next reset, by the sequence of RM0090 section
 /// 8.4.8. Returns whether the lock is set.
 #[must_use]
 pub fn lock() -> bool {
@@ -146,6 +156,19 @@ pub fn lock() -> bool {
         let _ = port.lckr().read();
         port.lckr().read().0 == pins | KEY
     })
+}
+
+/// Returns the level of `pin`.
+#[must_use]
+pub fn is_high(pin: Pin) -> bool {
+    gpio(pin.port).idr().read().0 & pin.bit() != 0
+}
+
+fn input(port: Gpio, pin: usize) {
+    port.pupdr()
+        .modify(|w| w.set_pupdr(pin, vals::Pupdr::PULL_DOWN));
+    port.moder()
+        .modify(|w| w.set_moder(pin, vals::Moder::INPUT));
 }
 
 fn output(port: Gpio, pin: usize, pull: vals::Pupdr) {

@@ -17,10 +17,20 @@ const CHECK: usize = DETAIL + 1;
 /// Word for events after the record. It is not part of the check word, so that an interrupted write
 /// costs only this word. Its lower bits hold [`FaultRecord::later_faults`].
 const LATER: usize = CHECK + 1;
+/// Word for a failure before USB can report it: [`BRING_UP_MAGIC`], the number of equal failures in
+/// a row (bits 8 to 15) and the code (bits 0 to 7); 0 after a boot without one.
+const BRING_UP: usize = LATER + 1;
+/// Word for the value that belongs to [`BRING_UP`].
+const BRING_UP_VALUE: usize = BRING_UP + 1;
+/// Word of a request to the next boot, which [`super::boot_loader`] reads and clears; only a
+/// breadboard has one.
+pub const REQUEST: usize = BRING_UP_VALUE + 1;
+/// "BU", in the upper half of a valid [`BRING_UP`].
+const BRING_UP_MAGIC: u32 = 0x4255_0000;
 const POWER_LOST: u32 = 1 << 31;
 const ACKNOWLEDGED: u32 = 1 << 30;
 const _: () = assert!(
-    LATER < 20,
+    BRING_UP_VALUE < REQUEST && REQUEST < 20,
     "as many registers are there (RM0090 section 26.6.20)"
 );
 
@@ -56,12 +66,12 @@ pub fn unlock() {
     let _ = PWR.cr1().read(); // waits until the write has arrived
 }
 
-/// Stores `record` with `detail`, which is for people (a line, an address, a register). If an
-/// unacknowledged record is stored already, that record stays and notes the later fault.
-pub fn keep(record: &FaultRecord, detail: u32) {
+/// Stores `record`. If an unacknowledged record is stored already, that record stays and notes the
+/// later fault.
+pub fn keep(record: &FaultRecord) {
     unlock();
     if !is_whole() || read(LATER) & ACKNOWLEDGED != 0 {
-        return store(record, detail);
+        return store(record);
     }
     // Faults before device time starts are all recorded at time 0, and each counts as a new one.
     let at = record.at.get();
@@ -70,15 +80,48 @@ pub fn keep(record: &FaultRecord, detail: u32) {
     write(LATER, read(LATER) | record.later_faults | own);
 }
 
+/// Stores a fault that was found at boot, before device time runs, and returns its record.
+pub fn keep_found_at_boot(fault: Fault, detail: u32) -> FaultRecord {
+    let found = FaultRecord {
+        detail,
+        ..FaultRecord::new(fault, Micros::new(0))
+    };
+    keep(&found);
+    FaultRecord {
+        found_at_boot: true,
+        ..found
+    }
+}
+
+/// Stores a failure before USB can report it, with its value, and returns how often it has come in
+/// a row, this time included.
+pub fn note_bring_up(code: u8, value: u32) -> u8 {
+    unlock();
+    let word = BRING_UP_MAGIC | u32::from(code);
+    let before = read(BRING_UP);
+    let is_same = before & !0xFF00 == word && read(BRING_UP_VALUE) == value;
+    let count = if is_same { (before >> 8) as u8 } else { 0 };
+    let count = count.saturating_add(1);
+    write(BRING_UP_VALUE, value);
+    write(BRING_UP, word | u32::from(count) << 8);
+    count
+}
+
+/// Forgets the failures that [`note_bring_up`] stored.
+pub fn forget_bring_up() {
+    unlock();
+    write(BRING_UP, 0);
+}
+
 /// Writes the check word last, so that an interrupted write leaves no valid record.
-fn store(record: &FaultRecord, detail: u32) {
+fn store(record: &FaultRecord) {
     write(CHECK, 0);
     write(HEAD, head(record.fault));
     write(AT, record.at.get());
     for (index, charge) in record.residual.iter().enumerate() {
         write(RESIDUAL + index, charge.cast_unsigned());
     }
-    write(DETAIL, detail);
+    write(DETAIL, record.detail);
     write(LATER, record.later_faults);
     write(CHECK, check());
 }
@@ -87,9 +130,9 @@ const fn head(fault: Fault) -> u32 {
     MAGIC | fault.number() as u32
 }
 
-/// Returns the record and detail from before the last reset, if any.
+/// Returns the record from before the last reset, if any.
 #[must_use]
-pub fn load() -> Option<(FaultRecord, u32)> {
+pub fn load() -> Option<FaultRecord> {
     if !is_whole() {
         return None;
     }
@@ -99,13 +142,13 @@ pub fn load() -> Option<(FaultRecord, u32)> {
     }
     let fault = Fault::from_number((read(HEAD) & 0xFFFF) as u16)?;
     let later = read(LATER);
-    let record = FaultRecord {
+    Some(FaultRecord {
         residual,
+        detail: read(DETAIL),
         later_faults: later & !(POWER_LOST | ACKNOWLEDGED),
         power_lost: later & POWER_LOST != 0,
         ..FaultRecord::new(fault, Micros::new(read(AT)))
-    };
-    Some((record, read(DETAIL)))
+    })
 }
 
 /// Notes a boot: latches an acknowledged fault again if it was not cleared, and notes a loss of
@@ -147,6 +190,7 @@ fn read(index: usize) -> u32 {
     RTC.bkpr(index).read().bkp()
 }
 
-fn write(index: usize, value: u32) {
+/// Writes a backup register; [`unlock`] must have been called.
+pub fn write(index: usize, value: u32) {
     RTC.bkpr(index).write(|w| w.set_bkp(value));
 }

@@ -5,12 +5,17 @@
 use super::adc::{self, Sequence};
 use super::control::{TICK, Tick};
 use super::crystal::Crystal;
+#[cfg(not(feature = "breadboard"))]
+use super::output_stage::OutputStage;
 use super::pac::{EXTI, Interrupt, SYSCFG};
+#[cfg(feature = "breadboard")]
+use super::simulated_stage::OutputStage;
 use super::tape::{self, Half, Tape};
 use super::timebase::Instant;
 use super::watchdog::{self, Owner};
 use super::{
-    InterruptPriority, dac, emergency, overdue, pins, record, registers, timebase, usb_clock,
+    InterruptPriority, dac, detail, emergency, overdue, pace, pins, record, registers, timebase,
+    usb_clock,
 };
 use crate::device::{Pulser, PulserMail, REFILL_OFFSET_US, WINDOWS_PER_TICK};
 use crate::pulse::{Levels, Sample, WINDOW_US, WindowPlan};
@@ -34,6 +39,7 @@ struct Refill {
     mail: PulserMail<'static>,
     /// `None` after a fault stop, until a plan drives outputs again.
     tape: Option<Tape>,
+    stage: OutputStage,
     plan: WindowPlan,
     /// Start and tape half of the window that is playing.
     playing: (Micros, Half),
@@ -66,20 +72,19 @@ fn with_refill(act: impl FnOnce(&mut Refill)) {
 }
 
 /// Starts the tape at device time 0 and gives a pulser to the interrupt. `latched` is the fault
-/// found at reset, `found` the used time and charge found there.
-///
-/// # Errors
-/// Returns the errors of [`Tape::start`].
+/// found at reset, `found` the used time and charge found there. After a fault that this boot
+/// found, or if the tape does not start, device time runs without the tape: nothing plays, and the
+/// fault is reported over USB. Returns the latched fault.
 ///
 /// # Safety
 /// Must be called once, from the thread, while no other context uses the tape or the pins.
 pub unsafe fn start(
-    latched: Option<FaultRecord>,
+    mut latched: Option<FaultRecord>,
     found: UsageAtBoot,
     mail: PulserMail<'static>,
     nvic: &mut NVIC,
     second_clock: SYST,
-) -> Result<(), Fault> {
+) -> Option<FaultRecord> {
     // Initialised in place, because it is too large for the stack.
     let refill = MEMORY.init_with(|| Refill {
         kept: latched.map_or(StoredFault::Nothing, |_| StoredFault::Latched),
@@ -88,14 +93,30 @@ pub unsafe fn start(
         pulser: Pulser::new(latched, found),
         mail,
         tape: None,
+        stage: OutputStage::default(),
         plan: WindowPlan::new(),
         playing: (Micros::new(0), Half::First),
         sampling: None,
         angle: None,
         windows: 0,
     });
-    // SAFETY: the caller guarantees that no other tape or user of the tape exists.
-    refill.tape = Some(unsafe { Tape::start(&refill.plan, None)? });
+    if latched.is_some_and(|record| record.found_at_boot) {
+        tape::stop();
+        pace::run_without_tape();
+    } else {
+        // SAFETY: the caller guarantees that no other tape or user of the tape exists.
+        match unsafe { Tape::start(&refill.plan, None) } {
+            Ok(tape) => refill.tape = Some(tape),
+            Err((fault, detail)) => {
+                let record = record::keep_found_at_boot(fault, detail);
+                refill.pulser.fault(&record, &mut refill.mail);
+                refill.kept = StoredFault::Latched;
+                latched = Some(record);
+                tape::stop();
+                pace::run_without_tape();
+            }
+        }
+    }
     overdue::start(&mut refill.second_clock);
     REFILL.store(refill, Ordering::Release);
     watch_over_current();
@@ -107,7 +128,7 @@ pub unsafe fn start(
             NVIC::unmask(line);
         }
     }
-    Ok(())
+    latched
 }
 
 /// Enables the over-current interrupt, on a falling edge.
@@ -137,7 +158,7 @@ fn EXTI9_5() {
     tape::stop();
     EXTI.pr(0)
         .write(|w| w.set_line(pins::OVER_CURRENT_LINE, true));
-    with_refill(|refill| refill.stop(Fault::OverCurrent));
+    with_refill(|refill| refill.stop((Fault::OverCurrent, 0)));
 }
 
 #[interrupt]
@@ -168,7 +189,7 @@ impl Refill {
             .pulser
             .refill(now, next, &inputs, &mut self.mail, &mut self.plan);
         let put_out = synchronised
-            .and(rendered)
+            .and(rendered.map_err(|fault| (fault, 0)))
             .and_then(|()| self.play(start, half));
         let half = put_out.unwrap_or_else(|fault| {
             self.stop(fault); // keeps an earlier fault, including the pulser's own
@@ -185,38 +206,45 @@ impl Refill {
     /// trusted.
     fn is_overdue(&mut self) {
         if self.tape.is_some() {
-            self.stop(Fault::MissedDeadline);
+            self.stop((Fault::MissedDeadline, 0));
         }
     }
 
     /// Disconnects the outputs and latches `fault`. The outputs come first, because the rest takes
     /// 20 µs.
     #[inline(never)]
-    fn stop(&mut self, fault: Fault) {
+    fn stop(&mut self, (fault, detail): (Fault, u32)) {
         tape::stop();
-        self.pulser.fault(fault, timebase::now(), &mut self.mail);
+        let found = FaultRecord {
+            detail,
+            ..FaultRecord::new(fault, timebase::now())
+        };
+        self.pulser.fault(&found, &mut self.mail);
         self.isolate();
     }
 
     /// Catches up with the clock if a window passed without its refill, which is a fault if
     /// anything plays.
-    fn synchronise(&mut self) -> Result<(), Fault> {
+    fn synchronise(&mut self) -> Result<(), (Fault, u32)> {
         let mut late = false;
         while timebase::now().has_reached(self.playing.0 + us(WINDOW_US)) {
             self.playing = (self.playing.0 + us(WINDOW_US), self.playing.1.other());
             late = true;
         }
         if late && self.tape.is_some() {
-            Err(Fault::MissedDeadline)
+            Err((Fault::MissedDeadline, 0))
         } else {
             Ok(())
         }
     }
 
     /// Checks the clocks and, while anything may play, the registers on which the plan relies.
-    fn check_hardware(&mut self) -> Result<(), Fault> {
-        if self.crystal.disagrees() || usb_clock::disagrees() {
-            return Err(Fault::TimeBase);
+    fn check_hardware(&mut self) -> Result<(), (Fault, u32)> {
+        if self.crystal.disagrees() {
+            return Err((Fault::TimeBase, detail::TIME_BASE_CRYSTAL));
+        }
+        if usb_clock::disagrees() {
+            return Err((Fault::TimeBase, detail::TIME_BASE_USB));
         }
         if self.tape.is_none() {
             return Ok(());
@@ -235,7 +263,7 @@ impl Refill {
             Some(Reading {
                 channel: sample.channel,
                 second: sample.second,
-                raw: s.current,
+                raw: self.stage.current(s.current),
             })
         });
         // The captured edge comes first: an edge between the two readings belongs to the next
@@ -246,7 +274,7 @@ impl Refill {
             hand_stop,
             over_current,
             held,
-        } = pins::safety_inputs();
+        } = self.stage.inputs();
         Inputs {
             arm,
             hand_stop,
@@ -265,11 +293,15 @@ impl Refill {
         let at = asked.map_or(start + us(DEFAULT_SAMPLE_US), |sample| sample.at);
         let armed = timebase::sample_at(at);
         self.sampling = asked.filter(|_| armed);
+        if let Some(sample) = &self.sampling {
+            let setup = self.pulser.setup();
+            self.stage.note_sample(sample, &self.plan, setup);
+        }
     }
 
     /// Writes the plan's amplitudes and paints the plan on the tape. Returns the half that it
     /// occupies.
-    fn play(&mut self, start: Micros, playing: Half) -> Result<Half, Fault> {
+    fn play(&mut self, start: Micros, playing: Half) -> Result<Half, (Fault, u32)> {
         if let Some(tape) = &self.tape {
             tape.look(start, playing)?;
         }
@@ -278,6 +310,7 @@ impl Refill {
         }
         for &(channel, code) in &self.plan.dac {
             dac::write(channel, code);
+            self.stage.note_dac(channel, code);
         }
         if let Some(tape) = &mut self.tape {
             // SAFETY: `playing` is, or is very nearly, the half that plays, and this is checked
@@ -298,7 +331,7 @@ impl Refill {
         self.tape = None;
         (self.plan.sample, self.sampling) = (None, None);
         if let Some(fault) = self.pulser.last_fault() {
-            record::keep(&fault, 0);
+            record::keep(&fault);
             self.kept = StoredFault::Latched;
         }
         dac::clear();

@@ -217,14 +217,24 @@ pub fn keep_debug_bits(is_odd: bool) {
 /// Checks the registers of this window; they alternate between odd and even windows.
 ///
 /// # Errors
-/// Returns [`Fault::Registers`] if one differs.
-pub fn check(is_odd: bool) -> Result<(), Fault> {
-    let holds = if is_odd {
-        pins_hold() && play_holds()
+/// Returns [`Fault::Registers`] if one differs, with the number of its group as detail: 1 pins and
+/// clocks, 2 play streams, 3 stop inputs, trigger, ADC and DACs, 4 erase streams, 5 BASEPRI.
+pub fn check(is_odd: bool) -> Result<(), (Fault, u32)> {
+    let found = if is_odd {
+        match () {
+            () if !pins_hold() => 1,
+            () if !play_holds() => 2,
+            () => return Ok(()),
+        }
     } else {
-        inputs_hold() && erase_holds() && basepri::read() == 0 // this program never sets BASEPRI
+        match () {
+            () if !inputs_hold() => 3,
+            () if !erase_holds() => 4,
+            () if basepri::read() != 0 => 5, // this program never sets BASEPRI
+            () => return Ok(()),
+        }
     };
-    if holds { Ok(()) } else { Err(Fault::Registers) }
+    Err((Fault::Registers, found))
 }
 
 #[inline(always)]

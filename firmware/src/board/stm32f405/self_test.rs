@@ -1,13 +1,13 @@
 //! Self-test at each boot: verifies the image in flash and the watchdog's oscillator before
 //! anything may be armed. RAM was tested before ([`super::march`]).
 
+use super::image_record::{__vector_table, IMAGE_SUM};
 use super::pac::timer::vals;
 use super::pac::{CRC, RCC, TIM5};
 use super::record;
 use super::timebase::CYCLES_PER_US;
+use super::wait::within;
 use crate::safety::{Fault, FaultRecord};
-use crate::units::Micros;
-use cortex_m::peripheral::DWT;
 use embassy_time::TICK_HZ;
 
 /// Tests flash and oscillator. Records a failure and returns it; the fault stays latched until a
@@ -18,22 +18,8 @@ use embassy_time::TICK_HZ;
 #[inline(never)]
 pub fn failure() -> Option<FaultRecord> {
     let (fault, detail) = flash().or_else(oscillator)?;
-    let found = FaultRecord::new(fault, Micros::new(0));
-    record::keep(&found, detail);
-    Some(FaultRecord {
-        found_at_boot: true,
-        ..found
-    })
+    Some(record::keep_found_at_boot(fault, detail))
 }
-
-/// Last word of the image (memory.x): the CRC of all words before it, written after linking.
-/// Without it the image fails the test.
-#[used]
-#[unsafe(link_section = ".image_sum")]
-static IMAGE_SUM: u32 = u32::MAX;
-
-/// Start of the image in flash.
-const IMAGE: *const u32 = 0x0800_0000 as *const u32;
 
 /// Computes the CRC of image and checksum with the chip's CRC unit; the remainder must be 0 (RM0090
 /// section 4). The detail of a failure is the remainder.
@@ -42,7 +28,7 @@ fn flash() -> Option<(Fault, u32)> {
     let _ = RCC.ahb1enr().read(); // ES0182: delay after clock enabling
     CRC.cr().write(|w| w.set_reset(true));
     let end = (&raw const IMAGE_SUM).wrapping_add(1);
-    let mut at = IMAGE;
+    let mut at = &raw const __vector_table;
     while at < end {
         // SAFETY: `at` lies in flash between its start and `end`, one past the checksum, and is
         // aligned. The access is volatile because the compiler believes it knows the image's
@@ -101,7 +87,7 @@ fn measure() -> Option<u32> {
 /// Waits until the LSI has started, and returns the number of TIM5 counts during [`PERIODS`] LSI
 /// periods.
 fn periods() -> Option<u32> {
-    within(|| RCC.csr().read().lsirdy())?;
+    within(PATIENCE, || RCC.csr().read().lsirdy())?;
     let first = capture()?;
     let mut last = first;
     for _ in 0..CAPTURES {
@@ -113,21 +99,6 @@ fn periods() -> Option<u32> {
 
 /// Waits for channel 4's next capture and returns it; reading clears the flag.
 fn capture() -> Option<u32> {
-    within(|| TIM5.sr().read().ccif(3))?;
+    within(PATIENCE, || TIM5.sr().read().ccif(3))?;
     Some(TIM5.ccr(3).read())
-}
-
-/// Waits until `is_so` holds. The number of polls is bounded too, because a debugger may stop the
-/// cycle counter.
-fn within(is_so: impl Fn() -> bool) -> Option<()> {
-    let since = DWT::cycle_count();
-    for _ in 0..PATIENCE {
-        if is_so() {
-            return Some(());
-        }
-        if DWT::cycle_count().wrapping_sub(since) > PATIENCE {
-            break;
-        }
-    }
-    None
 }

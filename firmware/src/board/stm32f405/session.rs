@@ -2,13 +2,15 @@
 
 use super::backup::Backup;
 use super::control::TOLD;
-use super::stages;
 use super::timebase;
 use super::usb_bus;
 use super::usb_clock::UsbClock;
 use super::usb_driver::CheckedDriver;
 use super::watchdog::{self, Owner};
+use super::{front_end, pins};
+use crate::board::wiring::BOARD;
 use crate::device::{Session, SessionMail};
+use crate::link::{USB_IDS, USB_MANUFACTURER, VERSION};
 use core::convert::Infallible;
 use embassy_executor::Spawner;
 use embassy_futures::join::join;
@@ -30,12 +32,9 @@ bind_interrupts!(struct Irqs {
 const PACKET: usize = 64;
 /// Capacity for bytes on their way to the host: the longest frame and some telemetry.
 const PIPE: usize = 1024;
-/// Test identity of pid.codes. A product needs its own; until then hosts look for the product's
-/// name.
-const VID_PID: (u16, u16) = (0x1209, 0x0001);
 
-/// Largest number of loop turns, at most a millisecond each, that an accepted stage table waits
-/// until its answer has left. Half of them pass in any case, for bytes that USB still holds.
+/// Largest number of loop turns, at most a millisecond each, that an accepted restart waits until
+/// its answer has left. Half of them pass in any case, for bytes that USB still holds.
 const PATIENCE: u8 = 40;
 
 type Usb = CheckedDriver<Driver<'static, USB_OTG_FS>>;
@@ -107,8 +106,9 @@ fn build(port: Port) -> (UsbDevice<'static, Usb>, CdcAcmClass<'static, Usb>) {
         forget: usb_bus::Forget,
     });
     let mut hardware = usb::Config::default();
-    // PA9 senses VBUS: a self-powered device may not pull D+ up without it (USB 2.0 section 7.1.5).
-    hardware.vbus_detection = true;
+    // Where PA9 senses VBUS: a self-powered device may not pull D+ up without it (USB 2.0 section
+    // 7.1.5).
+    hardware.vbus_detection = BOARD.senses_vbus;
     let driver = Driver::new_fs(
         port.usb,
         Irqs,
@@ -117,10 +117,14 @@ fn build(port: Port) -> (UsbDevice<'static, Usb>, CdcAcmClass<'static, Usb>) {
         &mut memory.endpoints,
         hardware,
     );
-    let mut config = embassy_usb::Config::new(VID_PID.0, VID_PID.1);
-    config.manufacturer = Some("Flexor");
-    config.product = Some("Flexor stimulator");
+    let mut config = embassy_usb::Config::new(USB_IDS.0, USB_IDS.1);
+    config.manufacturer = Some(USB_MANUFACTURER);
+    config.product = Some(BOARD.product);
+    // bcdDevice: major in the upper byte, minor and patch in the nibbles of the lower.
+    let [major, minor, patch] = VERSION.map(u16::from);
+    config.device_release = major << 8 | minor << 4 | patch;
     config.serial_number = Some(embassy_stm32::uid::uid_hex());
+    config.self_powered = BOARD.breadboard.is_none();
     config.max_power = 100;
     let mut builder = Builder::new(
         CheckedDriver(driver),
@@ -169,20 +173,27 @@ async fn converse(
         }
         session.poll(timebase::now(), &mut mail);
         transmit(session, outgoing);
-        store_stages(session, outgoing, &mut patience);
+        session.set_boot_loader_inputs(are_stops_open());
+        restart(session, outgoing, &mut patience);
         watchdog::check_in(Owner::Session);
     }
 }
 
-/// Stores an accepted table once its answer is out or has not been read for too long.
-fn store_stages(session: &Session, outgoing: &Bytes, patience: &mut u8) {
-    let Some(table) = session.stage_table_to_store() else {
+/// Returns whether arm key and hand-held stop are open at their pins.
+fn are_stops_open() -> bool {
+    let inputs = pins::safety_inputs();
+    !inputs.arm && !inputs.hand_stop
+}
+
+/// Carries out an accepted restart once its answer is out or has not been read for too long.
+fn restart(session: &Session, outgoing: &Bytes, patience: &mut u8) {
+    let Some(restart) = session.restart() else {
         return;
     };
     *patience = patience.saturating_sub(1);
     let is_out = outgoing.is_empty() && !session.has_output() && *patience <= PATIENCE / 2;
     if is_out || *patience == 0 {
-        stages::store(table);
+        front_end::restart(restart);
     }
 }
 

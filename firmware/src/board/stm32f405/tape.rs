@@ -16,7 +16,7 @@
 use super::pac::dma::{St, vals};
 use super::pac::{DMA2, RCC, TIM1};
 use super::timebase::Instant;
-use super::{crystal, memory, pace, pins, timebase};
+use super::{crystal, detail, memory, pace, pins, timebase};
 use crate::board::wiring::{BOARD, BoardPins, TAPE_PORTS};
 use crate::pulse::WindowPlan;
 use crate::pulse::tape::{SLOTS, Window, isolated_words, paint};
@@ -115,13 +115,13 @@ impl Tape {
     /// window for `plan.start`, with nothing on the outputs.
     ///
     /// # Errors
-    /// Returns [`Fault::TapeSlip`] if DMA2 carries another stream, a stream does not stop, or a
-    /// stream starts from an impossible position, and [`Fault::MissedDeadline`] if `plan.start` is
-    /// past or too near.
+    /// Returns [`Fault::TapeSlip`] with a [`detail`](super::detail) if DMA2 carries another stream, a stream does
+    /// not stop, or a stream starts from an impossible position, and [`Fault::MissedDeadline`] if
+    /// `plan.start` is past or too near.
     ///
     /// # Safety
     /// No earlier `Tape` may exist, and no user of the tape may preempt the caller.
-    pub unsafe fn start(plan: &WindowPlan, since: Option<Instant>) -> Result<Self, Fault> {
+    pub unsafe fn start(plan: &WindowPlan, since: Option<Instant>) -> Result<Self, (Fault, u32)> {
         RCC.ahb1enr().modify(|w| w.set_dma2en(true));
         RCC.apb2enr().modify(|w| w.set_tim1en(true));
         // The reset also drops unserved requests of stopped play streams.
@@ -129,7 +129,7 @@ impl Tape {
         RCC.apb2rstr().modify(|w| w.set_tim1rst(false));
         for stream in STREAMS {
             if !switch_off(stream) {
-                return Err(Fault::TapeSlip);
+                return Err((Fault::TapeSlip, detail::NOT_STOPPED));
             }
         }
         pins::isolate();
@@ -162,14 +162,14 @@ impl Tape {
         let fetched = [play_first, play_second].map(|o| LENGTH_16.wrapping_sub(o));
         let erased = [erase_first, erase_second];
         if fetched.iter().any(|&n| n > 1) || erased != [LENGTH_16; TAPE_PORTS] {
-            return Err(Fault::TapeSlip);
+            return Err((Fault::TapeSlip, detail::START));
         }
         // Enabling a stream may set its FIFO flag; from here on a set flag is a fault.
         STREAMS.into_iter().for_each(clear_flags);
         pace::prepare();
         timebase::start(plan.start);
         if let Some(instant) = since {
-            pace::await_start(instant.cycle_of(plan.start))?;
+            pace::await_start(instant.cycle_of(plan.start)).map_err(|fault| (fault, 0))?;
         }
         TIM1.cr1().modify(|w| w.set_cen(true));
         Ok(tape)
@@ -185,15 +185,16 @@ impl Tape {
     /// # Errors
     /// Returns [`Fault::MissedDeadline`] if the window is over or the next one is about to be
     /// fetched, [`Fault::TimeBase`] if device time has drifted from the core's cycles, and
-    /// [`Fault::TapeSlip`] otherwise.
-    pub fn check(&mut self, start: Micros, half: Half) -> Result<(), Fault> {
-        let (now, positions, offset) = observe().ok_or(Fault::TapeSlip)?;
+    /// [`Fault::TapeSlip`] otherwise, each with a [`detail`](super::detail).
+    pub fn check(&mut self, start: Micros, half: Half) -> Result<(), (Fault, u32)> {
+        let observed = observe().ok_or((Fault::TapeSlip, detail::NOT_QUIET));
+        let (now, positions, offset) = observed?;
         // TIM1 counts the core's own clock. A count that is off by one costs 250 cycles in its
         // first window, and losses accumulate; waits for flash add or remove a few cycles.
         const TOLERANCE: u16 = 60;
         let lost = offset.abs_diff(*self.offset.get_or_insert(offset)); // less than a lap
         if lost.min(crystal::LAP - lost) > TOLERANCE {
-            return Err(Fault::TimeBase);
+            return Err((Fault::TimeBase, detail::TIME_BASE_TAPE));
         }
         let played = played(now, start, half)?;
         let agree = positions
@@ -203,8 +204,33 @@ impl Tape {
         if agree && !has_failed() && isolated_words_intact() {
             Ok(())
         } else {
-            Err(Fault::TapeSlip)
+            Err((Fault::TapeSlip, self.find_slip(positions, played)))
         }
+    }
+
+    /// Returns the [`detail`](super::detail) of a slip found in [`Self::check`].
+    #[cold]
+    #[inline(never)]
+    fn find_slip(&self, positions: [u16; 4], played: u16) -> u32 {
+        let mut found = 0;
+        let expected = self.origins.map(|origin| origin.wrapping_sub(played));
+        for (n, &stream) in STREAMS.iter().enumerate() {
+            // FEIF, DMEIF and TEIF are bits 0, 2 and 3 of the stream's six (RM0090 10.5.1).
+            let place = [0, 6, 16, 22][stream % 4];
+            let flags = DMA2.isr(stream / 4).read().0 >> place;
+            let mut bits = flags & 1 | flags >> 1 & 0b110;
+            if !DMA2.st(stream).cr().read().en() {
+                bits |= detail::OFF;
+            }
+            found |= bits << (4 * n);
+            if positions.get(n) != expected.get(n) {
+                found |= detail::POSITION << n;
+            }
+        }
+        if !isolated_words_intact() {
+            found |= detail::DISCONNECT_WORD;
+        }
+        found
     }
 
     /// Checks that all streams are within a slot or two of their expected positions in the window
@@ -213,7 +239,7 @@ impl Tape {
     ///
     /// # Errors
     /// Returns the errors of [`Self::check`].
-    pub fn look(&self, start: Micros, half: Half) -> Result<(), Fault> {
+    pub fn look(&self, start: Micros, half: Half) -> Result<(), (Fault, u32)> {
         // At most one microsecond begins while the positions are read.
         let played = played(timebase::now(), start, half)?;
         let is_near = |(stream, origin): (usize, u16)| {
@@ -223,7 +249,7 @@ impl Tape {
         if STREAMS.into_iter().zip(self.origins).all(is_near) {
             Ok(())
         } else {
-            Err(Fault::TapeSlip)
+            Err((Fault::TapeSlip, detail::FAR))
         }
     }
 
@@ -255,10 +281,10 @@ impl Tape {
 
 /// Returns how many slots of the tape have been played when the slot at `now` ends, 1–498. This is
 /// below every origin, so no reload of NDTR lies in between.
-fn played(now: Micros, start: Micros, half: Half) -> Result<u16, Fault> {
+fn played(now: Micros, start: Micros, half: Half) -> Result<u16, (Fault, u32)> {
     let slot = now.elapsed_since(start);
     if slot > LAST_SLOT {
-        return Err(Fault::MissedDeadline);
+        return Err((Fault::MissedDeadline, 0));
     }
     Ok((half.first_slot() as u32 + slot + 1) as u16) // at most 250 + 247 + 1
 }
@@ -294,10 +320,10 @@ fn switch_off(stream: usize) -> bool {
 
 /// Checks that DMA2 carries only the four streams, because serving AHB and APB at once corrupts
 /// data (ES0182, DMA2 concurrent AHB and APB). `start` shows that all four have AHB addresses.
-fn assert_alone() -> Result<(), Fault> {
+fn assert_alone() -> Result<(), (Fault, u32)> {
     let others = (0..8).filter(|s| !STREAMS.contains(s));
     if others.into_iter().any(|s| DMA2.st(s).cr().read().en()) {
-        Err(Fault::TapeSlip)
+        Err((Fault::TapeSlip, detail::OTHER_STREAM))
     } else {
         Ok(())
     }
