@@ -101,6 +101,10 @@ impl Places {
 pub enum Image {
     /// The image that is flashed on the board.
     Stimulator,
+    /// The image for WeAct's core board as a breadboard.
+    BreadboardWeact,
+    /// The image for Adafruit's Feather as a breadboard.
+    BreadboardFeather,
     /// The device code behind QEMU's serial port.
     Qemu,
     /// Benchmark: reports each algorithm's results and cycles over semihosting.
@@ -117,6 +121,8 @@ impl Image {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Stimulator => "stimulator",
+            Self::BreadboardWeact => "breadboard-weact",
+            Self::BreadboardFeather => "breadboard-feather",
             Self::Qemu => "qemu",
             Self::Bench => "bench",
             Self::Methods => "methods",
@@ -126,7 +132,11 @@ impl Image {
 
     const fn package(self) -> &'static str {
         match self {
-            Self::Stimulator | Self::Qemu | Self::Bench => "firmware",
+            Self::Stimulator
+            | Self::BreadboardWeact
+            | Self::BreadboardFeather
+            | Self::Qemu
+            | Self::Bench => "firmware",
             Self::Methods | Self::Laws => "methods",
         }
     }
@@ -134,6 +144,8 @@ impl Image {
     const fn feature(self) -> &'static str {
         match self {
             Self::Stimulator => "stm32f405",
+            Self::BreadboardWeact => "weact",
+            Self::BreadboardFeather => "feather",
             Self::Qemu => "qemu",
             Self::Bench | Self::Methods | Self::Laws => "bench",
         }

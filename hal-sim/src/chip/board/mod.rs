@@ -1,4 +1,4 @@
-//! Simulates the reference board: the chip that runs an image, its DACs, loads, buttons, and a USB
+//! Simulates a stimulator board: the chip that runs an image, its DACs, loads, buttons, and a USB
 //! host at the other end of the cable.
 //!
 //! In: an image, sensors, bytes from the host, the time to run to. Out: levels, DAC codes and bytes
@@ -8,6 +8,7 @@
 mod around;
 mod dac_line;
 pub mod front_end;
+mod hardware;
 mod loss;
 mod margin;
 mod outputs;
@@ -15,6 +16,7 @@ pub mod stages;
 pub mod wiring;
 
 pub use around::Surroundings;
+pub use hardware::{Hardware, PinLog, SharedPinLog};
 pub use loss::{Half, Loss};
 pub use margin::Margins;
 pub use outputs::Phases;
@@ -98,9 +100,21 @@ impl<O: Observer> Board<O> {
         pace: Pace,
         observer: O,
     ) -> Result<Self, BoardError> {
+        let hardware = Hardware::new(&wiring::REFERENCE);
+        Self::power_on_as(&hardware, image, outputs, pace, observer)
+    }
+
+    /// Powers on a board like [`Self::power_on`], with other hardware.
+    pub fn power_on_as(
+        hardware: &Hardware,
+        image: Image,
+        outputs: [Option<Output>; CHANNELS],
+        pace: Pace,
+        observer: O,
+    ) -> Result<Self, BoardError> {
         let mut board = Self {
             cpu: Cpu::default(),
-            around: Surroundings::new(&image.flash, outputs, pace),
+            around: Surroundings::new(hardware, &image.flash, outputs, pace),
             observer,
             image: Arc::new(image),
             now_us: 0,
@@ -125,9 +139,7 @@ impl<O: Observer> Board<O> {
         sensors: &Sensors,
         end: Option<Cycle>,
     ) -> Result<bool, BoardError> {
-        self.around
-            .set_sensors(sensors, self.cpu.cycle)
-            .map_err(|feature| self.explain(feature.to_stop(&self.cpu)))?;
+        self.set_sensors(sensors)?;
         if !self.around.host.open {
             if end.is_some_and(|end| self.cpu.cycle > end) {
                 let failure = self.around.host.failure;
@@ -144,6 +156,16 @@ impl<O: Observer> Board<O> {
         self.now_us = now_us;
         self.around.begin(origin);
         Ok(true)
+    }
+
+    /// Sets the sensors to `sensors` from now on, without running.
+    ///
+    /// # Errors
+    /// Returns [`BoardError`] if an input cannot be driven.
+    pub fn set_sensors(&mut self, sensors: &Sensors) -> Result<(), BoardError> {
+        self.around
+            .set_sensors(sensors, self.cpu.cycle)
+            .map_err(|feature| self.explain(feature.to_stop(&self.cpu)))
     }
 
     /// Returns the board in its present state with another observer.
@@ -301,9 +323,7 @@ impl<O: Observer> Board<O> {
     /// Runs the core to `to` while the sensors have the values `sensors`. If an earlier call was
     /// stopped on the way, continues from there.
     pub(super) fn resume(&mut self, to: Micros, sensors: &Sensors) -> Result<(), BoardError> {
-        self.around
-            .set_sensors(sensors, self.cpu.cycle)
-            .map_err(|feature| self.explain(feature.to_stop(&self.cpu)))?;
+        self.set_sensors(sensors)?;
         if sensors.trigger.is_none() {
             let done = self.around.trigger(sensors.held, self.cpu.cycle);
             done.map_err(|feature| self.explain(feature.to_stop(&self.cpu)))?;

@@ -1,6 +1,6 @@
 //! Converts the board's output from cycles to microseconds.
 
-use super::wiring::{self, CORE_HZ, CYCLES_PER_US, Outputs as Pins, Port};
+use super::wiring::{self, CORE_HZ, CYCLES_PER_US, Outputs as Pins, Port, Wiring};
 use crate::chip::Cycle;
 use crate::chip::ad5668::Change;
 use crate::chip::soc::gpio::Edge;
@@ -56,8 +56,8 @@ impl Default for Phases {
 
 /// Returns whether the tape plays one of the pins `changed`: the channels' lines, sync out, the
 /// pump.
-fn is_played_by_tape(port: Port, changed: u16) -> bool {
-    let lines = wiring::LINES.iter().flat_map(|&(c, a)| [c, a]);
+fn is_played_by_tape(board: &Wiring, port: Port, changed: u16) -> bool {
+    let lines = board.lines.iter().flatten().flat_map(|&(c, a)| [c, a]);
     let pins = lines.chain([wiring::SYNC_OUT, wiring::PUMP]);
     pins.filter(|pin| pin.0 == port)
         .any(|(_, pin)| changed >> pin & 1 == 1)
@@ -73,6 +73,7 @@ enum OutputChange {
 /// Collector of the board's output: takes in changes by cycle, and passes them on by microsecond.
 #[derive(Clone, Debug)]
 pub(super) struct Outputs {
+    board: &'static Wiring,
     origin: Option<Cycle>,
     time: Time,
     pins: Pins,
@@ -85,9 +86,11 @@ pub(super) struct Outputs {
     phases: Phases,
 }
 
-impl Default for Outputs {
-    fn default() -> Self {
+impl Outputs {
+    /// Creates a collector of the output of `board`, before time 0.
+    pub fn new(board: &'static Wiring) -> Self {
         Self {
+            board,
             origin: None,
             time: Time::new(0, CORE_HZ),
             pins: Pins::default(),
@@ -99,9 +102,12 @@ impl Default for Outputs {
             phases: Phases::default(),
         }
     }
-}
 
-impl Outputs {
+    /// Returns the wiring of the board.
+    pub const fn board(&self) -> &'static Wiring {
+        self.board
+    }
+
     /// Makes `origin` time 0, and drops all earlier output.
     pub fn begin(&mut self, origin: Cycle) {
         self.origin = Some(origin);
@@ -166,7 +172,7 @@ impl Outputs {
         let port = wiring::TAPE_PORTS[n];
         if let Some(origin) = self
             .origin
-            .filter(|_| is_played_by_tape(port, edge.changed))
+            .filter(|_| is_played_by_tape(self.board, port, edge.changed))
         {
             self.phases.record(n, &edge, origin);
         }
@@ -175,7 +181,7 @@ impl Outputs {
             self.pump.edge(us, Hardware::REFERENCE.pump_hold_us);
         }
         self.pins.0[n] = edge.levels;
-        let levels = self.pins.levels();
+        let levels = self.pins.levels(self.board);
         if levels == self.levels {
             return;
         }
@@ -238,7 +244,7 @@ mod tests {
 
     #[test]
     fn runs_of_the_pump_are_kept() {
-        let mut outputs = Outputs::default();
+        let mut outputs = Outputs::new(&wiring::REFERENCE);
         outputs.begin(1_000);
         for (n, us) in [0, 25, 50, 1_050].into_iter().enumerate() {
             outputs.edge(Edge {

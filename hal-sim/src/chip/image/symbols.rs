@@ -59,6 +59,12 @@ impl Symbols {
         symbols
     }
 
+    /// Returns the names of all functions and variables.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        let symbols = self.functions.iter().chain(&self.variables);
+        symbols.map(|symbol| symbol.name.as_str())
+    }
+
     /// Returns all functions, by rising address.
     pub fn functions(&self) -> &[Symbol] {
         &self.functions

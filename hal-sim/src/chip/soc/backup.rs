@@ -30,6 +30,14 @@ impl Backup {
         self.words.get(n).copied().unwrap_or(0)
     }
 
+    /// Sets RTC_BKPnR without a bus access, as a tool behind the chip would; does nothing beyond the
+    /// last register.
+    pub fn put(&mut self, n: usize, value: u32) {
+        if let Some(word) = self.words.get_mut(n) {
+            *word = value;
+        }
+    }
+
     fn index(offset: u32) -> Modelled<usize> {
         let index = (offset.wrapping_sub(FIRST) / 4) as usize;
         if offset >= FIRST && index < COUNT {

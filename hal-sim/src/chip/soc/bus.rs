@@ -6,6 +6,7 @@ use super::rcc::Cause;
 use super::registers::{NOTHING, no_answer};
 use super::unheeded::IgnoredBits;
 use super::watch::FirstAccess;
+use super::word::read_part;
 use super::{Peripheral, Soc, exti, playback};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
@@ -15,6 +16,14 @@ use crate::chip::cpu::bus::{AccessError, Bus, LINE_WORDS, Modelled, ReadResult, 
 const SRAM2: u32 = 0x2001_C000;
 /// Addresses of SRAM1, below SRAM2.
 const SRAM1: std::ops::Range<u32> = 0x2000_0000..SRAM2;
+/// Addresses of system memory, which holds the boot loader (RM0090 section 2.3).
+const SYSTEM_MEMORY: std::ops::Range<u32> = 0x1FFF_0000..0x1FFF_7800;
+/// First two words of the boot loader: its stack, and the address at which it starts. Only these are
+/// modelled; a run ends where the boot loader begins.
+const BOOT_LOADER_STACK: u32 = 0x2000_2D40;
+const BOOT_LOADER_START: u32 = 0x1FFF_3DB5;
+/// Name of the boot loader in a [`Stop::Outside`](crate::chip::cpu::Stop::Outside).
+pub(super) const BOOT_LOADER: &str = "the chip's boot loader";
 /// Numbers of the interrupt lines: positions in the vector table (RM0090 table 61).
 mod line {
     pub const PVD: u32 = 1;
@@ -48,6 +57,15 @@ impl Bus for Soc {
                 Ok(ReadResult { value, wait: 0 })
             }
             0x00 if address < 0x0010_0000 => self.flash.read(address, size, at),
+            0x1F if SYSTEM_MEMORY.contains(&address) => {
+                let value = match address & !3 {
+                    0x1FFF_0000 => BOOT_LOADER_STACK,
+                    0x1FFF_0004 => BOOT_LOADER_START,
+                    _ => return Err(AccessError::Unmodelled(Unmodelled(BOOT_LOADER))),
+                };
+                let value = read_part(value, address, size);
+                Ok(ReadResult { value, wait: 0 })
+            }
             0x1F => self
                 .flash
                 .read_information(&self.signature, address, size, at)
@@ -114,6 +132,9 @@ impl Bus for Soc {
                 Ok(self.flash.peek(address, Size::Half) as u16)
             }
             0x20 => Ok(self.ram.read(address, Size::Half).ok_or(NOTHING)? as u16),
+            0x1F if SYSTEM_MEMORY.contains(&address) => {
+                Err(AccessError::Unmodelled(Unmodelled(BOOT_LOADER)))
+            }
             _ => Err(no_answer(address)),
         }
     }

@@ -47,7 +47,7 @@ pub use ram::Ram;
 pub use syscfg::Syscfg;
 pub use word::Lanes;
 
-use super::board::wiring::CRYSTAL_HZ;
+use super::board::wiring::REFERENCE;
 use crate::chip::Cycle;
 use crate::chip::cpu::bus::Modelled;
 use adc::Adc;
@@ -59,7 +59,7 @@ use flash::Flash;
 use iwdg::Iwdg;
 use otg::Otg;
 use pwr::Pwr;
-use rcc::{Cause, HSI_HZ, Rcc};
+use rcc::{Cause, Crystal, HSI_HZ, Rcc};
 use spi::Spi;
 use tim11::Tim11;
 use uid::Signature;
@@ -127,15 +127,20 @@ pub struct Soc {
 }
 
 impl Soc {
-    /// Creates a chip with erased flash, at power-on. `pace` selects the events at which the core
-    /// must advance timers and DMA.
+    /// Creates a chip with erased flash and the crystal of the reference board, at power-on. `pace`
+    /// selects the events at which the core must advance timers and DMA.
     pub fn new(pace: Pace) -> Self {
+        Self::with_crystal(pace, Crystal::new(REFERENCE.crystal_hz))
+    }
+
+    /// Creates a chip like [`Self::new`], with another crystal.
+    pub fn with_crystal(pace: Pace, crystal: Crystal) -> Self {
         Self {
             flash: Flash::default(),
             ram: Ram::new(0x2000_0000, 0x2_0000),
             ccm: Ram::new(0x1000_0000, 0x1_0000),
             playback: Playback::new(pace),
-            rcc: Rcc::new(CRYSTAL_HZ),
+            rcc: Rcc::new(crystal),
             adc: Adc::default(),
             spi3: Spi::default(),
             otg: Otg::new(HSI_HZ.into()),

@@ -8,10 +8,12 @@ const EXTICR1: u32 = 0x08;
 const EXTICR4: u32 = 0x14;
 const CMPCR: u32 = 0x20;
 
-/// System configuration controller. Memory remapping and the compensation cell are not modelled.
+/// System configuration controller. The compensation cell is not modelled, and neither is the memory
+/// at address 0 after remapping.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Syscfg {
     exticr: [u32; 4],
+    memrmp: u32,
 }
 
 impl Syscfg {
@@ -25,7 +27,8 @@ impl Syscfg {
 impl Peripheral for Syscfg {
     fn read(&mut self, offset: u32, _at: Cycle) -> Modelled<u32> {
         match offset {
-            MEMRMP | PMC | CMPCR => Ok(0),
+            MEMRMP => Ok(self.memrmp),
+            PMC | CMPCR => Ok(0),
             EXTICR1..=EXTICR4 => Ok(self.exticr[(offset - EXTICR1) as usize / 4]),
             _ => Err(Unmodelled("a SYSCFG register")),
         }
@@ -33,7 +36,8 @@ impl Peripheral for Syscfg {
 
     fn write(&mut self, offset: u32, value: u32, _: Cycle) -> Modelled {
         match (offset, value) {
-            (MEMRMP | PMC | CMPCR, 0) => (),
+            (MEMRMP, 0..=3) => self.memrmp = value,
+            (PMC | CMPCR, 0) => (),
             (EXTICR1..=EXTICR4, _) => {
                 self.exticr[(offset - EXTICR1) as usize / 4] = value & 0xFFFF;
             }
@@ -54,6 +58,8 @@ mod tests {
         syscfg.set(0x0C, 0x2_1070, 0);
         assert_eq!(syscfg.get(0x0C, 0), 0x1070);
         assert_eq!([4, 5, 6, 7].map(|line| syscfg.port(line)), [0, 7, 0, 1]);
-        assert!(syscfg.write(MEMRMP, 1, 0).is_err());
+        syscfg.set(MEMRMP, 1, 0);
+        assert_eq!(syscfg.get(MEMRMP, 0), 1);
+        assert!(syscfg.write(MEMRMP, 4, 0).is_err());
     }
 }

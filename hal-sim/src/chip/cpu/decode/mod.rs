@@ -10,6 +10,7 @@ mod wide;
 mod wide_data;
 mod wide_memory;
 
+use super::bus::{AccessError, Unmodelled};
 use super::instruction::Op;
 use super::timing::{self, PipelineState};
 use super::{Bus, Cpu, Fault, Stop, Trap, TrapResult};
@@ -90,17 +91,19 @@ impl Cache {
 
 /// Decodes the instruction at `pc`. For a branch with a known target, also reads the code at the
 /// target, to compute how many cycles the pipeline takes to refill there.
-pub(super) fn decode(bus: &mut impl Bus, pc: u32) -> Result<Entry, Fault> {
-    let first = bus.read_code(pc).map_err(|_| Fault::InstructionBus)?;
+pub(super) fn decode(bus: &mut impl Bus, pc: u32) -> TrapResult<Entry> {
+    let failed = |denied| match denied {
+        AccessError::Error => Trap::Fault(Fault::InstructionBus),
+        AccessError::Unmodelled(Unmodelled(what)) => Trap::Stop(Stop::Outside { pc, what }),
+    };
+    let first = bus.read_code(pc).map_err(failed)?;
     if !timing::is_wide(first) {
         let mut op = narrow::decode(first, pc);
         add_refill(&mut op, bus);
         let trail = PipelineState::new(&op, u32::from(first), 2);
         return Ok(Entry { op, trail });
     }
-    let second = bus
-        .read_code(pc.wrapping_add(2))
-        .map_err(|_| Fault::InstructionBus)?;
+    let second = bus.read_code(pc.wrapping_add(2)).map_err(failed)?;
     let mut op = wide::decode(first, second, pc);
     add_refill(&mut op, bus);
     let instruction = u32::from(first) << 16 | u32::from(second);

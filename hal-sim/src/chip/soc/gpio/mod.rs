@@ -207,6 +207,12 @@ impl Gpio {
                 .is_some_and(|p| p.levels >> pin & 1 != 0)
     }
 
+    /// Returns whether a pin is in input mode, in which it drives nothing.
+    pub fn is_input(&self, port: usize, pin: usize) -> bool {
+        let port = self.ports.get(port);
+        port.is_some_and(|p| p.moder & 0b11 << (2 * pin) == 0)
+    }
+
     /// Returns all levels of `port`, bit n is pin n; 0 beyond port I.
     pub fn levels(&self, port: usize) -> u16 {
         self.ports.get(port).map_or(0, |p| p.levels)

@@ -106,6 +106,7 @@ impl Otg {
             now: at,
             changes: self.changes,
             vbus: self.vbus,
+            sensed: self.sensed,
             session: self.session,
             ccfg: self.ccfg,
             usbcfg: self.usbcfg,

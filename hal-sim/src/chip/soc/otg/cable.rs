@@ -4,6 +4,7 @@ use super::fifo::Status;
 use super::registers::{ctl, dctl, dsts, epint, int};
 use super::{ENDPOINTS, Otg};
 use crate::chip::Cycle;
+use crate::chip::board::wiring::Vbus;
 
 /// Answer of the device to a SETUP or OUT transaction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,9 +62,19 @@ impl Packet {
 }
 
 impl Otg {
+    /// Sets the connection of PA9, at which VBUS is sensed. By default it is connected to VBUS.
+    pub fn set_sensed(&mut self, sensed: Vbus) {
+        self.sensed = sensed;
+        self.vbus = sensed == Vbus::High;
+    }
+
     /// Switches VBUS on (a powered cable is plugged in) or off at `at`.
     pub fn set_vbus(&mut self, on: bool, at: Cycle) {
-        self.vbus = on;
+        self.vbus = match self.sensed {
+            Vbus::Sensed => on,
+            Vbus::Open => false,
+            Vbus::High => true,
+        };
         self.update_session(at);
         self.mark_changed();
     }

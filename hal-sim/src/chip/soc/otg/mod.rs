@@ -15,6 +15,7 @@ mod tests;
 
 pub use cable::{Handshake, Packet, Reply};
 
+use crate::chip::board::wiring::Vbus;
 use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral};
 use endpoint::{Direction, Endpoint};
 use fifo::{Receive, Transmit};
@@ -41,6 +42,7 @@ pub struct Otg {
     pub(crate) line: bool,
     /// Whether VBUS is present at the connector.
     vbus: bool,
+    sensed: Vbus,
     /// Whether VBUS was detected as valid, or the cycle at which it will be.
     session: Session,
     /// Cycle since which D+ has been pulled up.
@@ -105,6 +107,7 @@ impl Otg {
             changes: 0,
             line: false,
             vbus: false,
+            sensed: Vbus::Sensed,
             session: Session::Invalid,
             attached: None,
             resetting: (0, 0),
@@ -150,6 +153,7 @@ impl Otg {
         *self = Self {
             now: at,
             vbus: self.vbus,
+            sensed: self.sensed,
             changes: self.changes,
             ..Self::new(self.hz)
         };

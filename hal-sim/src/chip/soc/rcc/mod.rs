@@ -8,23 +8,26 @@
 //! SW), new prescalers, and the detection of a failed HSE.
 
 mod block;
+mod cause;
+mod crystal;
 mod registers;
 #[cfg(test)]
 mod tests;
 mod tree;
 
 pub use block::{APB1, APB2, BUSES, Block};
+pub use cause::Cause;
+pub use crystal::Crystal;
 pub use tree::HSI_HZ;
 
 use super::clock::{Clocks, cycles_in, rescale};
 use crate::chip::Cycle;
 use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
+use crystal::HSE_START_NS;
 use tree::{Limits, Pll, Source};
 
 /// HSI start-up, 2.2 µs typical (DS8626, HSI oscillator characteristics).
 const HSI_START_NS: u64 = 2_200;
-/// HSE start-up, 2 ms typical (DS8626, HSE oscillator characteristics).
-const HSE_START_NS: u64 = 2_000_000;
 /// PLL lock, 300 µs at most (DS8626, main PLL characteristics).
 const PLL_LOCK_NS: u64 = 300_000;
 /// LSI start-up, 15 µs typical (DS8626, LSI oscillator characteristics).
@@ -55,35 +58,6 @@ const CSSF: u32 = 1 << 7;
 const CSSC: u32 = 1 << 23;
 const RMVF: u32 = 1 << 24;
 
-/// Cause of a chip reset (RCC_CSR, section 7.3.21).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cause {
-    /// Power-on; also sets the flags of brown-out and pin.
-    PowerOn,
-    /// The supply was below the brown-out level but above the power-down level.
-    BrownOut,
-    /// The NRST pin.
-    Pin,
-    /// A software reset: SYSRESETREQ of the core.
-    Software,
-    /// The independent watchdog.
-    Watchdog,
-}
-
-impl Cause {
-    /// Returns the flags of RCC_CSR: every internal reset also pulls the pin (section 7.1.1).
-    const fn flags(self) -> u32 {
-        let pin = 1 << 26;
-        match self {
-            Self::PowerOn => pin | 1 << 27 | 1 << 25,
-            Self::BrownOut => pin | 1 << 25,
-            Self::Pin => pin,
-            Self::Software => pin | 1 << 28,
-            Self::Watchdog => pin | 1 << 29,
-        }
-    }
-}
-
 /// Cycle at which each starting oscillator is ready; `Cycle::MAX` if it is not starting.
 #[derive(Clone, PartialEq, Debug)]
 struct Starting {
@@ -97,6 +71,7 @@ struct Starting {
 #[derive(Clone, PartialEq, Debug)]
 pub struct Rcc {
     hse_hz: u32,
+    hse_start_ns: u64,
     hse_works: bool,
     /// Actual output P of the PLL, Hz, if an injected fault changes it.
     pll_hz: Option<u32>,
@@ -127,8 +102,10 @@ pub struct Rcc {
 }
 
 impl Rcc {
-    /// Creates the block in its power-on state, with a crystal of `hse_hz`, 4–26 MHz.
-    pub fn new(hse_hz: u32) -> Self {
+    /// Creates the block in its power-on state, with this crystal. The clocks of a crystal that is
+    /// off its nominal frequency may exceed the data sheet by as much.
+    pub fn new(crystal: Crystal) -> Self {
+        let is_nominal = crystal.hz.is_multiple_of(1_000_000);
         let clocks = Clocks {
             hclk_hz: HSI_HZ,
             pclk1_hz: HSI_HZ,
@@ -138,10 +115,15 @@ impl Rcc {
             usb_hz: 0,
         };
         Self {
-            hse_hz,
-            hse_works: true,
+            hse_hz: crystal.hz,
+            hse_start_ns: crystal.start_ns.unwrap_or(HSE_START_NS),
+            hse_works: crystal.start_ns.is_some(),
             pll_hz: None,
-            limits: Limits::DATA_SHEET,
+            limits: if is_nominal {
+                Limits::DATA_SHEET
+            } else {
+                Limits::KNOWN
+            },
             cr: cr::RESET,
             pllcfgr: PLLCFGR_RESET,
             cfgr: 0,
@@ -178,7 +160,10 @@ impl Rcc {
             bdcr: self.bdcr,
             hse_works: self.hse_works,
             pll_hz: self.pll_hz,
-            ..Self::new(self.hse_hz)
+            ..Self::new(Crystal {
+                hz: self.hse_hz,
+                start_ns: Some(self.hse_start_ns),
+            })
         };
     }
 
@@ -316,7 +301,7 @@ impl Rcc {
         let hz = self.clocks.hclk_hz;
         for (on, ready, start_ns) in [
             (cr::HSION, cr::HSIRDY, HSI_START_NS),
-            (cr::HSEON, cr::HSERDY, HSE_START_NS),
+            (cr::HSEON, cr::HSERDY, self.hse_start_ns),
             (cr::PLLON, cr::PLLRDY, PLL_LOCK_NS),
         ] {
             let due = if value & on == 0 {

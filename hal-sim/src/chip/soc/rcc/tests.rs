@@ -11,7 +11,7 @@ const CSR: u32 = 0x74;
 
 /// Clocks of the board: HSE 8 MHz, M 4, N 168, P 2, Q 7, APB1 / 4, APB2 / 2.
 fn at_168_mhz() -> (Rcc, Cycle) {
-    let mut rcc = Rcc::new(8_000_000);
+    let mut rcc = Rcc::new(Crystal::new(8_000_000));
     rcc.set(CR, 0x0001_0083, 0);
     let at = rcc.next_event();
     assert_eq!(at, 32_000, "2 ms at 16 MHz");
@@ -25,7 +25,7 @@ fn at_168_mhz() -> (Rcc, Cycle) {
 
 #[test]
 fn reset_values_are_those_of_the_manual() {
-    let mut rcc = Rcc::new(8_000_000);
+    let mut rcc = Rcc::new(Crystal::new(8_000_000));
     for (offset, value) in [
         (CR, 0x83),
         (PLLCFGR, 0x2400_3010),
@@ -67,7 +67,7 @@ fn the_boards_clock_tree() {
 
 #[test]
 fn each_oscillator_is_ready_after_its_start_up_and_not_before() {
-    let mut rcc = Rcc::new(8_000_000);
+    let mut rcc = Rcc::new(Crystal::new(8_000_000));
     rcc.set(CR, 0x0001_0083, 100);
     assert_eq!(rcc.get(CR, 32_099), 0x0001_0083);
     assert_eq!(rcc.get(CR, 32_100), 0x0003_0083);
@@ -80,7 +80,7 @@ fn each_oscillator_is_ready_after_its_start_up_and_not_before() {
 
 #[test]
 fn the_switch_waits_for_its_source() {
-    let mut rcc = Rcc::new(8_000_000);
+    let mut rcc = Rcc::new(Crystal::new(8_000_000));
     rcc.set(CR, 0x0001_0083, 0);
     rcc.set(CFGR, 1, 10);
     assert_eq!(rcc.get(CFGR, 10), 1, "SWS is HSI still");
@@ -118,7 +118,7 @@ fn clock_security_falls_back_to_hsi_with_nmi() {
 fn without_clock_security_a_failed_crystal_leaves_no_clock() {
     let (mut rcc, at) = at_168_mhz();
     assert!(rcc.stop_hse(at).is_err());
-    let mut idle = Rcc::new(8_000_000);
+    let mut idle = Rcc::new(Crystal::new(8_000_000));
     idle.stop_hse(0).unwrap();
     idle.set(CR, 0x0001_0083, 0);
     assert_eq!(idle.get(CR, 1_000_000), 0x0001_0083, "never ready");
@@ -154,7 +154,7 @@ fn a_factor_that_turns_by_itself_multiplies_at_once() {
     assert_eq!(rcc.clocks.hclk_hz, 160_000_000);
     assert!(!rcc.exceeds_data_sheet());
     assert_eq!(rcc.upset(CSR, 1, at), Ok(false), "a write does that");
-    let mut off = Rcc::new(8_000_000);
+    let mut off = Rcc::new(Crystal::new(8_000_000));
     assert_eq!(off.upset(PLLCFGR, 1 << 9, 0), Ok(false));
 }
 
@@ -196,7 +196,7 @@ fn a_factor_that_turns_by_itself_may_leave_the_data_sheet() {
 
 #[test]
 fn blocks_are_enabled_and_reset_by_their_bits() {
-    let mut rcc = Rcc::new(8_000_000);
+    let mut rcc = Rcc::new(Crystal::new(8_000_000));
     assert_eq!(rcc.is_enabled(Block::Spi(3), 0), Ok(false));
     rcc.set(0x40, 1 << 15, 100);
     assert!(rcc.is_enabled(Block::Spi(3), 101).is_err(), "ES0182");
@@ -242,7 +242,7 @@ fn causes_of_reset_add_up_until_they_are_removed() {
 
 #[test]
 fn the_backup_domain_is_reset_only_when_it_can_be_written() {
-    let mut rcc = Rcc::new(8_000_000);
+    let mut rcc = Rcc::new(Crystal::new(8_000_000));
     rcc.set(0x70, 1 << 16, 0);
     assert!(!rcc.take_backup_reset());
     rcc.set_backup_writable(true);

@@ -1,15 +1,18 @@
 //! Models everything around the core, as the core's bus: the chip, and the parts wired to it.
 
+mod bus;
+
 use super::dac_line::received_bits;
 use super::front_end::{current_ma, sense};
+use super::hardware::{Hardware, PinLog, SharedPinLog};
 use super::loss::Loss;
 use super::margin::Margins;
 use super::outputs::{Outputs, Phases};
 use super::stages;
-use super::wiring::{self, Pin};
+use super::wiring::{self, Pin, Wiring};
 use crate::chip::Cycle;
 use crate::chip::ad5668::Ad5668;
-use crate::chip::cpu::bus::{AccessError, Bus, LINE_WORDS, Modelled, ReadResult, Size, Unmodelled};
+use crate::chip::cpu::bus::{AccessError, Bus, LINE_WORDS, Modelled, Unmodelled};
 use crate::chip::cpu::{Cpu, Stop};
 use crate::chip::soc::gpio::Level;
 use crate::chip::soc::rcc::Cause;
@@ -19,6 +22,10 @@ use crate::lockstep::Output;
 use crate::trace::judge::Pump;
 use crate::trace::{CHANNELS, Levels};
 use firmware::lockstep::{Sensors, Sink};
+use std::collections::VecDeque;
+
+/// Largest number of changes of the diode that are kept.
+const LED_CHANGES: usize = 256;
 
 impl Unmodelled {
     /// Adds the core's program counter to the error, which gives a [`Stop`].
@@ -41,6 +48,13 @@ pub struct Surroundings {
     dacs: [Ad5668; 2],
     outputs: Outputs,
     stages: [Option<Output>; CHANNELS],
+    /// Whether a wire connects the strap to 3.3 V; without effect on the reference board.
+    pub is_strapped: bool,
+    /// Latest changes of the diode: cycle and whether it is lit.
+    led: VecDeque<(Cycle, bool)>,
+    /// Number of writes to the mode register of the pump's port that left the pump not an input.
+    pump_drives: u64,
+    pins: Option<SharedPinLog>,
     load_ohm: [u32; CHANNELS],
     joint: u16,
     /// Output lines that are broken between the chip and a stage, as an injected fault; the stage
@@ -58,14 +72,23 @@ pub struct Surroundings {
 }
 
 impl Surroundings {
-    pub(super) fn new(flash: &[u8], outputs: [Option<Output>; CHANNELS], pace: Pace) -> Self {
-        let mut soc = Soc::new(pace);
+    pub(super) fn new(
+        hardware: &Hardware,
+        flash: &[u8],
+        outputs: [Option<Output>; CHANNELS],
+        pace: Pace,
+    ) -> Self {
+        let wiring = hardware.wiring;
+        let mut soc = Soc::with_crystal(pace, hardware.crystal);
         // `Image` has checked that the flash contents fit.
         let _ = soc.flash.load(super::super::soc::flash::BASE, flash);
-        let words = stages::table(&outputs).to_words(soc.signature.uid);
-        for copy in stages::COPIES {
-            let _ = stages::write(&mut soc.flash, copy, &words); // both lie in flash
+        if !wiring.is_breadboard() {
+            let words = stages::table(&outputs).to_words(soc.signature.uid);
+            for copy in stages::COPIES {
+                let _ = stages::write(&mut soc.flash, copy, &words); // both lie in flash
+            }
         }
+        soc.otg.set_sensed(wiring.vbus);
         soc.flash.set_options(stages::OPTIONS);
         let hz = soc.hz();
         let mut host = Host::new(hz.into());
@@ -74,8 +97,12 @@ impl Surroundings {
             soc,
             host,
             dacs: [Ad5668::default(), Ad5668::default()],
-            outputs: Outputs::default(),
+            outputs: Outputs::new(wiring),
             stages: outputs,
+            is_strapped: hardware.is_strapped,
+            led: VecDeque::new(),
+            pump_drives: 0,
+            pins: None,
             load_ohm: [2_000; CHANNELS],
             joint: 0,
             broken: Levels::ISOLATED,
@@ -108,14 +135,38 @@ impl Surroundings {
         self.load_ohm = sensors.load_ohm;
         // A sensor that is not connected is pulled down by the front end.
         self.joint = sensors.joint.unwrap_or(0);
-        self.drive(wiring::ARM, sensors.arm, at)?;
-        self.drive(wiring::HAND_STOP, sensors.hand_stop, at)?;
-        self.drive(wiring::OVER_CURRENT, !sensors.over_current, at)
+        let board = *self.board();
+        self.drive(board.hand_stop, sensors.hand_stop, at)?;
+        if let Some(strap) = board.strap {
+            // A breadboard has neither key nor latch: their pins are open, and pulled down.
+            return self.drive(strap, self.is_strapped, at);
+        }
+        self.drive(board.arm, sensors.arm, at)?;
+        self.drive(board.over_current, !sensors.over_current, at)
+    }
+
+    /// Returns the wiring of the board.
+    pub const fn board(&self) -> &'static Wiring {
+        self.outputs.board()
+    }
+
+    /// Returns whether the pump's pin is an input, and no write to its mode ever made it anything
+    /// else.
+    pub fn has_pump_stayed_input(&self) -> bool {
+        let (port, pin) = wiring::PUMP;
+        let gpio = &self.soc.playback.gpio;
+        self.pump_drives == 0 && gpio.is_input(port.index(), pin.into())
+    }
+
+    /// Returns the latest changes of the board's diode, at most [`LED_CHANGES`]: cycle, and whether
+    /// it is lit from then on.
+    pub const fn led(&self) -> &VecDeque<(Cycle, bool)> {
+        &self.led
     }
 
     /// Sets the level of the trigger input from cycle `at` on.
     pub(super) fn trigger(&mut self, high: bool, at: Cycle) -> Modelled {
-        self.drive(wiring::TRIGGER, high, at)
+        self.drive(self.board().trigger, high, at)
     }
 
     /// Returns the name of the first part whose state differs from that in `other` at `at`; `None`
@@ -181,7 +232,18 @@ impl Surroundings {
             .then(|| begin + super::CYCLES_PER_US - Cycle::from(us) * super::CYCLES_PER_US)
     }
 
+    /// Writes every change of a pin into `log` from now on; its times count from the next boot.
+    pub fn log_pins(&mut self, log: SharedPinLog) {
+        self.pins = Some(log);
+    }
+
     pub(super) fn begin(&mut self, origin: Cycle) {
+        if let Some(mut log) = self.pins.as_ref().and_then(|log| log.lock().ok()) {
+            *log = PinLog {
+                origin,
+                edges: Vec::new(),
+            };
+        }
         self.outputs.begin(origin);
         self.restart_counts();
     }
@@ -251,6 +313,19 @@ impl Surroundings {
         let edges = &mut self.soc.playback.gpio.edges;
         for edge in edges.drain(..) {
             self.outputs.edge(edge);
+            if let Some(mut log) = self.pins.as_ref().and_then(|log| log.lock().ok()) {
+                log.edges.push(edge);
+            }
+            if let Some((port, pin)) = self.outputs.board().led
+                && usize::from(edge.port) == port.index()
+                && edge.changed >> pin & 1 == 1
+            {
+                self.led
+                    .push_back((edge.cycle, edge.levels >> pin & 1 == 1));
+                if self.led.len() > LED_CHANGES {
+                    self.led.pop_front();
+                }
+            }
             for (dac, (port, pin)) in self.dacs.iter_mut().zip(wiring::DAC_SYNC) {
                 if usize::from(edge.port) == port.index() && edge.changed >> pin & 1 == 1 {
                     dac.select(edge.levels >> pin & 1 == 0);
@@ -263,9 +338,10 @@ impl Surroundings {
 
     /// Returns the ADC code that a conversion of `channel` gives at present.
     fn convert(&self, channel: u8) -> u16 {
+        let board = self.board();
         match channel {
-            wiring::JOINT => self.joint,
-            wiring::CURRENT => sense(self.current_ma()),
+            joint if joint == board.joint => self.joint,
+            current if Some(current) == board.current => sense(self.current_ma()),
             _ => 0,
         }
     }
@@ -355,93 +431,5 @@ impl Surroundings {
         self.now = to;
         self.lines = self.soc.interrupt_lines();
         Ok(())
-    }
-}
-
-impl Bus for Surroundings {
-    #[inline]
-    fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<ReadResult, AccessError> {
-        self.poll_cable(address, at);
-        self.soc.read(address, size, at)
-    }
-
-    #[inline]
-    fn write(
-        &mut self,
-        address: u32,
-        size: Size,
-        value: u32,
-        at: Cycle,
-    ) -> Result<u32, AccessError> {
-        self.poll_cable(address, at);
-        self.margins
-            .record_write(address, at.saturating_sub(self.outputs.origin()));
-        self.soc.write(address, size, value, at)
-    }
-
-    #[inline(always)]
-    fn read_without_wait(&self, address: u32, size: Size) -> Option<u32> {
-        self.soc.read_without_wait(address, size)
-    }
-
-    #[inline(always)]
-    fn write_without_wait(&mut self, address: u32, size: Size, value: u32) -> bool {
-        // Only for SRAM1, where nothing is observed.
-        self.soc.write_without_wait(address, size, value)
-    }
-
-    fn read_code(&mut self, address: u32) -> Result<u16, AccessError> {
-        self.soc.read_code(address)
-    }
-
-    #[inline]
-    fn fetch(&mut self, line: u32, at: Cycle) -> u32 {
-        self.soc.fetch(line, at)
-    }
-
-    fn is_writable_code(&self, address: u32) -> bool {
-        self.soc.is_writable_code(address)
-    }
-
-    fn code_version(&self) -> u32 {
-        self.soc.code_version()
-    }
-
-    fn advance(&mut self, to: Cycle) -> Modelled {
-        loop {
-            let next = self.next_event().max(self.now);
-            if next >= to {
-                break;
-            }
-            self.advance_step(next)?;
-        }
-        self.advance_step(to)
-    }
-
-    fn next_event(&self) -> Cycle {
-        self.soc
-            .next_event()
-            .min(self.host.next_event(&self.soc.otg))
-    }
-
-    #[inline]
-    fn interrupt_lines(&self) -> [u32; LINE_WORDS] {
-        self.lines
-    }
-
-    fn nmi(&self) -> bool {
-        self.soc.rcc.cssf
-    }
-
-    fn request_reset(&mut self, at: Cycle) {
-        self.soc.request_reset(at);
-    }
-
-    fn clocks_sleeping_core(&self) -> bool {
-        self.soc.clocks_sleeping_core()
-    }
-
-    fn is_reset_requested(&self) -> bool {
-        self.soc.is_reset_requested()
     }
 }
