@@ -21,6 +21,39 @@ pub const fn word(seed: u64, index: u64) -> u64 {
     z ^ (z >> 31)
 }
 
+/// Numbers of a stream in their order, for code that draws an unknown number of them.
+#[derive(Clone, Debug)]
+pub struct Sequence {
+    seed: u64,
+    index: u64,
+}
+
+impl Sequence {
+    /// Creates the sequence of stream `seed`.
+    #[must_use]
+    pub const fn new(seed: u64) -> Self {
+        Self { seed, index: 0 }
+    }
+
+    /// Returns the next number, all 64 bits of it.
+    pub const fn next_word(&mut self) -> u64 {
+        let number = word(self.seed, self.index);
+        self.index = self.index.wrapping_add(1);
+        number
+    }
+
+    /// Returns a number from 0 to `limit` − 1, or 0 if `limit` is 0. The bias is below `limit` /
+    /// 2⁶⁴.
+    pub const fn below(&mut self, limit: u64) -> u64 {
+        ((self.next_word() as u128 * limit as u128) >> 64) as u64 // below `limit`
+    }
+
+    /// Returns the upper byte of the next number.
+    pub const fn byte(&mut self) -> u8 {
+        (self.next_word() >> 56) as u8
+    }
+}
+
 /// Converts the upper 53 bits of `word` into a number in [0, 1).
 #[must_use]
 pub const fn unit_from_word(word: u64) -> f64 {
