@@ -1,0 +1,7 @@
+//! Tests of the procedure on a simulated boot loader: order, cuts, faults, files.
+
+mod cuts;
+mod files;
+mod fixture;
+mod hostile;
+mod procedure;
