@@ -1,0 +1,121 @@
+//! Comparison of one capture with the expected edges.
+//!
+//! The analyser starts at an unknown time, and its clock may be off by up to 1000 ppm. [`fit()`]
+//! finds both by the pattern of the edges, then judges each edge against the clock that fits most
+//! edges. An edge in the wrong place therefore does not move the others.
+
+mod agreement;
+mod align;
+mod clock;
+mod edges;
+mod error;
+mod judge;
+mod report;
+mod track;
+
+pub use error::FitError;
+pub use report::{Alignment, Finding, LineStatistics, Report, Verdict};
+
+use crate::line::{Expected, Measurement};
+use agreement::{FIT_NS, Span, agreement};
+use align::align;
+use clock::fit_clock;
+use track::{Tracks, bad_value};
+
+/// Limits of a comparison.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FitOptions {
+    /// Allowed deviation of an edge without the resolution of the analyser, nanoseconds, 0 to 1000.
+    /// Default 119 ns: 20 cycles at 168 MHz (docs/hil.md, part 3).
+    pub edge_limit_ns: f64,
+    /// Resolution of the analyser that is added to the allowed deviation, sample periods, 0 to
+    /// 1000. Default 1. Use 2 for an analyser that displaces edges by up to one sample.
+    pub resolution_samples: f64,
+    /// Accepted clock error of the analyser, parts per million, 0 to 1000. Default 200.
+    pub max_clock_ppm: f64,
+    /// Smallest sample rate that gives a verdict, hertz. Default 50 MS/s.
+    pub min_samplerate_hz: u64,
+    /// Smallest number of edges that determine the clock. Default 8.
+    pub min_edges: usize,
+}
+
+impl Default for FitOptions {
+    fn default() -> Self {
+        Self {
+            edge_limit_ns: 119.0,
+            resolution_samples: 1.0,
+            max_clock_ppm: 200.0,
+            min_samplerate_hz: 50_000_000,
+            min_edges: 8,
+        }
+    }
+}
+
+/// Aligns a capture with the expected edges and judges every edge.
+///
+/// # Errors
+/// Returns a [`FitError`] if the inputs contradict each other, an option is out of range, or the
+/// capture cannot be aligned.
+pub fn fit(
+    expected: &Expected,
+    measured: &Measurement,
+    options: &FitOptions,
+) -> Result<Report, FitError> {
+    let allowed = 0.0..=1_000.0;
+    for (name, value) in [
+        ("edge_limit_ns", options.edge_limit_ns),
+        ("resolution_samples", options.resolution_samples),
+        ("max_clock_ppm", options.max_clock_ppm),
+    ] {
+        if !allowed.contains(&value) {
+            return Err(bad_value(name, value));
+        }
+    }
+    let tracks = Tracks::new(expected, measured)?;
+    let aligned = align(&tracks)?;
+    let pairs = if aligned.inverted {
+        pairs(&tracks.inverted(), aligned.clock)
+    } else {
+        pairs(&tracks, aligned.clock)
+    };
+    let too_few = FitError::TooFewEdges {
+        matched: pairs.len(),
+        needed: options.min_edges,
+    };
+    if pairs.len() < options.min_edges {
+        return Err(too_few);
+    }
+    let clock = fit_clock(&pairs, aligned.clock).ok_or(too_few)?;
+    let alignment = match aligned.repetition {
+        None => Alignment::Unique,
+        Some((period_ns, others)) => Alignment::Repeated {
+            period_us: (period_ns / 1e3).round() as u64,
+            others,
+        },
+    };
+    let mut report = judge::judge(&tracks, clock, alignment, measured.samplerate_hz, options);
+    if aligned.ambiguous && report.verdict == Verdict::Passed {
+        report.verdict = Verdict::Ambiguous;
+    }
+    Ok(report)
+}
+
+/// Returns the expected and measured times of all edges that fit the alignment, of the lines that
+/// carry their own pattern.
+fn pairs(tracks: &Tracks, clock: clock::Clock) -> Vec<(f64, f64)> {
+    let span = Span::new(tracks, clock);
+    let mut pairs = Vec::new();
+    for (_, (measured, expected)) in tracks.voters() {
+        if !agreement(measured, expected, clock, span.inner()).votes() {
+            continue;
+        }
+        for (index, &time) in measured.times.iter().enumerate() {
+            let place = clock.to_expected(time);
+            let partner = expected.nearest(place, measured.edge(index), FIT_NS);
+            if let Some((_, partner)) = partner.filter(|_| span.contains(place)) {
+                pairs.push((partner, time));
+            }
+        }
+    }
+    pairs
+}

@@ -1,0 +1,344 @@
+//! Results of a comparison: findings, statistics and the verdict.
+
+use std::fmt;
+
+use crate::line::Edge;
+
+/// Deviation of a captured line from its prediction. Times are session times; if the alignment is
+/// [`Alignment::Repeated`], they are valid modulo its period.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Finding {
+    /// An edge deviates by more than the limit.
+    EdgeMoved {
+        /// Name of the line.
+        line: String,
+        /// Predicted time, microseconds.
+        time_us: u64,
+        /// Direction.
+        edge: Edge,
+        /// Measurement less predicted time, nanoseconds.
+        deviation_ns: f64,
+    },
+    /// One predicted edge was not measured.
+    EdgeMissing {
+        /// Name of the line.
+        line: String,
+        /// Predicted time, microseconds.
+        time_us: u64,
+        /// Direction.
+        edge: Edge,
+    },
+    /// One measured edge was not predicted.
+    EdgeExtra {
+        /// Name of the line.
+        line: String,
+        /// Measurement time, microseconds.
+        time_us: f64,
+        /// Direction.
+        edge: Edge,
+    },
+    /// Two consecutive predicted edges were not measured: a missing pulse, or a missing pause
+    /// between two pulses. A line that misses one edge also misses the next one, because its
+    /// level is then already that after the next edge.
+    PulseMissing {
+        /// Name of the line.
+        line: String,
+        /// Level of the missing pulse: high for a pulse, low for a pause.
+        high: bool,
+        /// Predicted start, microseconds.
+        from_us: u64,
+        /// Predicted end, microseconds.
+        until_us: u64,
+    },
+    /// Two consecutive measured edges were not predicted, for example a glitch.
+    PulseExtra {
+        /// Name of the line.
+        line: String,
+        /// Level of the additional pulse: high for a pulse, low for a pause.
+        high: bool,
+        /// Measurement start, microseconds.
+        from_us: f64,
+        /// Measurement end, microseconds.
+        until_us: f64,
+    },
+    /// At least 90 % of the edges of a line deviate by more than the limit, all in one direction.
+    LineShifted {
+        /// Name of the line.
+        line: String,
+        /// Mean of measured less predicted time of these edges, nanoseconds.
+        mean_ns: f64,
+        /// Number of edges.
+        edges: usize,
+    },
+    /// Two probes are exchanged: each carries the pattern of the other.
+    LinesSwapped {
+        /// Name of the first line.
+        first: String,
+        /// Name of the second line.
+        second: String,
+    },
+    /// The probe of a line carries the pattern of another line.
+    LineCarriesOther {
+        /// Name of the line that the probe should carry.
+        line: String,
+        /// Name of the line that it carries.
+        carries: String,
+    },
+    /// Levels of a line are inverted.
+    LineInverted {
+        /// Name of the line.
+        line: String,
+    },
+    /// A line has no edge in the capture although edges are predicted.
+    LineNeverMoves {
+        /// Name of the line.
+        line: String,
+        /// Measurement level.
+        high: bool,
+        /// Number of predicted edges.
+        expected: usize,
+    },
+    /// A line has neither measured nor predicted edges, but the wrong level.
+    WrongLevel {
+        /// Name of the line.
+        line: String,
+        /// Measurement level.
+        high: bool,
+    },
+    /// A line does not follow its pattern, and no other finding explains it.
+    LineDiffers {
+        /// Name of the line.
+        line: String,
+        /// Number of predicted edges.
+        expected: usize,
+        /// Number of measured edges.
+        measured: usize,
+        /// Number of measured edges that fit a predicted one.
+        matched: usize,
+    },
+    /// The clock of the analyser is outside the accepted range by more than three standard
+    /// uncertainties.
+    ClockError {
+        /// Estimated error, parts per million.
+        ppm: f64,
+        /// Accepted error, parts per million.
+        limit_ppm: f64,
+    },
+}
+
+impl Finding {
+    /// Returns the stable number of the finding, 1 to 13.
+    pub const fn number(&self) -> u8 {
+        match self {
+            Self::EdgeMoved { .. } => 1,
+            Self::EdgeMissing { .. } => 2,
+            Self::EdgeExtra { .. } => 3,
+            Self::PulseMissing { .. } => 4,
+            Self::PulseExtra { .. } => 5,
+            Self::LineShifted { .. } => 6,
+            Self::LinesSwapped { .. } => 7,
+            Self::LineCarriesOther { .. } => 8,
+            Self::LineInverted { .. } => 9,
+            Self::LineNeverMoves { .. } => 10,
+            Self::WrongLevel { .. } => 11,
+            Self::LineDiffers { .. } => 12,
+            Self::ClockError { .. } => 13,
+        }
+    }
+
+    /// Returns whether the finding concerns the pattern of a whole line.
+    pub const fn is_about_line(&self) -> bool {
+        matches!(self.number(), 7..=12)
+    }
+}
+
+const fn level(high: bool) -> &'static str {
+    if high { "high" } else { "low" }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::EdgeMoved {
+                line,
+                time_us,
+                edge,
+                deviation_ns,
+            } => write!(
+                f,
+                "{line}: the {edge} edge at {time_us} µs deviates by {deviation_ns:+.0} ns"
+            ),
+            Self::EdgeMissing {
+                line,
+                time_us,
+                edge,
+            } => write!(f, "{line}: the {edge} edge at {time_us} µs is missing"),
+            Self::EdgeExtra {
+                line,
+                time_us,
+                edge,
+            } => write!(f, "{line}: an additional {edge} edge at {time_us:.2} µs"),
+            Self::PulseMissing {
+                line,
+                high,
+                from_us,
+                until_us,
+            } => write!(
+                f,
+                "{line}: the {} phase from {from_us} to {until_us} µs is missing",
+                level(*high)
+            ),
+            Self::PulseExtra {
+                line,
+                high,
+                from_us,
+                until_us,
+            } => write!(
+                f,
+                "{line}: an additional {} phase from {from_us:.2} to {until_us:.2} µs",
+                level(*high)
+            ),
+            Self::LineShifted {
+                line,
+                mean_ns,
+                edges,
+            } => write!(
+                f,
+                "{line}: nearly all of {edges} edges deviate, by {mean_ns:+.0} ns in the mean"
+            ),
+            Self::LinesSwapped { first, second } => {
+                write!(f, "{first} and {second}: exchange their probes")
+            }
+            Self::LineCarriesOther { line, carries } => {
+                write!(f, "{line}: its probe carries {carries}; move the probe")
+            }
+            Self::LineInverted { line } => {
+                write!(f, "{line}: the levels are inverted; check the isolator")
+            }
+            Self::LineNeverMoves {
+                line,
+                high,
+                expected,
+            } => write!(
+                f,
+                "{line}: always {}, with {expected} edges predicted; check the probe",
+                level(*high)
+            ),
+            Self::WrongLevel { line, high } => write!(
+                f,
+                "{line}: always {}, {} predicted; check the probe",
+                level(*high),
+                level(!*high)
+            ),
+            Self::LineDiffers {
+                line,
+                expected,
+                measured,
+                matched,
+            } => write!(
+                f,
+                "{line}: {matched} of {measured} measured edges fit the {expected} predicted ones; \
+                 check session and probe"
+            ),
+            Self::ClockError { ppm, limit_ppm } => write!(
+                f,
+                "analyser clock: {ppm:+.1} ppm, allowed ±{limit_ppm} ppm; use another analyser or \
+                 measure its clock"
+            ),
+        }
+    }
+}
+
+/// Relation of a capture to the session.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Alignment {
+    /// Only one alignment explains the capture.
+    Unique,
+    /// Several alignments explain the capture equally, because the session repeats itself. The
+    /// report uses the earliest one with the highest score.
+    Repeated {
+        /// Distance to the nearest other alignment, microseconds.
+        period_us: u64,
+        /// Number of other alignments; at most 4096 are compared, the earliest first.
+        others: usize,
+    },
+}
+
+/// Conclusion of a comparison.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Every compared edge is within the limit, and nothing was found.
+    Passed,
+    /// There is at least one finding.
+    Failed,
+    /// The sample rate is too low for a verdict. Findings and statistics are reported.
+    NotJudged,
+    /// Nothing was found, but only because the capture fits the start or the end of the session;
+    /// all other alignments have one missing or additional pulse. Record a longer time.
+    Ambiguous,
+    /// Nothing was found, but at least one line was not compared or a capture not aligned.
+    Incomplete,
+}
+
+/// Statistics of one line. Deviations are measured less predicted time, nanoseconds, after the
+/// known skew and the clock of the analyser; 0 if no edge was compared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LineStatistics {
+    /// Name of the line.
+    pub name: String,
+    /// Predicted edges in the compared period.
+    pub expected: usize,
+    /// Edges with a measured partner.
+    pub compared: usize,
+    /// Compared edges outside the limit.
+    pub moved: usize,
+    /// Predicted edges without a partner.
+    pub missing: usize,
+    /// Measurement edges without a partner.
+    pub extra: usize,
+    /// Mean of the deviations within the limit; of all, if none is within it.
+    pub mean_ns: f64,
+    /// Root mean square of the deviations.
+    pub rms_ns: f64,
+    /// Smallest deviation.
+    pub min_ns: f64,
+    /// Largest deviation.
+    pub max_ns: f64,
+}
+
+/// Result of the comparison of one capture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Report {
+    /// Nominal sample rate, hertz.
+    pub samplerate_hz: u64,
+    /// Uniqueness of the alignment.
+    pub alignment: Alignment,
+    /// Session time of sample 0, microseconds. Negative if the capture began before the session.
+    pub start_us: f64,
+    /// Compared period: start, session microseconds.
+    pub from_us: f64,
+    /// Compared period: end, session microseconds.
+    pub until_us: f64,
+    /// Clock error of the analyser against the board, parts per million; positive if it is fast.
+    pub clock_ppm: f64,
+    /// Standard uncertainty of `clock_ppm`.
+    pub clock_uncertainty_ppm: f64,
+    /// Limit of a deviation, nanoseconds.
+    pub limit_ns: f64,
+    /// Statistics of the captured lines, in the order of the capture.
+    pub lines: Vec<LineStatistics>,
+    /// Number of compared edges of all lines.
+    pub compared: usize,
+    /// Deviation with the largest magnitude, nanoseconds.
+    pub largest_ns: f64,
+    /// Root mean square of all deviations, nanoseconds.
+    pub rms_ns: f64,
+    /// Largest less smallest deviation of all edges, nanoseconds.
+    pub range_ns: f64,
+    /// Largest less smallest mean of the compared lines, nanoseconds.
+    pub line_spread_ns: f64,
+    /// Deviations from the prediction, by line, then by time.
+    pub findings: Vec<Finding>,
+    /// Conclusion.
+    pub verdict: Verdict,
+}
