@@ -296,6 +296,8 @@ const fn words(code: Code) -> (&'static str, &'static str) {
         Code::TooFarAhead => ("the setpoint is due too long after the device's present time", "send it later, or check the host's estimate of the device's clock"),
         Code::TooManyWaiting => ("the queue of timed setpoints is full", "send the setpoint when the first one in the queue is due"),
         Code::TimeGoesBack => ("the setpoint is due less than 250 µs after the latest one in the queue", "send timed setpoints in order, and those for the same time in one request"),
+        Code::NoBootLoader => ("the image on this device does not enter the chip's boot loader on request", "enter it with the board's buttons (flexor board show), or use a debug probe"),
+        Code::InputsClosed => ("arm key or hand-held stop is closed", "open both, and send the request again"),
         Code::AboveStart => ("the amplitude is above the channel's start, so the first of the fixed number of pulses would be lower than requested", "request at most start, or agree on a larger start with the wearer"),
         Code::ListTooSteep => ("a pulse of the list is further above the previous one than the wearer's limits allow", "list smaller steps, or agree on a larger start with the wearer"),
         Code::CountedControlled => ("a controller drives this channel, so its train cannot have a fixed number of pulses", "remove repeats"),

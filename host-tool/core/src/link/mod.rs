@@ -34,6 +34,6 @@ pub use keeper::{Keeper, Lateness, UNATTENDED};
 pub use paced::PacedPort;
 pub use port::{Outlet, Port, SimulatedPort};
 #[cfg(feature = "serial")]
-pub use serial::SerialPort;
+pub use serial::{FlexorPort, SerialPort, flexor_ports};
 #[cfg(feature = "realtime")]
 pub use stream::TcpPort;

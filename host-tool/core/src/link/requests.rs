@@ -51,6 +51,8 @@ requests! {
     "Stores the board's output stages, by channel, and their supply, after which it restarts."
     "StoreStages" store_stages(stages: [Option<StageKind>; CHANNELS], supply: StageSupply)
     Request::StoreStages { stages, supply };
+    "Restarts a breadboard in the boot loader of its chip."
+    "EnterBootLoader" enter_boot_loader() Request::EnterBootLoader;
     "Acknowledges a fault."
     "Acknowledge" acknowledge() Request::Acknowledge;
     "Sets the reference angle, 0.01°, and its rate, 0.01 °/s."

@@ -13,6 +13,9 @@ pub struct Identity {
     /// Whether the device ran inside this program. It then runs in virtual time, so that a rerun
     /// gives the same result.
     pub in_process: bool,
+    /// Name of the board whose pins the image drives; empty without a chip.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub board: String,
     /// Unique number of the chip, 96 bits, as 24 hexadecimal digits in the order of its bytes in
     /// memory; `None` if the device has no chip.
     pub unique_id: Option<String>,
@@ -43,7 +46,8 @@ pub enum DeviceKind {
     Native,
     /// QEMU, which executes the device code compiled for its processor.
     Qemu,
-    /// Board whose output stages are simulated and to which no person may be connected.
+    /// Board whose output stages are simulated and to which no person may be connected; or the chip
+    /// simulator of such a board.
     Breadboard,
 }
 
@@ -56,7 +60,7 @@ impl DeviceKind {
             Self::Chip => "chip simulator",
             Self::Native => "native simulator",
             Self::Qemu => "QEMU",
-            Self::Breadboard => "breadboard without output stages",
+            Self::Breadboard => "breadboard: LEDs and analyser only, no output stage",
         }
     }
 
@@ -66,6 +70,7 @@ impl DeviceKind {
     pub fn format_with_name(self, name: &str) -> String {
         match self.words() {
             words if words == name => words.to_owned(),
+            words if self == Self::Breadboard => format!("{words}, at {name}"),
             words => format!("{words} at {name}"),
         }
     }

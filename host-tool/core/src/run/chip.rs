@@ -4,6 +4,7 @@
 mod debug;
 mod log;
 
+use super::board::Board;
 use super::images;
 use super::open_error::{ChipError, OpenError};
 use super::simulated::simulated_port;
@@ -12,31 +13,38 @@ use crate::link::SimulatedPort;
 use crate::session::Session;
 use firmware::lockstep::Sensors;
 use firmware::units::Micros;
-use hal_sim::chip::board::Board;
+use hal_sim::chip::board::{Board as SimulatedBoard, Hardware, SharedPinLog};
 use hal_sim::chip::cpu::run::Observer;
 #[cfg(feature = "gdb")]
 use hal_sim::chip::gdb::AfterDebugger;
 use hal_sim::chip::{self, soc::Pace};
-use hal_sim::images::Image;
 use hal_sim::lockstep::Device;
 use log::LogFile;
 use std::path::{Path, PathBuf};
 
-/// Opens the image to flash: the file at `path`, or without a path the stimulator image of this
+/// Opens the image to flash on the reference board, like [`board_image`].
+///
+/// # Errors
+/// The errors of [`board_image`].
+pub fn chip_image(path: Option<&Path>) -> Result<chip::image::Image, ChipError> {
+    board_image(path, Board::Reference)
+}
+
+/// Opens the image to flash: the file at `path`, or without a path the image of `board` of this
 /// program. The latter is the file beside this program, or a file that is built in its checkout if
 /// that file is missing or older than its sources.
 ///
 /// # Errors
 /// The image does not build, or the file cannot be flashed.
-pub fn chip_image(path: Option<&Path>) -> Result<chip::image::Image, ChipError> {
+pub fn board_image(path: Option<&Path>, board: Board) -> Result<chip::image::Image, ChipError> {
     Ok(match path {
         Some(path) => chip::image::Image::open(path)?,
-        None => chip::image::Image::open(&images::find(Image::Stimulator)?)?,
+        None => chip::image::Image::open(&images::find(board.image())?)?,
     })
 }
 
-/// Powers on a board of the chip simulator. It has the output stages of `session`, and `image` in
-/// its flash. `observer` is informed of what the core executes. No instruction has been executed
+/// Powers on the reference board of the chip simulator. It has the output stages of `session`, and
+/// `image` in its flash. `observer` is informed of what the core executes. No instruction has been executed
 /// yet when this function returns.
 ///
 /// # Errors
@@ -45,15 +53,32 @@ pub fn power_on<O: Observer>(
     session: &Session,
     image: &chip::image::Image,
     observer: O,
-) -> Result<Board<O>, ChipError> {
+) -> Result<SimulatedBoard<O>, ChipError> {
+    power_on_as(Board::Reference, session, image, observer)
+}
+
+/// Powers on any board, with the stages of `session` if it has stages.
+fn power_on_as<O: Observer>(
+    board: Board,
+    session: &Session,
+    image: &chip::image::Image,
+    observer: O,
+) -> Result<SimulatedBoard<O>, ChipError> {
     let (outputs, pace) = (output_stages(session), Pace::Lazy);
-    Ok(Board::power_on(image.clone(), outputs, pace, observer)?)
+    let hardware = Hardware::new(board.wiring());
+    let image = image.clone();
+    let board = SimulatedBoard::power_on_as(&hardware, image, outputs, pace, observer)?;
+    Ok(board)
 }
 
 /// Options for running a session on the chip simulator.
 #[derive(Debug, Default)]
 pub struct ChipOptions {
-    /// ELF file to flash instead of the stimulator image of this program.
+    /// Board that is simulated, and whose image of this program is flashed.
+    pub board: Board,
+    /// Log of the chip's pins, which the caller reads after the run.
+    pub pins: Option<SharedPinLog>,
+    /// ELF file to flash instead of the board's image of this program.
     pub image: Option<PathBuf>,
     /// TCP port on this computer at which the simulator waits for gdb with the core halted. A value
     /// of 0 takes any free port, and `None` runs without a debugger.
@@ -78,12 +103,12 @@ pub fn open_chip_port(
     seed: u64,
     options: &ChipOptions,
 ) -> Result<SimulatedPort, OpenError> {
-    let image = chip_image(options.image.as_deref())?;
+    let image = board_image(options.image.as_deref(), options.board)?;
     let log = LogFile::open(options, &image)?;
     let (device, boot_us) = match () {
         #[cfg(feature = "gdb")]
         () if options.gdb.is_some() => debug::boot_under_gdb(session, &image, options, log)?,
-        () => boot_board(session, &image, log)?,
+        () => boot_board(options, session, &image, log)?,
     };
     let mut port = simulated_port(session, seed, device, Micros::new(boot_us as u32))?; // far from wrapping
     port.image = Some(image.path().to_owned());
@@ -93,11 +118,15 @@ pub fn open_chip_port(
 /// Boots a board without a debugger. Returns the board, and the device time at the end of its boot,
 /// µs.
 fn boot_board(
+    options: &ChipOptions,
     session: &Session,
     image: &chip::image::Image,
     log: LogFile,
 ) -> Result<(Box<dyn Device>, u64), ChipError> {
-    let mut board = power_on(session, image, ())?;
+    let mut board = power_on_as(options.board, session, image, ())?;
+    if let Some(pins) = &options.pins {
+        board.around.log_pins(pins.clone());
+    }
     board.boot(&Sensors::default())?;
     let boot_us = board.now_us();
     Ok((log.attach(board), boot_us))

@@ -10,7 +10,7 @@ use crate::link::Port;
 #[cfg(feature = "realtime")]
 use crate::link::TcpPort;
 #[cfg(feature = "serial")]
-use crate::link::{Error, SerialPort};
+use crate::link::{Error, FlexorPort, SerialPort, flexor_ports};
 use crate::record::DeviceKind;
 use crate::session::Session;
 #[cfg(feature = "serial")]
@@ -38,6 +38,8 @@ pub enum DeviceName {
     Tcp(String),
     /// Device on a serial port, given by the port's path or name.
     Serial(String),
+    /// The only board on the USB ports of this computer.
+    Auto,
 }
 
 impl FromStr for DeviceName {
@@ -48,6 +50,7 @@ impl FromStr for DeviceName {
             "native" => Self::Native,
             "chip" => Self::Chip,
             "qemu" => Self::Qemu,
+            "auto" => Self::Auto,
             _ => match name.strip_prefix("tcp:") {
                 Some(address) => Self::Tcp(address.to_owned()),
                 None => Self::Serial(name.to_owned()),
@@ -64,6 +67,7 @@ impl DeviceName {
             Self::Native => "native".to_owned(),
             Self::Chip => "chip".to_owned(),
             Self::Qemu => "qemu".to_owned(),
+            Self::Auto => "auto".to_owned(),
             Self::Tcp(_) | Self::Serial(_) => self.to_string(),
         }
     }
@@ -72,7 +76,7 @@ impl DeviceName {
     /// are then not known to this program.
     #[must_use]
     pub const fn is_port(&self) -> bool {
-        matches!(self, Self::Tcp(_) | Self::Serial(_))
+        matches!(self, Self::Tcp(_) | Self::Serial(_) | Self::Auto)
     }
 
     /// Returns the simulator of this program on which a record of `kind` was made, so that a rerun
@@ -96,6 +100,7 @@ impl fmt::Display for DeviceName {
             Self::Qemu => f.write_str("QEMU"),
             Self::Tcp(address) => write!(f, "tcp:{address}"),
             Self::Serial(path) => f.write_str(path),
+            Self::Auto => f.write_str("the only board"),
         }
     }
 }
@@ -127,7 +132,7 @@ impl DeviceName {
                 port.image = Some(image);
                 Box::new(port)
             }
-            Self::Tcp(_) | Self::Serial(_) => self.connect()?,
+            Self::Tcp(_) | Self::Serial(_) | Self::Auto => self.connect()?,
         })
     }
 
@@ -148,8 +153,10 @@ impl DeviceName {
                 Ok(port) => Ok(Box::new(port)),
                 Err(error) => Err(with_suggestion(path, error).into()),
             },
+            #[cfg(feature = "serial")]
+            Self::Auto => Self::Serial(only_port(&flexor_ports())?).connect(),
             #[cfg(not(feature = "serial"))]
-            Self::Serial(_) => Err(self.missing_feature("serial")),
+            Self::Serial(_) | Self::Auto => Err(self.missing_feature("serial")),
             Self::Native | Self::Chip | Self::Qemu => Err(OpenError::NoPort(self.to_string())),
         }
     }
@@ -161,14 +168,35 @@ impl DeviceName {
     }
 }
 
+/// Returns the path of the only port in `ports`.
+///
+/// # Errors
+/// There is none, or more than one.
+#[cfg(feature = "serial")]
+fn only_port(ports: &[FlexorPort]) -> Result<String, OpenError> {
+    match ports {
+        [port] => Ok(port.path.clone()),
+        [] => Err(OpenError::NoBoard),
+        ports => {
+            let list = ports
+                .iter()
+                .map(|port| format!("{} ({})", port.path, port.product));
+            Err(OpenError::SeveralBoards(
+                list.collect::<Vec<_>>().join(", "),
+            ))
+        }
+    }
+}
+
 /// Returns the error of a serial port that cannot be opened. If `path` resembles the name of a
 /// simulator, the error suggests that simulator.
 #[cfg(feature = "serial")]
 fn with_suggestion(path: &str, error: Error) -> Error {
-    let advice = match nearest(path, ["native", "chip", "qemu"]) {
+    let advice = match nearest(path, ["native", "chip", "qemu", "auto"]) {
         Some("native") => "did you mean `native`, the native simulator?",
         Some("chip") => "did you mean `chip`, the chip simulator?",
         Some("qemu") => "did you mean `qemu`, the QEMU simulator?",
+        Some("auto") => "did you mean `auto`, the only board on this computer?",
         _ => return error,
     };
     match error {

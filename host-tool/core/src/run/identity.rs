@@ -54,6 +54,7 @@ pub fn identity(info: &HelloInfo, in_process: bool) -> Identity {
         kind,
         simulated: in_process || kind != DeviceKind::Board,
         in_process,
+        board: info.board.as_str().to_owned(),
         unique_id: has_id.then(|| bytes.iter().map(|byte| format!("{byte:02x}")).collect()),
         firmware: format!("{major}.{minor}.{patch}"),
         schema: format!("{:016x}", info.schema),

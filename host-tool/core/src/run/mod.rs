@@ -5,6 +5,7 @@
 //! in a `record::Trial`. Session files are read in `session`, pictures are drawn in `report`, and
 //! bytes are exchanged in `link`.
 
+mod board;
 #[cfg(feature = "chip")]
 mod chip;
 mod device;
@@ -30,8 +31,9 @@ mod stepper;
 mod trial;
 mod wearer;
 
+pub use board::Board;
 #[cfg(feature = "chip")]
-pub use chip::{ChipOptions, chip_image, open_chip_port, power_on};
+pub use chip::{ChipOptions, board_image, chip_image, open_chip_port, power_on};
 pub use device::DeviceName;
 pub use error::RunError;
 pub use file::SessionFile;

@@ -30,6 +30,15 @@ pub enum OpenError {
     /// The session describes a simulated wearer with impossible parameters.
     #[error(transparent)]
     Body(#[from] BodyError),
+    /// `--device auto` found no board (E810).
+    #[error(
+        "E810 no board that runs Flexor is on a USB port; plug one in, give its port, or see flexor \
+         devices"
+    )]
+    NoBoard,
+    /// `--device auto` found several boards (E811).
+    #[error("E811 several boards are connected: {0}; give the port of one as --device")]
+    SeveralBoards(String),
     /// The name is that of a simulator of this program. A simulator needs a session and cannot be
     /// opened as a port (E517).
     #[error(

@@ -19,6 +19,7 @@ pub fn describe_stages(stages: &Stages) -> Vec<String> {
                 "a simulator, which has the stages that the session configures".to_owned(),
             ];
         }
+        Stages::Simulated { channels } => return vec![describe_simulated(*channels)],
         Stages::Unknown(fault) => return vec![format!("not known: {}", describe_fault(*fault))],
         Stages::Stored(table) => table,
     };
@@ -42,6 +43,16 @@ pub fn describe_stages(stages: &Stages) -> Vec<String> {
         lines.push("simulated board: the stages are those of the session".to_owned());
     }
     lines
+}
+
+/// Describes the simulated stages of a breadboard; bit i of `channels` is channel i + 1.
+fn describe_simulated(channels: u16) -> String {
+    let present = (0..CHANNELS).filter(|n| channels >> n & 1 == 1);
+    let numbers: Vec<String> = present.map(|n| (n + 1).to_string()).collect();
+    format!(
+        "simulated, as the session configures them, on the channels {}",
+        numbers.join(", ")
+    )
 }
 
 /// Checks that the board has the output stage that the session file gives for each channel. The

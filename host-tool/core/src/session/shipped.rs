@@ -17,6 +17,7 @@ pub const SHIPPED: &[(&str, &str)] = sessions![
     "drop_foot"
     "endpoint_arm"
     "endpoint_force"
+    "five_channels"
     "force_ramp"
     "full_load"
     "gentle_force"

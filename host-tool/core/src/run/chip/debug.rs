@@ -1,6 +1,6 @@
 //! Boards of the chip simulator whose core is controlled by a debugger.
 
-use super::{ChipError, ChipOptions, LogFile, power_on};
+use super::{ChipError, ChipOptions, LogFile, power_on_as};
 use crate::session::Session;
 use firmware::lockstep::Sensors;
 use hal_sim::chip::gdb::{Debugger, Points};
@@ -17,7 +17,7 @@ pub(super) fn boot_under_gdb(
     log: LogFile,
 ) -> Result<(Box<dyn Device>, u64), ChipError> {
     let outside = ChipError::Outside;
-    let board = power_on(session, image, Points::default())?;
+    let board = power_on_as(options.board, session, image, Points::default())?;
     let port = options.gdb.unwrap_or_default(); // 0: any that is free
     let listener = TcpListener::bind(("127.0.0.1", port)).map_err(outside)?;
     let at = listener.local_addr().map_err(outside)?;
