@@ -1,0 +1,266 @@
+//! `flexor flash` and `flexor image`: images of the boards, into the chip or into a file.
+
+mod enter;
+mod image;
+
+use super::board::pack;
+use super::chip::BoardName;
+use super::{Output, interrupt, usage_error};
+use clap::Args;
+use dfu::chip::STM32F405;
+use dfu::flash::{Finish, FlashError, FlashFailure, Progress, Report, Stage};
+use dfu::protocol::{Clock, Session, Transport};
+use dfu::simulated::{Simulated, SimulatedClock};
+use dfu::usb::{self, UsbError};
+use host_core::record::check_writable;
+use host_core::run::{Board, DeviceName};
+use image::{BoardImage, Format, load};
+use serde_json::json;
+use std::io::{BufRead, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+/// Write an image into a board over USB, without a debug probe
+///
+/// The chip's own boot loader writes it. A breadboard that runs enters the boot loader by itself
+/// (--device); otherwise use the board's buttons: flexor board show BOARD.
+#[derive(Args, Debug)]
+pub struct FlashArgs {
+    /// Board that is connected
+    #[arg(long, value_enum)]
+    board: BoardName,
+    /// Port of the running breadboard, or auto; without it, the boot loader must be running
+    #[arg(long)]
+    device: Option<DeviceName>,
+    /// Serial number of the boot loader, if several are connected
+    #[arg(long)]
+    serial: Option<String>,
+    /// File to write instead of the board's own image: ELF, .bin, .hex or .dfu
+    #[arg(long)]
+    file: Option<PathBuf>,
+    /// Write without asking
+    #[arg(long)]
+    yes: bool,
+    /// Write into a simulated boot loader, to try the command; nothing is connected or changed
+    #[arg(long, conflicts_with_all = ["device", "serial"])]
+    simulated: bool,
+}
+
+/// Write an image into a file, for other tools
+#[derive(Args, Debug)]
+pub struct ImageArgs {
+    /// Board whose image it is
+    #[arg(long, value_enum)]
+    board: BoardName,
+    /// Raw binary for address 0x08000000
+    #[arg(long, group = "file")]
+    bin: Option<PathBuf>,
+    /// Intel HEX
+    #[arg(long, group = "file")]
+    hex: Option<PathBuf>,
+    /// DfuSe file, for dfu-util and ST's tools
+    #[arg(long, group = "file")]
+    dfu: Option<PathBuf>,
+    /// Replace an existing file
+    #[arg(long, requires = "file")]
+    overwrite: bool,
+}
+
+/// # Errors
+/// Fails if the image cannot be built, or a file cannot be written.
+pub fn image_main(args: &ImageArgs, output: Output) -> anyhow::Result<()> {
+    let image = load(args.board.into(), None)?;
+    let wanted = [
+        (Format::Binary, &args.bin),
+        (Format::Hex, &args.hex),
+        (Format::Dfuse, &args.dfu),
+    ];
+    let files: Vec<(Format, &Path)> = wanted
+        .iter()
+        .filter_map(|(format, path)| Some((*format, path.as_deref()?)))
+        .collect();
+    for (format, path) in &files {
+        check_writable(path, args.overwrite, &[], None)?;
+        image.write(*format, path)?;
+    }
+    let names: Vec<String> = files.iter().map(|(_, p)| p.display().to_string()).collect();
+    output.print(
+        || {
+            let mut lines = vec![image.describe(), format!("from {}", image.source.display())];
+            lines.extend(names.iter().map(|name| format!("written to {name}")));
+            lines.join("\n")
+        },
+        || {
+            json!({
+                "board": image.record.board_name(),
+                "version": image.record.version,
+                "crystal_hz": image.record.crystal_hz,
+                "bytes": image.image.bytes().len(),
+                "source": image.source,
+                "files": names,
+            })
+        },
+    )
+}
+
+/// # Errors
+/// E800 to E809: no boot loader, another chip, an unsuitable image, read protection, a lost board;
+/// the message says what the chip holds then.
+pub fn main(args: &FlashArgs, output: Output) -> anyhow::Result<()> {
+    let board = Board::from(args.board);
+    let image = load(board, args.file.as_deref())?;
+    if args.simulated {
+        let clock = SimulatedClock::default();
+        let device = Simulated::new(clock.clone());
+        let size = device.transfer_size();
+        let mut session = Session::new(device, clock, size, STM32F405.firmware());
+        let report = write(&mut session, &image, board, output)?;
+        return print(
+            &image,
+            &report,
+            "simulated boot loader: nothing was written",
+            output,
+        );
+    }
+    let interruption = interrupt::catch_signals()?;
+    if let Some(device) = &args.device {
+        enter::check(device, board)?;
+    }
+    if !args.yes && !ask(&image, args.device.is_some())? {
+        return usage_error("nothing was written; answer y to the question, or give --yes");
+    }
+    if let Some(device) = &args.device {
+        enter::enter_boot_loader(device, board, &interruption)?;
+    }
+    let session = usb::open(&STM32F405, args.serial.as_deref());
+    let mut session = session.map_err(|error| explain_usb(&error, board))?;
+    let report = write(&mut session, &image, board, output)?;
+    print(&image, &report, report.ending.instruction(), output)
+}
+
+/// Asks the user at the terminal.
+fn ask(image: &BoardImage, restarts: bool) -> anyhow::Result<bool> {
+    if !std::io::stdin().is_terminal() {
+        return usage_error("writing needs your permission; use a terminal, or give --yes");
+    }
+    let restarts = if restarts {
+        "The board restarts in its boot loader. "
+    } else {
+        ""
+    };
+    eprint!(
+        "{restarts}Disconnect every person, LED supply and output stage first.\n\
+         Write {}? y/N: ",
+        image.describe()
+    );
+    std::io::stderr().flush()?;
+    let mut line = String::new();
+    std::io::stdin().lock().read_line(&mut line)?;
+    Ok(line.trim().eq_ignore_ascii_case("y"))
+}
+
+/// Writes the image, with progress.
+fn write<T: Transport, C: Clock>(
+    session: &mut Session<T, C>,
+    image: &BoardImage,
+    board: Board,
+    output: Output,
+) -> anyhow::Result<Report> {
+    let bar = output.bar("erasing");
+    // Erasing takes about half of the time, writing and reading back a quarter each.
+    let mut shown = |progress: Progress| {
+        let part = f64::from(progress.done) / f64::from(progress.total.max(1));
+        bar.set(match progress.stage {
+            Stage::Erase => 0.5 * part,
+            Stage::Write => 0.5 + 0.25 * part,
+            Stage::Verify => 0.75 + 0.25 * part,
+        });
+    };
+    let done = dfu::flash::flash(session, &image.image, Finish::Reset, &mut shown);
+    bar.finish();
+    done.map_err(|failure| explain(&failure, board))
+}
+
+fn print(image: &BoardImage, report: &Report, end: &str, output: Output) -> anyhow::Result<()> {
+    output.print(
+        || {
+            let sectors = report.sectors.len();
+            format!(
+                "{}\nwritten and verified, {sectors} sectors\n{end}",
+                image.describe()
+            )
+        },
+        || {
+            json!({
+                "board": image.record.board_name(),
+                "version": image.record.version,
+                "bytes": report.bytes,
+                "sectors": report.sectors.iter().map(|s| s.number).collect::<Vec<_>>(),
+                "transfers": report.transfers,
+                "message": end,
+            })
+        },
+    )
+}
+
+/// Returns the number of the error for `error`.
+const fn number(error: &FlashError) -> &'static str {
+    match error {
+        FlashError::NoDevice => "E800",
+        FlashError::SeveralDevices { .. } | FlashError::UnknownSerial { .. } => "E801",
+        FlashError::OtherChip { .. }
+        | FlashError::Unsupported { .. }
+        | FlashError::MissingCommand { .. } => "E802",
+        FlashError::Image(_) => "E803",
+        FlashError::ReadProtected { .. } => "E805",
+        FlashError::Unplugged { .. } => "E806",
+        FlashError::NotErased { .. } | FlashError::Mismatch { .. } | FlashError::Protocol(_) => {
+            "E807"
+        }
+    }
+}
+
+/// Causes and alternatives when the boot loader does not appear, or not reliably.
+fn no_boot_loader(board: Board) -> String {
+    format!(
+        "to start it: {}. It does not start if the crystal is missing or slow (reset again; the \
+         Feather often needs several tries), or if noise on PB5, PB11, PC11 or PA10 starts another \
+         protocol (10 kOhm to 3.3 V helps). Other ways: USART1 with BOOT0 high, or a debug probe \
+         with flexor image --hex",
+        pack(board).boot_loader
+    )
+}
+
+fn explain(failure: &FlashFailure, board: Board) -> anyhow::Error {
+    let number = number(&failure.error);
+    let more = match failure.error {
+        FlashError::NoDevice => format!("; {}", no_boot_loader(board)),
+        _ => String::new(),
+    };
+    anyhow::anyhow!("{number} {}{more}. {}", failure.error, failure.chip)
+}
+
+fn explain_usb(error: &UsbError, board: Board) -> anyhow::Error {
+    match error {
+        UsbError::Unsuitable(error) => {
+            let more = match error {
+                FlashError::NoDevice => format!("; {}", no_boot_loader(board)),
+                _ => String::new(),
+            };
+            anyhow::anyhow!("{} {error}{more}", number(error))
+        }
+        other => anyhow::anyhow!("E809 {other}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_missing_boot_loader_names_causes_and_other_ways() {
+        let error = explain_usb(&FlashError::NoDevice.into(), Board::Feather).to_string();
+        for word in ["E800", "B0", "crystal", "PB11", "USART1", "probe"] {
+            assert!(error.contains(word), "{word}: {error}");
+        }
+    }
+}
