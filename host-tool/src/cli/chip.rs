@@ -6,7 +6,7 @@ use hal_sim::chip::gdb::AfterDebugger;
 use hal_sim::chip::soc::flash;
 use host_core::link::Port;
 use host_core::record::check_writable;
-use host_core::run::{ChipOptions, DeviceName, open_chip_port};
+use host_core::run::{Board, ChipOptions, DeviceName, open_chip_port};
 use host_core::session::Session;
 use std::path::{Path, PathBuf};
 
@@ -39,9 +39,33 @@ impl std::fmt::Display for Prefetched {
     }
 }
 
+/// Name of a board for which there is an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BoardName {
+    /// The reference board, with output stages
+    Reference,
+    /// WeAct Studio's core board with an STM32F405, a breadboard
+    Weact,
+    /// Adafruit's Feather STM32F405 Express, a breadboard
+    Feather,
+}
+
+impl From<BoardName> for Board {
+    fn from(name: BoardName) -> Self {
+        match name {
+            BoardName::Reference => Self::Reference,
+            BoardName::Weact => Self::Weact,
+            BoardName::Feather => Self::Feather,
+        }
+    }
+}
+
 /// Options that need `--device chip`.
 #[derive(Args, Debug)]
 pub struct ChipArgs {
+    /// Board to simulate, with its image (chip): weact and feather are breadboards
+    #[arg(long, value_enum)]
+    board: Option<BoardName>,
     /// ELF to flash instead of the board's own image (chip)
     #[arg(long)]
     image: Option<PathBuf>,
@@ -63,8 +87,13 @@ impl ChipArgs {
 
     /// Returns options with only an image.
     pub fn with_image(image: Option<PathBuf>) -> Self {
-        let (gdb, log) = (None, None);
-        Self { image, gdb, log }
+        let (board, gdb, log) = (None, None, None);
+        Self {
+            board,
+            image,
+            gdb,
+            log,
+        }
     }
 
     /// Returns the image that replaces the board's own.
@@ -87,7 +116,9 @@ impl ChipArgs {
         outlives: AfterDebugger,
     ) -> anyhow::Result<Box<dyn Port>> {
         let options = ChipOptions {
+            board: self.board.map_or(Board::Reference, Board::from),
             image: self.image.clone(),
+            pins: None,
             gdb: self.gdb,
             log: self.log.clone(),
             outlives,
@@ -99,8 +130,12 @@ impl ChipArgs {
             }
             return Ok(Box::new(open_chip_port(session, seed, &options)?));
         }
-        if options.image.is_some() || options.gdb.is_some() || options.log.is_some() {
-            return usage_error("--image, --gdb and --log need --device chip");
+        if self.board.is_some()
+            || options.image.is_some()
+            || options.gdb.is_some()
+            || options.log.is_some()
+        {
+            return usage_error("--board, --image, --gdb and --log need --device chip");
         }
         Ok(device.open(session, seed)?)
     }

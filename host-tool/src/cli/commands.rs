@@ -44,6 +44,11 @@ const GROUPS: [(&str, &[Entry]); 7] = [
         ("explain-model", "flexor explain-model force_ramp", "docs/muscle.md"),
     ]),
     ("Board", &[
+        ("devices", "flexor devices", "docs/breadboard.md"),
+        ("board", "flexor board show weact", "docs/breadboard.md"),
+        ("flash", "flexor flash --board weact --simulated", "docs/breadboard.md"),
+        ("image", "flexor image --board weact --hex weact.hex", "docs/breadboard.md"),
+        ("hil", "flexor hil ten_channels --plan", "docs/hil.md"),
         ("serve", "flexor serve --tcp 127.0.0.1:4242", "docs/protocol.md"),
         ("stages", "flexor stages --device /dev/ttyACM0", "docs/hardware.md"),
         ("selftest", "flexor selftest", "docs/hil.md"),

@@ -2,6 +2,7 @@
 
 mod bare;
 mod bench;
+mod board;
 mod calibrate;
 mod chart;
 mod check;
@@ -10,6 +11,7 @@ mod commands;
 mod compare;
 mod completion;
 mod demo;
+mod devices;
 mod draw_cost;
 mod drawn;
 mod edges;
@@ -17,6 +19,8 @@ mod experiment;
 mod explain;
 mod explain_model;
 mod faults;
+mod flash;
+mod hil;
 mod interrupt;
 mod keep_alives;
 mod list;
@@ -101,6 +105,11 @@ enum Command {
     Search(search::SearchArgs),
     Selftest(selftest::Selftest),
     Stages(stages::StagesArgs),
+    Board(board::BoardArgs),
+    Devices(devices::DevicesArgs),
+    Flash(flash::FlashArgs),
+    Hil(hil::HilArgs),
+    Image(flash::ImageArgs),
     Sweep(sweep::SweepArgs),
 }
 
@@ -245,6 +254,11 @@ pub fn main() -> ExitCode {
         Command::Search(args) => search::main(args, output),
         Command::Selftest(args) => selftest::main(args, output),
         Command::Stages(args) => stages::main(args, output),
+        Command::Board(args) => board::main(args, output),
+        Command::Devices(args) => devices::main(args, output),
+        Command::Flash(args) => flash::main(args, output),
+        Command::Hil(args) => hil::main(args, output),
+        Command::Image(args) => flash::image_main(args, output),
         Command::Sweep(args) => sweep::main(args, output),
     };
     match result {

@@ -43,6 +43,12 @@ enum RerunError {
     )]
     Board { dir: PathBuf, id: String },
     #[error(
+        "E812 {dir} is the record of a breadboard ({board}), which only that board or its simulator \
+         can repeat; run its session with flexor run {dir}/01-*/session.toml --device PORT, or \
+         --device chip --board"
+    )]
+    Breadboard { dir: PathBuf, board: String },
+    #[error(
         "E598 {dir} was recorded in real time through {device}, which cannot be repeated to the \
          microsecond; run its session with flexor run {dir}/01-*/session.toml"
     )]
@@ -111,6 +117,10 @@ fn repeatable_plan(dir: &Path, record: &Run) -> Result<Plan, RerunError> {
     if let Some(board) = identity.filter(|identity| identity.kind == DeviceKind::Board) {
         let id = board.unique_id.clone().unwrap_or_default();
         return Err(RerunError::Board { dir, id });
+    }
+    if let Some(board) = identity.filter(|identity| identity.kind == DeviceKind::Breadboard) {
+        let board = board.board.clone();
+        return Err(RerunError::Breadboard { dir, board });
     }
     if !record.is_repeatable() {
         let device = record.device.clone();

@@ -166,6 +166,12 @@ impl Bench {
             Stages::AsConfigured => Some(StageKind::Current {
                 full_scale_ua: 100_000,
             }),
+            Stages::Simulated { channels } => {
+                let has = channels >> (channel - 1) & 1 == 1; // channel is 1 to 10
+                has.then_some(StageKind::Current {
+                    full_scale_ua: 100_000,
+                })
+            }
             Stages::Unknown(_) => None,
         }
     }

@@ -275,6 +275,7 @@ mod tests {
             reset: "power on".into(),
             dead_time_us: 5,
             option_bytes: Vec::new(),
+            board: String::new(),
         }
     }
 
