@@ -33,6 +33,7 @@ fn model(session: &str) -> Model {
         stages: Stages::AsConfigured,
         option_bytes: None,
         board: "".try_into().unwrap(),
+        crystal_hz: 0,
     }));
     model
 }

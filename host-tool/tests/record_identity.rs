@@ -148,7 +148,11 @@ fn a_board_is_not_called_simulated_whatever_its_name() {
     assert!(chip.contains("chip simulator at /dev/simulated-qemu"));
     let (breadboard, run) = page_of(Kind::Breadboard, A_BOARD_S, &file);
     assert!(run.is_simulated() && breadboard.contains(WARNING));
-    assert!(breadboard.contains("breadboard without output stages at /dev/simulated-qemu"));
+    assert!(
+        breadboard.contains(
+            "breadboard: LEDs and analyser only, no output stage, at /dev/simulated-qemu"
+        )
+    );
 }
 
 /// Returns a session with a force at the hand that is reached after half a second and held, with a

@@ -5,6 +5,7 @@ mod any_image;
 mod bad_input_cli;
 #[cfg(unix)]
 mod bench_cli;
+mod breadboard_cli;
 #[cfg(unix)]
 mod calibrate_cli;
 #[cfg(unix)]
