@@ -138,6 +138,8 @@ pub const fn identity(kind: Kind, first_session: u16) -> Identity {
         stages: Stages::AsConfigured,
         option_bytes: None,
         board: "",
+        crystal_hz: 0,
+        has_boot_loader: false,
     }
 }
 

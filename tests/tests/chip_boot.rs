@@ -19,9 +19,11 @@ fn powered(image: Image) -> Board<()> {
 /// Checks that the fault is reported by its number, and that neither acknowledging nor arming
 /// works.
 fn assert_refused(bench: &mut Bench, hello: &HelloInfo, fault: Fault) {
+    let found = hello.last_fault.unwrap();
     let fault_record = FaultRecord {
         found_at_boot: true,
-        ..FaultRecord::new(fault, hello.last_fault.unwrap().at)
+        detail: found.detail,
+        ..FaultRecord::new(fault, found.at)
     };
     assert_eq!(
         (hello.state, hello.last_fault),
@@ -64,6 +66,46 @@ fn a_turned_bit_in_flash_is_told_and_nothing_is_armed() {
         resets(&mut bench);
         bench.recovers_after(ResetCause::Software, Fault::Flash);
     }
+}
+
+/// Another stream of DMA2 runs when the tape is about to start. The boot goes on without the tape, and
+/// USB reports the fault with its detail.
+#[test]
+fn a_tape_that_does_not_start_is_told_and_nothing_is_armed() {
+    const AHB1ENR: u32 = 0x4002_3830;
+    /// DMA2_S0CR.
+    const OTHER_STREAM: u32 = 0x4002_6410;
+    let mut board = powered(desk::flashed_image());
+    // After the check of the image; the tape's start switches DMA2 on.
+    cycles_until(&mut board, AHB1ENR, 1 << 12, true);
+    cycles_until(&mut board, AHB1ENR, 1 << 12, false);
+    loop {
+        let to = board.cpu.cycle + 4;
+        board.run_to(to).unwrap();
+        let read = board.around.soc.read(AHB1ENR, Size::Word, to).unwrap();
+        if read.value & 1 << 22 != 0 {
+            break;
+        }
+    }
+    let at = board.cpu.cycle + 10;
+    let soc = &mut board.around.soc;
+    // TIM1_TRIG (channel 6), one word from SRAM to GPIOA_BSRR.
+    let setting = 6 << 25 | 2 << 13 | 2 << 11 | 1 << 10 | 1 << 6;
+    for (register, value) in [
+        (OTHER_STREAM + 4, 1),
+        (OTHER_STREAM + 8, 0x4002_0018),
+        (OTHER_STREAM + 12, 0x2000_0000),
+        (OTHER_STREAM, setting),
+        (OTHER_STREAM, setting | 1),
+    ] {
+        soc.write(register, Size::Word, value, at).unwrap();
+    }
+    let (mut bench, hello) = Bench::boot_and_greet(board);
+    println!("{:?}", hello.last_fault);
+    assert_refused(&mut bench, &hello, Fault::TapeSlip);
+    assert_eq!(hello.last_fault.unwrap().detail, 1 << 23);
+    resets(&mut bench);
+    bench.recovers_after(ResetCause::Software, Fault::TapeSlip);
 }
 
 #[test]

@@ -93,12 +93,17 @@ impl Bench {
         Some((refused.code, refused.field.to_owned(), refused.max))
     }
 
-    fn send(&mut self, request: Request) {
+    pub fn send(&mut self, request: Request) {
         let frame = desk::frame(self.session, self.seq, self.draft.prepare_request(request));
         self.seq = self.seq.wrapping_add(1);
+        self.send_bytes(&frame);
+    }
+
+    /// Sends bytes to the device.
+    pub fn send_bytes(&mut self, frame: &[u8]) {
         let now = Micros::new(self.board.now_us() as u32);
         let (sensors, record) = (&self.sensors, &mut self.record);
-        let done = self.board.receive(now, &frame, sensors, record);
+        let done = self.board.receive(now, frame, sensors, record);
         done.unwrap_or_else(|e| panic!("{e}"));
     }
 
@@ -150,6 +155,28 @@ impl Bench {
             });
             self.run_us(5_000);
         }
+    }
+
+    /// Runs for `ms` of the fastest clock without reading messages, which a reset may cut.
+    pub fn run_on_ms(&mut self, ms: u64) {
+        let to = self.board.cpu.cycle + ms * 1_000 * CYCLES_PER_US;
+        self.board.run_to(to).unwrap_or_else(|e| panic!("{e}"));
+    }
+
+    /// Runs for `us` without reading messages, which may end within a frame then.
+    pub fn run_unread_us(&mut self, us: u64) {
+        let to = Micros::new((self.board.now_us() + us) as u32);
+        let done = self.board.advance(to, &self.sensors, &mut self.record);
+        done.unwrap_or_else(|e| panic!("{e}"));
+        self.record.bytes.clear();
+    }
+
+    /// Returns whether an output was driven since the last reset, and forgets the levels so far.
+    pub fn is_driving(&mut self) -> bool {
+        self.run_unread_us(1_000);
+        let levels = std::mem::take(&mut self.record.trace.levels);
+        let is_driven = |l: Levels| (0..10).any(|c| l.state(c).is_driven());
+        levels.into_iter().any(|(_, levels)| is_driven(levels))
     }
 
     /// Returns whether any output is driven in the next `ms`.
@@ -235,6 +262,10 @@ impl Bench {
     pub fn after_reset(&mut self) -> HelloInfo {
         let booted = self.board.boot(&self.sensors);
         booted.unwrap_or_else(|e| panic!("{e}"));
+        // Bytes from before the reset may end within a frame.
+        let now = Micros::new(self.board.now_us() as u32);
+        let done = self.board.advance(now, &self.sensors, &mut self.record);
+        done.unwrap_or_else(|e| panic!("{e}"));
         self.record = Record::default();
         self.greet()
     }
@@ -243,6 +274,14 @@ impl Bench {
     pub fn fault(&self) -> Option<Fault> {
         self.events.iter().find_map(|event| match event {
             Event::Faulted(record) => Some(record.fault),
+            _ => None,
+        })
+    }
+
+    /// Returns the detail of the fault reported since the session was opened.
+    pub fn fault_detail(&self) -> Option<u32> {
+        self.events.iter().find_map(|event| match event {
+            Event::Faulted(record) => Some(record.detail),
             _ => None,
         })
     }
@@ -281,7 +320,7 @@ impl Bench {
     }
 }
 
-fn spec(channel: u8) -> ChannelSpec {
+pub fn spec(channel: u8) -> ChannelSpec {
     let train = TrainSpec {
         offset_us: 300 * u32::from(channel),
         ..TrainSpec::biphasic(200, 20, 5_000)

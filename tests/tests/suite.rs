@@ -3,6 +3,7 @@
 mod accuracy;
 mod bad_input;
 mod chip_boot;
+mod chip_breadboards;
 mod chip_clocks;
 mod chip_faults;
 mod chip_latency;

@@ -11,8 +11,10 @@ use super::suite;
 use std::collections::BTreeSet;
 
 /// Folder of each package, nested folders first.
-const PACKAGES: [(&str, &str); 7] = [
+const PACKAGES: [(&str, &str); 9] = [
     ("host-tool/core/", "host-core"),
+    ("host-tool/dfu/", "dfu"),
+    ("host-tool/hil/", "hil"),
     ("host-tool/methods/", "methods"),
     ("host-tool/studies/", "studies"),
     ("host-tool/", "host-tool"),

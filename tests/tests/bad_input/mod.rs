@@ -82,6 +82,8 @@ fn every_code_has_a_row() {
     covered.insert(Code::SimulatorOnly);
     // A simulator has the stages that the session configures; `chip_stages` has these rows.
     covered.extend([Code::StagesUnknown, Code::OtherStage, Code::OppositePhases]);
+    // Only a breadboard enters a boot loader; `chip_breadboards` has this row.
+    covered.insert(Code::InputsClosed);
     // A simulated load is the same in both phases; the tests of the check for lost phases have that
     // row.
     covered.insert(Code::PhaseLost);

@@ -520,14 +520,20 @@ fn rung_rows() -> Vec<Row> {
     rows
 }
 
-/// Returns rows on the stage table. A simulator stores none: its stages are those of the session.
+/// Returns rows on restarts. A simulator stores no stage table: its stages are those of the session.
 fn stages_rows() -> Vec<Row> {
     let store = Request::StoreStages {
         stages: [None; 10],
         supply: StageSupply::Common,
     };
     let none = refused(Code::NoStageMemory, "stages");
-    vec![row("stages", Bench::draft, store, none)]
+    // A simulator has no boot loader either.
+    let no_loader = refused(Code::NoBootLoader, "boot_loader");
+    let enter = Request::EnterBootLoader;
+    vec![
+        row("stages", Bench::draft, store, none),
+        row("boot loader", Bench::draft, enter, no_loader),
+    ]
 }
 
 fn subscribe_rows() -> Vec<Row> {

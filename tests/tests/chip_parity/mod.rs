@@ -71,6 +71,7 @@ fn in_process(chip: &WatchedBoard, worlds: &[(Micros, Sensors)], hello: &HelloIn
         stages: hello.stages,
         option_bytes: hello.option_bytes,
         board: BOARD.name,
+        crystal_hz: hello.crystal_hz,
         ..identity(Kind::Board, hello.session)
     };
     let mut record = Record::default();

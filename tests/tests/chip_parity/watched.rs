@@ -3,7 +3,7 @@
 
 use firmware::lockstep::{Sensors, Sink};
 use firmware::units::{Micros, us};
-use hal_sim::chip::board::{Board, BoardError, CYCLES_PER_US, wiring};
+use hal_sim::chip::board::{Board, BoardError, CYCLES_PER_US};
 use hal_sim::chip::cpu::run::Observer;
 use hal_sim::chip::cpu::{Size, Stop};
 use hal_sim::chip::soc::{Pace, gpio::Level};
@@ -88,7 +88,7 @@ impl WatchedBoard {
         if let Some(at) = trigger {
             for (level, at) in [(Level::High, at), (Level::Low, at + us(2))] {
                 self.step(at.get().into(), &sensors, sink);
-                let (port, pin) = wiring::TRIGGER;
+                let (port, pin) = self.board.around.board().trigger;
                 let cycle = self.board.cpu.cycle;
                 let soc = &mut self.board.around.soc;
                 soc.drive(port.index(), pin.into(), level, cycle).unwrap();

@@ -157,10 +157,11 @@ fn listed() -> BTreeSet<String> {
 }
 
 /// Requests that are refused during stimulation, whatever they carry.
-const NEVER_TAKEN: [&str; 7] = [
+const NEVER_TAKEN: [&str; 8] = [
     "Acknowledge",
     "Arm",
     "Channel",
+    "EnterBootLoader",
     "ForceControl",
     "Muscle",
     "Start",

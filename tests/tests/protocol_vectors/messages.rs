@@ -341,6 +341,7 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
         ("muscle level", Request::MuscleLevel { channel: 9, level: MuscleLevel::CalciumForce }),
         ("simulated trigger", Request::SimulateTrigger),
         ("stages", Request::StoreStages { stages: table(), supply: StageSupply::Common }),
+        ("boot loader", Request::EnterBootLoader),
         ("stages, separate", Request::StoreStages { stages: table(), supply: StageSupply::Separate }),
     ]);
     let number = |(seq, (name, request)): (u16, _)| {
@@ -376,6 +377,7 @@ fn fault(fault: Fault) -> FaultRecord {
         residual: [-1_310_600, 0, 0, 0, 0, 0, 0, 0, 0, 65_535],
         later_faults: Fault::Watchdog.bit(),
         power_lost: true,
+        detail: 0x0801_2344,
         ..FaultRecord::new(fault, Micros::new(123_456_789))
     }
 }
@@ -470,7 +472,7 @@ fn telemetry(at: Micros, channels: u32) -> Telemetry {
 }
 
 /// Returns one value of each variant.
-fn stages() -> [Stages; 8] {
+fn stages() -> [Stages; 9] {
     use StagesFault::{Damaged, Erased, Incomplete, OtherBoard, Version};
     let declared = [
         (Origin::Owner, Some(StageSupply::Common)),
@@ -486,7 +488,18 @@ fn stages() -> [Stages; 8] {
     });
     let faults = [Erased, Incomplete, Damaged, Version, OtherBoard];
     let [a, b, c, d, e] = faults.map(Stages::Unknown);
-    [owner, Stages::AsConfigured, session, a, b, c, d, e]
+    let simulated = Stages::Simulated { channels: 0x28E };
+    [
+        owner,
+        Stages::AsConfigured,
+        session,
+        simulated,
+        a,
+        b,
+        c,
+        d,
+        e,
+    ]
 }
 
 /// Returns nine stages, one of them a voltage stage, and a missing tenth.
@@ -527,6 +540,7 @@ fn hellos() -> impl Iterator<Item = HelloInfo> {
         }
         .try_into()
         .unwrap(),
+        crystal_hz: if kind == Kind::Board { 7_987_421 } else { 0 },
     })
 }
 
@@ -542,7 +556,7 @@ fn events() -> Vec<Event> {
         TimeOver,
         DoseReached,
     ];
-    let faults = (1..=23).filter_map(Fault::from_number);
+    let faults = (1..=24).filter_map(Fault::from_number);
     let stops = causes.map(|c| [Event::Stopping(c), Event::Stopped(c)]);
     let mut event_list = stops.concat();
     event_list.extend(faults.map(|f| Event::Faulted(fault(f))));

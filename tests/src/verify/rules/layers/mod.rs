@@ -20,6 +20,8 @@ const LAYERS: &[(&str, &[&[&str]])] = &[
     ("hal-sim", &[&["chip", "qemu"], &["world"], &["native"], &["lockstep"], &["body", "images", "trace", "wire"], &["input", "random"]]),
     ("host-tool", &[&["cli"], &["live", "selftest"]]),
     ("host-tool/core", &[&["drive", "models"], &["calibration", "choice", "report", "search"], &["run"], &["analysis"], &["record"], &["session"], &["wearer"], &["disk", "fields", "link", "plot"], &["clock", "identify", "limb", "number", "statistics", "suggestion"]]),
+    ("host-tool/dfu", &[&["usb"], &["simulated"], &["flash"], &["protocol"], &["chip", "container"], &["ids"]]),
+    ("host-tool/hil", &[&["merge"], &["fit", "plan", "synthesise"], &["capture", "expected"], &["line"]]),
     ("host-tool/methods", &[&["bench"], &["control", "muscle"], &["real"]]),
     ("host-tool/python", &[&["benchmark", "device", "procedures"], &["open"], &["models", "statistics"], &["runner", "session", "setpoints"], &["body", "record", "supervise"], &["convert", "errors"]]),
     ("host-tool/studies", &[&["experiments", "faults", "figures"], &["catalog"], &["hands"], &["buatier2024", "distributed", "hamana2022", "harris2017", "lee2020", "sierotowicz2023"], &["accuracy", "laboratory", "ladder", "limb", "stability"], &["tracking"], &["bench", "subjects"]]),
