@@ -19,7 +19,7 @@ import sys
 import time
 import zlib
 
-SCHEMA = 0x75749CAEF048DC34  # docs/protocol.md, "Schema hash"
+SCHEMA = 0xE8584DF5BD877683  # docs/protocol.md, "Schema hash"
 ANSWER_S = 2.0  # a device answers within milliseconds, a busy computer hears it later
 # A device ends stimulation when its host is silent for this time. On a busy computer, a
 # program like this one is sometimes delayed by 0.1 s and more. If the client dies,
@@ -135,7 +135,7 @@ REQUESTS = (
     "Hello KeepAlive Status Clear Wearer Channel Groups Sync Muscle Joint Arm "
     "Start Stop Acknowledge Amplitudes Angle Measurement Subscribe Wall "
     "ForceControl Force MuscleLevel SimulateTrigger StoreStages Pulses Limb Line Wrench "
-    "Modulation ObjectHeld"
+    "Modulation ObjectHeld EnterBootLoader"
 ).split()
 SHAPES = (
     "BiphasicCathodicFirst BiphasicAnodicFirst MonophasicCathodic "
