@@ -8,6 +8,7 @@ pub use packs::{header as header_name, pack};
 use super::Output;
 use super::chip::BoardName;
 use clap::{Args, Subcommand};
+use dfu::usb::UDEV_RULE;
 use host_core::record::{RecordError, check_writable};
 use host_core::run::Board;
 use packs::{Row, rows};
@@ -45,12 +46,10 @@ struct ShowArgs {
     overwrite: bool,
 }
 
-/// udev rules for the boards, and for the boot loader of their chip. ModemManager opens every serial
-/// port that may be a modem, which sends bytes to the board.
-pub const UDEV: &str = r#"# Flexor: /etc/udev/rules.d/60-flexor.rules
-SUBSYSTEM=="tty", ATTRS{idVendor}=="1209", ATTRS{idProduct}=="0001", ATTRS{manufacturer}=="Flexor", TAG+="uaccess", ENV{ID_MM_DEVICE_IGNORE}="1"
-SUBSYSTEM=="usb", ATTRS{idVendor}=="0483", ATTRS{idProduct}=="df11", TAG+="uaccess"
-"#;
+/// udev rule for the boards. ModemManager opens every serial port that may be a modem, which sends
+/// bytes to the board.
+const BOARD_RULE: &str = r#"# Flexor: /etc/udev/rules.d/60-flexor.rules
+SUBSYSTEM=="tty", ATTRS{idVendor}=="1209", ATTRS{idProduct}=="0001", ATTRS{manufacturer}=="Flexor", TAG+="uaccess", ENV{ID_MM_DEVICE_IGNORE}="1""#;
 
 /// # Errors
 /// Fails if the picture cannot be written.
@@ -58,7 +57,10 @@ pub fn main(args: &BoardArgs, output: Output) -> anyhow::Result<()> {
     match &args.task {
         Task::List => list(output),
         Task::Show(args) => show(args, output),
-        Task::Udev => output.print(|| UDEV.trim_end().to_owned(), || json!({ "rules": UDEV })),
+        Task::Udev => {
+            let rules = format!("{BOARD_RULE}\n{UDEV_RULE}\n");
+            output.print(|| rules.trim_end().to_owned(), || json!({ "rules": rules }))
+        }
     }
 }
 
