@@ -1,4 +1,4 @@
-//! What differs between boards, and a log of their pins.
+//! Differences between boards, and a log of their pins.
 
 use super::wiring::Wiring;
 use crate::chip::Cycle;

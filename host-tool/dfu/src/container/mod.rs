@@ -69,7 +69,7 @@ pub enum ContainerError {
     HexLine {
         /// Number of the line, from 1.
         line: usize,
-        /// What is wrong with the record.
+        /// Reason why the record is invalid.
         reason: String,
     },
     /// An Intel HEX file has no end record.

@@ -5,7 +5,7 @@ use crate::protocol::{ProtocolError, Status, TransportError};
 use std::fmt;
 use thiserror::Error;
 
-/// What the chip's flash holds when flashing ended.
+/// State of the chip's flash when flashing ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ChipState {
     /// Nothing was changed.
@@ -51,9 +51,9 @@ impl fmt::Display for ChipState {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("{error}. {chip}")]
 pub struct FlashFailure {
-    /// What failed. The message contains it, so that it is no source.
+    /// Cause of the failure. The message contains it, so it is not returned as a source.
     pub error: FlashError,
-    /// What flash holds now.
+    /// State of the flash after the failure.
     pub chip: ChipState,
 }
 

@@ -45,7 +45,7 @@ pub struct Progress {
     pub stage: Stage,
     /// Finished amount of the stage in bytes.
     pub done: u32,
-    /// Whole amount of the stage in bytes.
+    /// Size of the stage in bytes.
     pub total: u32,
 }
 
@@ -77,7 +77,7 @@ pub enum Ending {
 }
 
 impl Ending {
-    /// What the user has to do.
+    /// Returns the next step for the user.
     #[must_use]
     pub const fn instruction(self) -> &'static str {
         match self {

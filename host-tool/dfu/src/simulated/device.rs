@@ -10,7 +10,7 @@ const TRANSFER_SIZE: u16 = 2048;
 /// Commands in the order in which the ROM lists them (AN3156).
 const COMMANDS: [u8; 4] = [0x00, 0x21, 0x41, 0x92];
 
-/// What the chip did when it left the boot loader.
+/// Way in which the chip left the boot loader.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ExitKind {
     /// Jumped to the reset vector at this address plus 4.
@@ -56,7 +56,7 @@ pub struct Simulated {
     pub written: Vec<(u32, usize)>,
     /// Whether mass erase or read unprotect was requested.
     pub forbidden: bool,
-    /// What the chip did when it left the boot loader.
+    /// Way in which the chip left the boot loader.
     pub left: Option<ExitKind>,
     chip: Chip,
     clock: SimulatedClock,

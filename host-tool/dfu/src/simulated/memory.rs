@@ -24,7 +24,7 @@ impl Memory {
         }
     }
 
-    /// Whole contents.
+    /// Returns all bytes, from the first address on.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         &self.bytes

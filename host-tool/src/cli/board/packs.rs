@@ -4,7 +4,7 @@
 use firmware::board::wiring::{Pin, Port, Wiring};
 use host_core::run::Board;
 
-/// What a board has beside its wiring.
+/// Description of a board for its user, beside the wiring.
 #[derive(Clone, Copy, Debug)]
 pub struct Pack {
     /// Full name, by which shops list it.
@@ -117,7 +117,7 @@ pub struct Row {
     pub header: Option<String>,
     /// Kind of connection.
     pub connection: Connection,
-    /// What to connect.
+    /// Part or instrument that the pin is wired to.
     pub wire: &'static str,
 }
 

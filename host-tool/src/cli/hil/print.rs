@@ -1,4 +1,4 @@
-//! What `flexor hil` prints: connections, and the result of a comparison.
+//! Output of `flexor hil`: connections, and the result of a comparison.
 
 use super::expected::pins;
 use super::{Output, Plan};
