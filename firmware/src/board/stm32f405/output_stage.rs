@@ -15,10 +15,14 @@ pub const KIND: Kind = Kind::Board;
 pub const HAS_BOOT_LOADER: bool = false;
 
 /// Output stages as inputs of the program.
-#[derive(Default)]
 pub struct OutputStage;
 
 impl OutputStage {
+    /// Returns the stages.
+    pub const fn new() -> Self {
+        Self
+    }
+
     /// Notes that the DAC of `channel` was set to `code`.
     #[inline(always)]
     pub fn note_dac(&mut self, _channel: u8, _code: DacCode) {}

@@ -93,7 +93,7 @@ pub unsafe fn start(
         pulser: Pulser::new(latched, found),
         mail,
         tape: None,
-        stage: OutputStage::default(),
+        stage: OutputStage::new(),
         plan: WindowPlan::new(),
         playing: (Micros::new(0), Half::First),
         sampling: None,

@@ -25,7 +25,6 @@ const FULL_SCALE: u32 = 4_095;
 const SETTLE: u32 = 1_600;
 
 /// Simulated output stages.
-#[derive(Default)]
 pub struct OutputStage {
     codes: [DacCode; CHANNELS],
     /// Reading of the sample that the ADC takes next, counts.
@@ -33,6 +32,14 @@ pub struct OutputStage {
 }
 
 impl OutputStage {
+    /// Returns stages whose DACs are at 0.
+    pub const fn new() -> Self {
+        Self {
+            codes: [DacCode::new(0); CHANNELS],
+            reading: 0,
+        }
+    }
+
     /// Notes that the DAC of `channel` was set to `code`.
     pub fn note_dac(&mut self, channel: u8, code: DacCode) {
         if let Some(slot) = self.codes.get_mut(usize::from(channel)) {
@@ -76,8 +83,9 @@ impl OutputStage {
 
 /// Returns the levels that `plan` plays `us` microseconds after its start.
 fn levels_at(plan: &WindowPlan, us: u32) -> Levels {
-    let before = plan.changes.iter().filter(|c| u32::from(c.slot) <= us);
-    before.last().map_or(plan.initial, |change| change.levels)
+    let mut changes = plan.changes.iter();
+    let last = changes.rfind(|change| u32::from(change.slot) <= us);
+    last.map_or(plan.initial, |change| change.levels)
 }
 
 /// Returns the fault, with its detail, if the image does not belong on this board: the strap is
