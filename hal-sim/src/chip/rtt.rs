@@ -1,8 +1,8 @@
 //! Decodes the image's log: bytes that the image writes to RAM (SEGGER RTT), decoded with the defmt
 //! table of its ELF.
 //!
-//! In: an image, the chip's RAM. Out: lines with device time. Draining takes no time on the chip,
-//! as with a debug probe.
+//! In: an image, the chip's RAM. Out: lines with the image's own time stamps, as a debug probe shows
+//! them. Draining takes no time on the chip, as with a probe.
 
 use super::board::Surroundings;
 use super::cpu::Size;
@@ -116,54 +116,42 @@ impl Log {
         })
     }
 
-    /// Writes the log lines since the last call to the output, each with the device time `at_us`,
-    /// µs.
+    /// Writes the log lines since the last call to the output, each with its time stamp, s.
     ///
     /// # Errors
     /// Fails if the output cannot be written.
-    pub fn drain(&mut self, ram: &mut Ram, at_us: u64) -> io::Result<()> {
+    pub fn drain(&mut self, ram: &mut Ram) -> io::Result<()> {
         let bytes = self.channel.drain(ram);
         if bytes.is_empty() {
             return Ok(());
         }
         self.decoder.received(&bytes);
-        let time = format!("{:>5}.{:06}", at_us / 1_000_000, at_us % 1_000_000);
         loop {
             match self.decoder.decode() {
                 Ok(frame) => {
                     let level = frame.level().map_or("-", |level| level.as_str());
                     let text = frame.display_message();
-                    writeln!(self.out, "{time} {level:<5} {text}")?;
+                    let stamp = frame.display_timestamp();
+                    let time = stamp.map_or("-".into(), |stamp| stamp.to_string());
+                    writeln!(self.out, "{time:>12} {level:<5} {text}")?;
                 }
-                Err(DecodeError::Malformed) => writeln!(self.out, "{time} (a damaged line)")?,
+                Err(DecodeError::Malformed) => writeln!(self.out, "{:>12} (a damaged line)", "-")?,
                 Err(DecodeError::UnexpectedEof) => return self.out.flush(),
             }
         }
     }
 }
 
-/// A board whose log is written while it runs. Each line has the device time at the end of the step
-/// in which the program wrote it.
+/// A board whose log is written while it runs.
 pub struct Logged<D> {
     device: D,
     log: Log,
-    now: crate::trace::Unwrap,
 }
 
 impl<D: Device + AsMut<Surroundings>> Logged<D> {
-    /// Wraps `device` so that its log goes to `log`. Call this before `boot`, because device time
-    /// begins there.
-    pub fn new(device: D, log: Log) -> Self {
-        Self {
-            device,
-            log,
-            now: crate::trace::Unwrap::default(),
-        }
-    }
-
-    fn drain(&mut self, at: Micros) -> io::Result<()> {
-        let at_us = self.now.unwrap_time(at.get());
-        self.log.drain(&mut self.device.as_mut().soc.ram, at_us)
+    /// Wraps `device` so that its log goes to `log`.
+    pub const fn new(device: D, log: Log) -> Self {
+        Self { device, log }
     }
 }
 
@@ -181,7 +169,8 @@ impl<D: Device + AsMut<Surroundings>> Device for Logged<D> {
     fn advance(&mut self, to: Micros, sensors: &Sensors, sink: &mut dyn Sink) -> io::Result<()> {
         let done = self.device.advance(to, sensors, sink);
         // The log from before the stop is of most interest, so it is written in any case.
-        self.drain(to).and(done)
+        let written = self.log.drain(&mut self.device.as_mut().soc.ram);
+        written.and(done)
     }
 
     fn output(&self, channel: usize) -> Option<Output> {

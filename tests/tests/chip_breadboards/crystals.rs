@@ -13,6 +13,7 @@ const FAILURE: usize = 15;
 const VALUE: usize = 16;
 const MISSING: u32 = 1;
 const WRONG: u32 = 2;
+const SUPPLY_LOW: u32 = 4;
 
 fn with_crystal(board: Board, hz: u32, start_ns: Option<u64>) -> SimulatedBoard<()> {
     let hardware = Hardware {
@@ -144,6 +145,42 @@ fn a_late_crystal_boots_and_leaves_no_fault() {
             "{ms} ms"
         );
         assert_eq!(code(&bench.board), None, "{ms} ms");
+    }
+}
+
+#[test]
+fn a_low_supply_is_reported_while_the_board_waits_for_it() {
+    for board in Board::ALL {
+        let mut simulated = with_crystal(board, board.wiring().crystal_hz, TYPICAL);
+        simulated.around.soc.supply(2_880);
+        end_of_ram_test(&mut simulated);
+        run_until(&mut simulated, 1_000, |board| code(board).is_some());
+        assert_eq!(code(&simulated), Some(SUPPLY_LOW), "{}", board.name());
+        if board != Board::Reference {
+            // Three seconds at 168 MHz.
+            run_until(&mut simulated, 31_500, |b| b.around.led().len() >= 9);
+            let lit: Vec<u64> = simulated
+                .around
+                .led()
+                .iter()
+                .filter(|c| c.1)
+                .map(|c| c.0)
+                .collect();
+            let gaps: Vec<_> = lit
+                .windows(2)
+                .map(|pair| (pair[1] - pair[0]) / 16_800_000)
+                .collect();
+            assert_eq!(
+                gaps,
+                [4, 4, 4, 12],
+                "tenths of a second between four blinks, and then"
+            );
+        }
+        assert!(!simulated.around.host.is_open());
+        simulated.around.soc.supply(3_300);
+        let (bench, hello) = Bench::boot_and_greet(simulated);
+        assert_eq!((hello.last_fault, hello.reset), (None, ResetCause::PowerOn));
+        assert_eq!(code(&bench.board), None);
     }
 }
 

@@ -4,6 +4,7 @@
 mod boot_loader;
 mod crystals;
 mod cuts;
+mod log;
 mod straps;
 
 use firmware::link::{Code, Request};

@@ -7,12 +7,14 @@
 
 use super::pac::RCC;
 use super::wait::within;
-use super::{clock, crystal, led, record};
+use super::{clock, crystal, led, record, timebase};
 use crate::board::wiring::BOARD;
 use crate::safety::Fault;
 
 /// Core cycles per millisecond while the HSI clocks the core.
 const MS: u32 = clock::HSI_HZ / 1_000;
+/// Core cycles per millisecond while the PLL clocks the core.
+const PLL_MS: u32 = timebase::CYCLES_PER_US * 1_000;
 /// Time after which a crystal that has not started is reported, ms; DS8626 has 2 ms, typical.
 const REPORT_MS: u32 = 25;
 /// Longest wait for the crystal, ms.
@@ -34,6 +36,8 @@ pub enum Failure {
     CrystalWrong = 2,
     /// RAM does not keep its content.
     Ram = 3,
+    /// The supply is too low to start.
+    SupplyLow = 4,
 }
 
 /// Starts the crystal and measures its frequency. Returns the frequency, Hz, or 0 if it could not
@@ -73,18 +77,41 @@ fn rest(failure: Failure, detail: u32) -> ! {
     blink(failure)
 }
 
-/// Blinks the number of `failure` for ever: 200 ms on, 200 ms off, and 800 ms more after the last.
-/// Uses registers only, so it runs without RAM that works.
+/// Blinks the number of `failure` for ever. Uses registers only, so it runs without RAM that works.
 pub fn blink(failure: Failure) -> ! {
     clock::keep_debug_bits(); // waits count cycles
-    let wait = |ms| within(ms * MS, || false);
     loop {
-        for _ in 0..failure as u8 {
-            led::set(true);
-            let _ = wait(200);
-            led::set(false);
-            let _ = wait(200);
-        }
-        let _ = wait(800);
+        blink_once(failure, MS, || false);
     }
+}
+
+/// Waits until `is_enough` says that the supply suffices, as long as it takes: the outputs are
+/// disconnected and the pump is off. Reports a wait of more than 25 ms.
+pub fn wait_for_supply(is_enough: impl Fn() -> bool) {
+    if within(REPORT_MS * PLL_MS, &is_enough).is_some() {
+        return;
+    }
+    record::note_bring_up(Failure::SupplyLow as u8, 0);
+    defmt::warn!("the supply is too low to start; waiting");
+    while !is_enough() {
+        blink_once(Failure::SupplyLow, PLL_MS, &is_enough);
+    }
+    led::set(false);
+    record::forget_bring_up();
+}
+
+/// Blinks the number of `failure` once: 200 ms on, 200 ms off, and 800 ms more after the last. `ms`
+/// is the number of core cycles in a millisecond. Ends early when `is_over` holds.
+fn blink_once(failure: Failure, ms: u32, is_over: impl Fn() -> bool) {
+    // Returns whether the wait ended early. At most 800 · 168 000 cycles, below 2^32.
+    let wait = |n: u32| within(n * ms, &is_over).is_some();
+    for _ in 0..failure as u8 {
+        led::set(true);
+        let is_over = wait(200);
+        led::set(false);
+        if is_over || wait(200) {
+            return;
+        }
+    }
+    wait(800);
 }

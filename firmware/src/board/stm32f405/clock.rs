@@ -1,5 +1,6 @@
 //! Clocks, flash acceleration, supply monitoring, and protection of timers from debuggers.
 
+use super::bring_up;
 use super::pac::{DBGMCU, EXTI, FLASH, PWR, RCC};
 use crate::board::wiring::{BOARD, Clocks};
 use cortex_m::peripheral::{DCB, DWT};
@@ -79,7 +80,7 @@ fn watch_supply() {
     // produces when it is enabled is not a fall. An edge after the line is cleared stays pending
     // until its interrupt is enabled.
     loop {
-        while PWR.csr1().read().pvdo() {}
+        bring_up::wait_for_supply(|| !PWR.csr1().read().pvdo());
         EXTI.pr(0).write(|w| w.set_line(SUPPLY_LINE, true));
         if !PWR.csr1().read().pvdo() {
             break;

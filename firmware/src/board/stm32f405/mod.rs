@@ -22,6 +22,7 @@ mod detail;
 mod emergency;
 mod image_record;
 mod led;
+mod log;
 mod march;
 mod memory;
 #[cfg(not(feature = "breadboard"))]
@@ -92,11 +93,13 @@ pub async fn run(spawner: Spawner) -> ! {
         found_now = found_now.or(Some((Fault::Registers, detail::NOT_LOCKED)));
     }
     let cause = record::read_reset_cause();
+    log::note_reset(cause);
     let latched = latched_fault(cause);
     let (backup, used) = backup::open(cause);
     record::forget_reset_cause();
     let crystal_hz = bring_up::start_crystal();
     let peripherals = embassy_stm32::init(clock::config());
+    log::note_clock();
     clock::harden();
     for line in [Interrupt::OTG_FS, Interrupt::TIM5] {
         // SAFETY: no critical section relies on a priority.
@@ -117,14 +120,7 @@ pub async fn run(spawner: Spawner) -> ! {
     control::start(controller, controller_mail, &mut core.NVIC).expect("spawned here only");
     // SAFETY: this runs once, and no other context touches tape or pins.
     let latched = unsafe { refill::start(latched, used, pulser_mail, &mut core.NVIC, core.SYST) };
-    let (fault, detail) = latched.map_or((0, 0), |record| (record.fault.number(), record.detail));
-    defmt::info!(
-        "{=str}: reset cause {=u8}, fault {=u16}, detail {=u32:#x}",
-        BOARD.name,
-        cause as u8,
-        fault,
-        detail
-    );
+    log::note_start(latched.as_ref());
     led::set(true);
     let port = Port {
         usb: peripherals.USB_OTG_FS,

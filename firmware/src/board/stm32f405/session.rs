@@ -2,6 +2,7 @@
 
 use super::backup::Backup;
 use super::control::TOLD;
+use super::log::SessionLog;
 use super::timebase;
 use super::usb_bus;
 use super::usb_clock::UsbClock;
@@ -152,6 +153,7 @@ async fn converse(
     // starts (RM0090 section 34.17.3), and nothing can be armed without a session.
     watchdog::start();
     let mut usb_clock = UsbClock::new();
+    let mut log = SessionLog::new(session);
     let mut packet = [0; PACKET];
     let mut patience = PATIENCE;
     loop {
@@ -172,6 +174,7 @@ async fn converse(
             backup.write(&entry);
         }
         session.poll(timebase::now(), &mut mail);
+        log.look(session);
         transmit(session, outgoing);
         session.set_boot_loader_inputs(are_stops_open());
         restart(session, outgoing, &mut patience);

@@ -6,6 +6,7 @@
 //! that depend on the state are judged by the part that owns the state, and its verdict becomes
 //! the answer.
 
+mod observation;
 mod opening;
 mod outbox;
 mod present;
@@ -64,6 +65,8 @@ pub struct Session {
     /// Whether the board's inputs allow the boot loader.
     may_enter_boot_loader: bool,
     counters: Counters,
+    /// The latest refusal that nobody has taken.
+    refusal: Option<Refusal<'static>>,
     /// Number of each stop that is not answered yet, and the count at which it was raised.
     stops: Deque<(u16, u32), STOPS>,
 }
@@ -100,6 +103,7 @@ impl Session {
             restart: None,
             may_enter_boot_loader: false,
             counters: Counters::default(),
+            refusal: None,
             stops: Deque::new(),
         }
     }
@@ -385,6 +389,7 @@ impl Session {
 
     fn refuse(&mut self, seq: Option<u16>, refusal: Refusal<'static>) {
         self.counters.refused = self.counters.refused.saturating_add(1);
+        self.refusal = Some(refusal);
         self.respond(&Response::Refused { seq, refusal });
     }
 
