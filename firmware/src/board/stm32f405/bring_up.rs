@@ -85,16 +85,16 @@ pub fn blink(failure: Failure) -> ! {
     }
 }
 
-/// Waits until `is_enough` says that the supply suffices, as long as it takes: the outputs are
-/// disconnected and the pump is off. Reports a wait of more than 25 ms.
-pub fn wait_for_supply(is_enough: impl Fn() -> bool) {
-    if within(REPORT_MS * PLL_MS, &is_enough).is_some() {
+/// Waits until `is_enough` says that the supply suffices, as long as it takes. Reports a wait of
+/// more than 25 ms.
+pub fn wait_for_supply(is_enough: fn() -> bool) {
+    if within(REPORT_MS * PLL_MS, is_enough).is_some() {
         return;
     }
     record::note_bring_up(Failure::SupplyLow as u8, 0);
     defmt::warn!("the supply is too low to start; waiting");
     while !is_enough() {
-        blink_once(Failure::SupplyLow, PLL_MS, &is_enough);
+        blink_once(Failure::SupplyLow, PLL_MS, is_enough);
     }
     led::set(false);
     record::forget_bring_up();

@@ -1,6 +1,5 @@
 //! Clocks, flash acceleration, supply monitoring, and protection of timers from debuggers.
 
-use super::bring_up;
 use super::pac::{DBGMCU, EXTI, FLASH, PWR, RCC};
 use crate::board::wiring::{BOARD, Clocks};
 use cortex_m::peripheral::{DCB, DWT};
@@ -59,17 +58,18 @@ pub fn config() -> embassy_stm32::Config {
 }
 
 /// Enables caches, prefetch, the clock security system and the supply monitor, and keeps timers
-/// running while a debugger halts the core. Call after the HAL has set clocks and wait states.
-pub fn harden() {
+/// running while a debugger halts the core. Calls `wait` to wait for the supply, with the outputs
+/// disconnected and the pump off; it returns when its condition holds. Call after the HAL has set
+/// clocks and wait states.
+pub fn harden(wait: impl Fn(fn() -> bool)) {
     accelerate_flash();
     RCC.cr().modify(|w| w.set_csson(true));
     keep_debug_bits();
-    watch_supply();
+    watch_supply(wait);
 }
 
-/// Waits until the supply is above the threshold, then enables the interrupt for its fall. The
-/// outputs are disconnected and the pump is off while this waits.
-fn watch_supply() {
+/// Waits until the supply is above the threshold, then enables the interrupt for its fall.
+fn watch_supply(wait: impl Fn(fn() -> bool)) {
     // PVDO rises when the supply falls below the threshold.
     EXTI.rtsr(0).modify(|w| w.set_line(SUPPLY_LINE, true));
     PWR.cr1().modify(|w| {
@@ -80,7 +80,7 @@ fn watch_supply() {
     // produces when it is enabled is not a fall. An edge after the line is cleared stays pending
     // until its interrupt is enabled.
     loop {
-        bring_up::wait_for_supply(|| !PWR.csr1().read().pvdo());
+        wait(|| !PWR.csr1().read().pvdo());
         EXTI.pr(0).write(|w| w.set_line(SUPPLY_LINE, true));
         if !PWR.csr1().read().pvdo() {
             break;

@@ -100,7 +100,7 @@ pub async fn run(spawner: Spawner) -> ! {
     let crystal_hz = bring_up::start_crystal();
     let peripherals = embassy_stm32::init(clock::config());
     log::note_clock();
-    clock::harden();
+    clock::harden(bring_up::wait_for_supply);
     for line in [Interrupt::OTG_FS, Interrupt::TIM5] {
         // SAFETY: no critical section relies on a priority.
         unsafe { core.NVIC.set_priority(line, InterruptPriority::Bytes as u8) };
