@@ -59,6 +59,8 @@ fn a_request_enters_the_boot_loader_from_the_reset_state() {
         assert_eq!(cpu.registers.r[13], 0x2000_2D40, "the boot loader's stack");
         let mpu = cpu.system.read(0xE000_ED94, Size::Word, at).unwrap();
         assert_eq!(mpu, 0, "MPU_CTRL");
+        let vtor = cpu.system.read(0xE000_ED08, Size::Word, at).unwrap();
+        assert_eq!(vtor, 0, "VTOR: the vectors at 0 are the boot loader's");
     }
 }
 

@@ -48,7 +48,8 @@ global_asm!(
     "movs r4, #0",
     "str r4, [r2]", // clears the word, whatever follows
     "ldr r4, [r2]",
-    "movs r4, #0",
+    "ldr r4, [r3]",
+    "bic r4, r4, #0x100",
     "str r4, [r3]",
     "str r1, [r0, #0x40]",
     "ldr r1, [r0, #0x74]", // CSR: SFTRSTF, and no other cause but the pin (section 7.3.21)
@@ -63,6 +64,10 @@ global_asm!(
     "movw r1, #0x3800",
     "movt r1, #0x4001",
     "movs r2, #1",
+    "str r2, [r1]",
+    "movw r1, #0xED08", // VTOR, which cortex-m-rt has set (ARMv7-M B3.2.5)
+    "movt r1, #0xE000",
+    "movs r2, #0",
     "str r2, [r1]",
     "dsb",
     "isb",

@@ -1,7 +1,7 @@
 //! The log: time stamps, and the lines about what a host asked for. A debug probe reads it (`cargo
 //! program`), and so does the chip simulator (`--log`).
 //!
-//! Writing a line masks every interrupt for some microseconds, so nothing is logged while pulses
+//! Writing a line masks every interrupt for some microseconds, so nothing is logged while trains
 //! play.
 
 use super::pac::{RCC, TIM2};

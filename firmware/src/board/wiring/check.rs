@@ -29,6 +29,21 @@ pub(super) const fn check(board: &Wiring) {
     );
 }
 
+/// Fails the build if a user who wires `board` as documented closes the strap of `image`'s board: an
+/// image for another board must find its strap open.
+pub(super) const fn check_pair(image: &Wiring, board: &Wiring) {
+    let (Some(own), Some(other)) = (&image.breadboard, &board.breadboard) else {
+        return;
+    };
+    let inputs = &board.inputs;
+    assert!(
+        !own.strap.is(other.strap)
+            && !own.strap.is(inputs.hand_stop)
+            && !own.strap.is(inputs.trigger.pin),
+        "a breadboard's strap is no pin that another breadboard's user drives"
+    );
+}
+
 /// Checks the limits of crystal and PLL (DS8626, PLL characteristics; RM0090 sections 7.2.1, 7.3.2
 /// and 7.3.3).
 const fn check_clocks(clocks: &Clocks) {

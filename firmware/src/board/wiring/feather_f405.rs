@@ -46,9 +46,10 @@ pub const FEATHER_F405: Wiring = Wiring {
         ..FLEXOR_F405.outputs
     },
     inputs: Inputs {
-        arm: Pin::new(A, 6),
+        // PA4 stays open: it is the strap of the other breadboard.
+        arm: Pin::new(A, 4),
         over_current: Pin::new(A, 7),
-        hand_stop: Pin::new(A, 4),
+        hand_stop: Pin::new(A, 6),
         trigger: Alternate::new(Pin::new(A, 5), 1), // TIM2_CH1
         angle: Analogue::new(Pin::new(A, 3)),       // half of the battery's voltage
         current: Analogue::new(Pin::new(A, 1)),     // not connected

@@ -108,6 +108,13 @@ const _: () = {
     let mut n = 0;
     while n < BOARDS.len() {
         check::check(&BOARDS[n]);
+        let mut other = 0;
+        while other < BOARDS.len() {
+            if other != n {
+                check::check_pair(&BOARDS[n], &BOARDS[other]);
+            }
+            other += 1;
+        }
         n += 1;
     }
 };

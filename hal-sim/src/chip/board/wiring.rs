@@ -176,7 +176,8 @@ pub const FEATHER: Wiring = Wiring {
         None,
         Some(((Port::B, 13), (Port::B, 14))),
     ],
-    hand_stop: (Port::A, 4),
+    arm: (Port::A, 4),
+    hand_stop: (Port::A, 6),
     trigger: (Port::A, 5),
     joint: 3, // PA3, half of the battery's voltage
     current: None,
