@@ -183,9 +183,33 @@ impl Image {
         }
     }
 
+    /// Builds the image with `flags` for the compiler in place of the workspace's own, in the folder
+    /// `target`, and returns its path.
+    ///
+    /// # Errors
+    /// Returns a [`BuildError`] with the compiler's output if the build fails.
+    pub fn build_with_flags(
+        self,
+        workspace: &Path,
+        target: &Path,
+        flags: &[String],
+    ) -> Result<PathBuf, BuildError> {
+        self.build_in(workspace, target, Some(flags), &mut |_| ())
+    }
+
     fn build_with_output(
         self,
         workspace: &Path,
+        tell: &mut dyn FnMut(&str),
+    ) -> Result<PathBuf, BuildError> {
+        self.build_in(workspace, &workspace.join("target"), None, tell)
+    }
+
+    fn build_in(
+        self,
+        workspace: &Path,
+        target: &Path,
+        flags: Option<&[String]>,
         tell: &mut dyn FnMut(&str),
     ) -> Result<PathBuf, BuildError> {
         let line = self.command();
@@ -194,11 +218,16 @@ impl Image {
         command
             .args(words)
             .arg("--target-dir")
-            .arg(workspace.join("target"))
+            .arg(target)
             .current_dir(workspace);
+        if let Some(flags) = flags {
+            // Replaces the flags of .cargo/config.toml, to which the option --config would add.
+            command.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\u{1f}"));
+        }
         run(command, self.name(), tell)?;
-        let folder = workspace.join("target/thumbv7em-none-eabihf/release");
-        let path = folder.join(self.name());
+        let path = target
+            .join("thumbv7em-none-eabihf/release")
+            .join(self.name());
         write_sum(&path).map_err(|why| BuildError::NotBuilt {
             image: self.name(),
             words: why.to_string(),

@@ -6,7 +6,8 @@
 //! share: declarations, draws, the runner, pages; `catalog` lists the studies and `experiments` the
 //! declarations of the program. A paper's study is named after its authors and year: `hamana2022`,
 //! `lee2020`, `harris2017`, `sierotowicz2023`, `buatier2024`; `distributed` is a muscle under
-//! several electrodes. `faults` injects faults; `figures` draws charts. `subjects` are the muscles
+//! several electrodes. `faults` injects faults; `flags` compares compiler flags
+//! of the images; `figures` draws charts. `subjects` are the muscles
 //! on which models are compared. Declarations are in `host-tool/experiments/`.
 
 pub mod accuracy;
@@ -17,6 +18,7 @@ pub mod distributed;
 pub mod experiments;
 pub mod faults;
 pub mod figures;
+pub mod flags;
 pub mod hamana2022;
 pub mod hands;
 pub mod harris2017;

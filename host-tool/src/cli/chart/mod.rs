@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod control;
+mod flags;
 mod hands;
 mod ladder;
 mod limb;
@@ -17,6 +18,7 @@ use std::path::Path;
 pub enum Chart {
     Accuracy(accuracy::Accuracy),
     Control(control::Control),
+    Flags(flags::FlagsChart),
     #[command(name = "model-selection")]
     Ladder(ladder::LevelChart),
     Limb(limb::Limb),
@@ -27,6 +29,7 @@ pub fn main(chart: &Chart, output: Output) -> anyhow::Result<()> {
     match chart {
         Chart::Accuracy(args) => accuracy::main(args, output),
         Chart::Control(args) => control::main(args, output),
+        Chart::Flags(args) => flags::main(args, output),
         Chart::Ladder(args) => ladder::main(args, output),
         Chart::Limb(args) => limb::main(args, output),
         Chart::Stability(args) => stability::main(args, output),

@@ -190,7 +190,9 @@ pub fn rows_on_chip(image: Image) -> Result<Vec<Row>, BenchError> {
     Ok(row::parse(&ended.console)?)
 }
 
-fn run_on_chip(elf: &Path) -> Result<OnChip, BenchError> {
+/// Runs the benchmark image `elf` on the chip simulator only, once for each interpretation of the
+/// flash prefetch.
+pub fn run_on_chip(elf: &Path) -> Result<OnChip, BenchError> {
     let image = image::Image::open(elf)?;
     let begin = Instant::now();
     let ended = alone::run(&image, FlashWait::default())?;
