@@ -4,9 +4,7 @@
 //! Not tried on a device: everything that can be tested without one lives in the other modules.
 
 use crate::chip::Chip;
-use crate::flash::{
-    AlternateSetting, DeviceSummary, FlashError, check_descriptor, select_device, select_setting,
-};
+use crate::flash::{AlternateSetting, DeviceSummary, FlashError, check_descriptor, select_setting};
 use crate::protocol::{
     FunctionalDescriptor, HostClock, PRODUCT_ID, Request, Session, Transport, TransportError,
     VENDOR_ID,
@@ -25,6 +23,9 @@ pub const UDEV_RULE: &str =
 const INTERFACE: u8 = 0;
 /// Limit for reading a descriptor.
 const DESCRIPTOR_TIMEOUT: Duration = Duration::from_secs(3);
+/// Alternate settings whose names are read; ST's ROM has 4. Bounds the time for a device that does not
+/// answer.
+const MOST_SETTINGS: usize = 16;
 /// Descriptor type of the DFU functional descriptor.
 const FUNCTIONAL: u8 = 0x21;
 
@@ -140,18 +141,16 @@ pub fn list() -> Result<Vec<DeviceSummary>, UsbError> {
     Ok(devices.map(|(summary, _)| summary).collect())
 }
 
-/// Opens the only boot loader, or the one with `serial`, checks that it belongs to `chip` and
-/// starts a session that may change only the flash for firmware.
+/// Opens the boot loader `chosen` of [`list`], checks that it belongs to `chip` and starts a session
+/// that may change only the flash for firmware.
 ///
 /// # Errors
 /// See [`UsbError`].
 pub fn open(
     chip: &Chip,
-    serial: Option<&str>,
+    chosen: &DeviceSummary,
 ) -> Result<Session<UsbTransport, HostClock>, UsbError> {
     let devices = boot_loaders()?;
-    let summaries: Vec<_> = devices.iter().map(|(summary, _)| summary.clone()).collect();
-    let chosen = select_device(&summaries, serial)?;
     let found = devices.iter().find(|(summary, _)| summary == chosen);
     let (_, info) = found.ok_or(FlashError::NoDevice)?;
     let device = info.open().wait().map_err(UsbError::open)?;
@@ -169,7 +168,7 @@ pub fn open(
     let transport = UsbTransport { interface };
     Ok(Session::new(
         transport,
-        HostClock,
+        HostClock::default(),
         transfer_size,
         chip.firmware(),
     ))
@@ -184,6 +183,7 @@ fn settings(device: &Device, interface: &Interface) -> Vec<AlternateSetting> {
     };
     let descriptors = interface.descriptors();
     descriptors
+        .take(MOST_SETTINGS)
         .map(|setting| AlternateSetting {
             number: setting.alternate_setting(),
             name: setting.string_index().map(name).unwrap_or_default(),

@@ -1,6 +1,6 @@
 //! Cuts of connection and supply at every point of the procedure.
 
-use crate::fixture::{Contents, chip, classify, firmware, image, run};
+use crate::fixture::{Contents, chip, classify, firmware, firmware_with, image, run};
 use dfu::flash::{ChipState, Finish, FlashError, Image};
 use dfu::simulated::{Cut, CutPoint, Simulated, SimulatedClock};
 use hal_sim::random::Sequence;
@@ -31,13 +31,13 @@ fn cut_and_recover(
             ChipState::Invalidating,
             ChipState::Unbootable,
         ],
-        Contents::OldExceptPointer => &[ChipState::Invalidating],
+        Contents::OldExceptVectors => &[ChipState::Invalidating, ChipState::Unbootable],
         Contents::Unbootable => &[
             ChipState::Invalidating,
             ChipState::Unbootable,
             ChipState::Committing,
         ],
-        Contents::NewExceptPointer => &[ChipState::Committing],
+        Contents::NewExceptVectors => &[ChipState::Committing],
         Contents::New => &[ChipState::Committing, ChipState::Complete],
     };
     assert!(
@@ -148,9 +148,89 @@ fn many_seeds_at_the_operations_on_sector_0() {
     for contents in [
         Contents::Old,
         Contents::New,
-        Contents::OldExceptPointer,
-        Contents::NewExceptPointer,
+        Contents::OldExceptVectors,
+        Contents::NewExceptVectors,
         Contents::Unbootable,
+    ] {
+        assert!(
+            counts.contains_key(&contents),
+            "{contents:?} never occurred"
+        );
+    }
+}
+
+/// Cuts each write of `prepared` at each byte that `lefts` gives bits for: the bits of this byte
+/// that are not programmed yet. Returns the number of cuts.
+fn cut_bytes(
+    prepared: &(Simulated, SimulatedClock),
+    new: &Image,
+    lefts: impl Fn(usize) -> Vec<u8>,
+    counts: &mut HashMap<Contents, u32>,
+) -> u32 {
+    let (device, clock) = prepared.clone();
+    let (device, result) = run(device, &clock, new, Finish::Stay);
+    result.unwrap();
+    let mut cuts = 0;
+    for (&transfer, &(_, length)) in device.writing.iter().zip(&device.written) {
+        for byte in 0..length {
+            for left in lefts(length) {
+                let byte = u16::try_from(byte).unwrap();
+                let cut = Cut {
+                    transfer,
+                    point: CutPoint::AtByte { byte, left },
+                    seed: 0,
+                };
+                count(counts, cut_and_recover(prepared, new, cut, None));
+                cuts += 1;
+            }
+        }
+    }
+    cuts
+}
+
+/// A ROM that programs bytes leaves words of which some bytes are written.
+#[test]
+fn a_cut_after_every_byte_that_is_written() {
+    let mut counts = HashMap::new();
+    let prepared = chip(&firmware(3_000, 1));
+    let new = image(&firmware(2_500, 2));
+    let cuts = cut_bytes(&prepared, &new, |_| vec![0], &mut counts);
+    println!("{cuts} cuts: {counts:?}");
+    assert!(cuts > 2_500);
+}
+
+/// Every set of bits of every byte of the vectors, and for stack pointers at the ends of both RAMs
+/// sets of one bit and of all bits but one.
+#[test]
+fn a_cut_at_every_set_of_bits_of_the_vectors() {
+    const COMMON: (u32, u32) = (0x2001_C000, 0x2001_C000);
+    let mut counts = HashMap::new();
+    let mut cuts = 0;
+    for (old, new) in [
+        COMMON,
+        (0x2002_0000, 0x2001_FFFC),
+        (0x1001_0000, 0x2002_0000),
+        (0x2000_0004, 0x1001_0000),
+        (0x1000_FFFC, 0x1000_0004),
+        // An interrupted commit, and firmware that is none.
+        (0x2801_C000, 0x2001_C000),
+        (0xFFFF_FFFF, 0x2001_FFF0),
+    ] {
+        let prepared = chip(&firmware_with(old, 600, 1));
+        let written = image(&firmware_with(new, 400, 2));
+        let lefts = |length| match length {
+            4 if (old, new) == COMMON => (0..=0xFF).collect(),
+            4 => (0..8).flat_map(|bit| [1 << bit, !(1 << bit)]).collect(),
+            _ => Vec::new(),
+        };
+        cuts += cut_bytes(&prepared, &written, lefts, &mut counts);
+    }
+    println!("{cuts} cuts: {counts:?}");
+    for contents in [
+        Contents::Old,
+        Contents::New,
+        Contents::OldExceptVectors,
+        Contents::NewExceptVectors,
     ] {
         assert!(
             counts.contains_key(&contents),

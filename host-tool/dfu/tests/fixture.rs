@@ -18,9 +18,14 @@ pub fn stage_table() -> Vec<u8> {
 
 /// Firmware of `length` bytes with valid vectors and contents by `seed`.
 pub fn firmware(length: usize, seed: u64) -> Vec<u8> {
+    firmware_with(0x2001_C000, length, seed)
+}
+
+/// Firmware with this initial stack pointer.
+pub fn firmware_with(pointer: u32, length: usize, seed: u64) -> Vec<u8> {
     let mut random = Sequence::new(seed);
     let mut bytes: Vec<u8> = (0..length).map(|_| random.byte()).collect();
-    bytes[0..4].copy_from_slice(&0x2001_C000_u32.to_le_bytes());
+    bytes[0..4].copy_from_slice(&pointer.to_le_bytes());
     bytes[4..8].copy_from_slice(&0x0800_0189_u32.to_le_bytes());
     bytes
 }
@@ -62,16 +67,16 @@ pub enum Contents {
     Old,
     /// Exactly the new image.
     New,
-    /// As before except the stack pointer, which is partly overwritten with zeros.
-    OldExceptPointer,
-    /// The new image except the stack pointer, which is partly written.
-    NewExceptPointer,
+    /// As before except the first eight bytes, which start no program.
+    OldExceptVectors,
+    /// The new image except the first eight bytes, which start no program.
+    NewExceptVectors,
     /// The CPU cannot start: no stack pointer in RAM or no reset vector in flash.
     Unbootable,
 }
 
 /// Classifies flash after a cut and checks the rules: untouched stage table, no valid vectors
-/// before an incomplete image.
+/// unless the old or the new image is complete to the last bit.
 pub fn classify(device: &Simulated, before: &[u8], image: &Image) -> Contents {
     let now = device.memory.bytes();
     let table = (STM32F405.firmware_end - STM32F405.origin) as usize;
@@ -84,16 +89,16 @@ pub fn classify(device: &Simulated, before: &[u8], image: &Image) -> Contents {
     if now[..length] == *image.bytes() {
         return Contents::New;
     }
-    if now[4..] == before[4..] {
-        return Contents::OldExceptPointer;
-    }
-    if now[4..length] == image.bytes()[4..] && now[0..4] != [0xFF; 4] {
-        return Contents::NewExceptPointer;
-    }
     assert!(
         !STM32F405.is_vector_table(now, &STM32F405.firmware()),
         "valid vectors {:02x?} before an incomplete image",
         &now[..8]
     );
+    if now[8..] == before[8..] {
+        return Contents::OldExceptVectors;
+    }
+    if now[8..length] == image.bytes()[8..] && now[..8] != [0xFF; 8] {
+        return Contents::NewExceptVectors;
+    }
     Contents::Unbootable
 }

@@ -7,7 +7,7 @@ use dfu::protocol::Session;
 use dfu::simulated::HostileDevice;
 use hal_sim::random::Sequence;
 
-/// Upper bound of transfers. A run without faults takes 127 and an endless operation adds at most
+/// Upper bound of transfers. A run without faults takes about 180 and an endless operation adds at most
 /// 1,800.
 const MOST: u64 = 2_000;
 

@@ -4,13 +4,14 @@ use crate::fixture::{Contents, chip, classify, firmware, image, run};
 use dfu::chip::{Chip, STM32F405};
 use dfu::container::Segment;
 use dfu::flash::{
-    AlternateSetting, ChipState, DeviceSummary, Ending, Finish, FlashError, Image, ImageError,
-    Progress, Stage, check_descriptor, flash, select_device, select_setting,
+    AlternateSetting, ChipState, Ending, Finish, FlashError, Image, ImageError, Progress, Stage,
+    check_descriptor, flash, flash_until, select_setting,
 };
 use dfu::protocol::{
     FunctionalDescriptor, ProtocolError, Request, Session, Status, Transport, TransportError,
 };
 use dfu::simulated::{ExitKind, Fault, PollReport, SETTINGS, Simulated};
+use std::cell::Cell;
 
 #[test]
 fn a_full_write_is_verified_and_keeps_everything_else() {
@@ -34,8 +35,10 @@ fn a_full_write_is_verified_and_keeps_everything_else() {
         let last = report.sectors.last().unwrap();
         let kept = (last.end() - STM32F405.origin) as usize;
         assert_eq!(device.memory.bytes()[kept..], before[kept..]);
-        let tail = &device.written[device.written.len() - 2..];
-        assert_eq!(tail, [(0x0800_0004, 4), (0x0800_0000, 4)]);
+        let [head, tail] = [0..3, device.written.len() - 3..device.written.len()];
+        let [reset, pointer] = [(0x0800_0004, 4), (0x0800_0000, 4)];
+        assert_eq!(device.written[head], [reset, pointer, reset]);
+        assert_eq!(device.written[tail], [reset, pointer, pointer]);
         println!(
             "{length} bytes: {} sectors, {} transfers, {} ms",
             sectors.len(),
@@ -224,41 +227,6 @@ fn images_that_do_not_fit_are_named() {
     }
 }
 
-fn device(serial: Option<&str>, address: u8) -> DeviceSummary {
-    DeviceSummary {
-        serial: serial.map(str::to_owned),
-        bus: "3".into(),
-        address,
-    }
-}
-
-#[test]
-fn devices_are_selected_by_serial_number() {
-    let two = [
-        device(Some("3262355B3231"), 5),
-        device(Some("207A36915253"), 6),
-    ];
-    assert_eq!(select_device(&[], None), Err(FlashError::NoDevice));
-    assert_eq!(select_device(&[], Some("1")), Err(FlashError::NoDevice));
-    assert_eq!(select_device(&two[..1], None), Ok(&two[0]));
-    assert_eq!(select_device(&two, Some("207a36915253")), Ok(&two[1]));
-    let several = select_device(&two, None).unwrap_err();
-    assert!(matches!(several, FlashError::SeveralDevices { .. }));
-    assert!(
-        several
-            .to_string()
-            .contains("3262355B3231 at bus 3 address 5; serial 207A")
-    );
-    let unknown = select_device(&two, Some("33")).unwrap_err();
-    assert!(matches!(unknown, FlashError::UnknownSerial { .. }));
-    let nameless = [device(None, 5), device(Some("\u{1b}[2J\u{7f}é"), 6)];
-    let text = select_device(&nameless, None).unwrap_err().to_string();
-    assert!(
-        text.contains("serial unknown") && text.contains("?[2J??"),
-        "{text}"
-    );
-}
-
 #[test]
 fn the_setting_is_selected_by_its_layout() {
     let settings = |names: &[&str]| -> Vec<AlternateSetting> {
@@ -339,14 +307,21 @@ fn read_protection_is_recognised_and_kept() {
 fn write_protection_is_recognised() {
     let (mut device, clock) = chip(&firmware(5_000, 1));
     device.memory.write_protected = vec![0];
-    let (_, result) = run(device, &clock, &image(&firmware(5_000, 2)), Finish::Stay);
-    assert!(matches!(
-        result.unwrap_err().error,
-        FlashError::NotErased {
-            address: 0x0800_0000,
-            ..
-        }
-    ));
+    let before = device.memory.bytes().to_vec();
+    let (device, result) = run(device, &clock, &image(&firmware(5_000, 2)), Finish::Stay);
+    let error = result.unwrap_err().error;
+    assert!(
+        matches!(
+            error,
+            FlashError::Mismatch {
+                address: 0x0800_0004,
+                ..
+            }
+        ),
+        "{error}"
+    );
+    assert_eq!(device.memory.bytes(), before);
+    assert!(device.erased.is_empty());
     let (mut device, clock) = chip(&firmware(50_000, 1));
     device.memory.write_protected = vec![2];
     let (device, result) = run(device, &clock, &image(&firmware(50_000, 2)), Finish::Stay);
@@ -462,4 +437,101 @@ fn a_pending_command_of_another_program_is_dropped() {
         result.unwrap();
         assert_eq!(classify(&device, &before, &new), Contents::New);
     }
+}
+
+/// An operation ends in time on a device that stays busy and answers slowly.
+#[test]
+fn the_time_of_answers_counts_in_the_limits() {
+    for (poll_ms, latency_ms) in [(0, 500), (0, 0), (0, 4_900), (100, 4_900), (9_000, 4_999)] {
+        let fault = |from| {
+            let (mut device, clock) = chip(&firmware(20_000, 1));
+            device.fault = Some((from, Fault::Busy(poll_ms)));
+            device.latency_ms = latency_ms;
+            let size = device.transfer_size();
+            (
+                Session::new(device, clock.clone(), size, STM32F405.firmware()),
+                clock,
+            )
+        };
+        // Four transfers bring the boot loader from the error of its start to dfuIDLE.
+        let (mut session, clock) = fault(4);
+        session.make_idle().unwrap();
+        let begin = clock.now_ms();
+        let result = session.erase(0x0800_4000, 2_600);
+        let spent = clock.now_ms() - begin;
+        assert!(
+            matches!(
+                result,
+                Err(ProtocolError::Timeout {
+                    limit_ms: 2_600,
+                    ..
+                })
+            ),
+            "{result:?}"
+        );
+        // The download and the last answer can each take 5 s.
+        assert!((2_600..2_600 + 2 * 5_000).contains(&spent), "{spent} ms");
+        let (mut session, clock) = fault(0);
+        let result = session.make_idle();
+        let spent = clock.now_ms();
+        assert!((9_000..9_000 + 2 * 5_000).contains(&spent), "{spent} ms");
+        assert!(
+            matches!(
+                result,
+                Err(ProtocolError::Timeout {
+                    limit_ms: 9_000,
+                    ..
+                })
+            ),
+            "{result:?}"
+        );
+    }
+}
+
+/// The procedure ends between two operations, wherever the signal comes, and a new run succeeds
+/// without the buttons. While the vectors are committed it runs to its end.
+#[test]
+fn an_interruption_ends_between_two_operations() {
+    let prepared = chip(&firmware(40_000, 1));
+    let new = image(&firmware(40_000, 2));
+    let before = prepared.0.memory.bytes().to_vec();
+    let mut states = Vec::new();
+    for moment in 0.. {
+        let (device, clock) = prepared.clone();
+        let size = device.transfer_size();
+        let mut session = Session::new(device, clock.clone(), size, STM32F405.firmware());
+        let asked = Cell::new(0);
+        let is_interrupted = || {
+            asked.set(asked.get() + 1);
+            asked.get() > moment
+        };
+        let result = flash_until(
+            &mut session,
+            &new,
+            Finish::Stay,
+            &mut |_| {},
+            &is_interrupted,
+        );
+        let device = session.into_transport();
+        let contents = classify(&device, &before, &new);
+        let Err(failure) = result else {
+            assert_eq!((contents, asked.get()), (Contents::New, moment));
+            break;
+        };
+        assert_eq!(failure.error, FlashError::Interrupted);
+        match failure.chip {
+            ChipState::Unchanged => assert_eq!(contents, Contents::Old),
+            ChipState::Unbootable => assert_eq!(contents, Contents::Unbootable),
+            other => panic!("{other:?}"),
+        }
+        states.push(failure.chip);
+        // The same boot loader, without a restart.
+        let (device, result) = run(device, &clock, &new, Finish::Stay);
+        result.unwrap();
+        assert_eq!(classify(&device, &before, &new), Contents::New);
+    }
+    println!("{} moments", states.len());
+    assert_eq!(states[..2], [ChipState::Unchanged; 2]);
+    // Erasing 2 sectors, writing 20 blocks, verifying 3 parts.
+    assert!(states.len() >= 2 + 2 + 20 + 3, "{}", states.len());
 }

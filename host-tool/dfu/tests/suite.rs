@@ -1,5 +1,6 @@
 //! Tests of the procedure on a simulated boot loader: order, cuts, faults, files.
 
+mod choice;
 mod cuts;
 mod files;
 mod fixture;

@@ -72,6 +72,18 @@ pub enum FlashError {
         /// Description of the devices.
         devices: String,
     },
+    /// A boot loader was connected before the board was asked to restart in its own.
+    #[error(
+        "a boot loader is connected already ({devices}), and could be taken for the board that \
+         restarts; disconnect it, or give the serial number of the board's boot loader, probably \
+         {expected}"
+    )]
+    AlreadyConnected {
+        /// Description of the devices.
+        devices: String,
+        /// Serial number that the boot loader of the restarting board probably has.
+        expected: String,
+    },
     /// No connected boot loader has the wanted serial number.
     #[error("no boot loader has serial number {serial}; connected: {devices}")]
     UnknownSerial {
@@ -149,6 +161,9 @@ pub enum FlashError {
         /// Byte that was read.
         read: u8,
     },
+    /// The caller ended the procedure between two operations. The boot loader still runs.
+    #[error("writing was interrupted")]
+    Interrupted,
     /// Another failure of the protocol.
     #[error(transparent)]
     Protocol(ProtocolError),

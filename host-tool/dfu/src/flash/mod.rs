@@ -1,10 +1,14 @@
 //! Procedure that writes a firmware image and keeps the chip safe when it is cut.
 //!
-//! Order: overwrite the old stack pointer, then the old reset vector, with zeros; erase sector 0,
-//! then the other sectors; write and verify the other sectors; write and verify sector 0 without
-//! its first eight bytes; write and verify the reset vector, then the stack pointer. At every cut
-//! either the stack pointer or the reset vector cannot start the CPU, or all other bytes of the
-//! old or the new firmware are in place. A new run succeeds after any cut.
+//! Order: clear the Thumb bit of the old reset vector, then overwrite the old vectors with zeros;
+//! erase sector 0, then the other sectors; write and verify the other sectors; write and verify
+//! sector 0 without its first eight bytes; write and verify the reset vector, then the stack pointer
+//! with [`HOLD_BIT`] set; clear this bit.
+//!
+//! Flash bits fall from 1 to 0 one by one while a word is programmed, in an order that the ROM does
+//! not promise. Therefore one bit alone ends the old firmware, and one bit alone completes the new
+//! one: at every cut the flash holds the old firmware or the new one to the last bit, or vectors that
+//! start nothing. A new run succeeds after any cut.
 
 mod error;
 mod image;
@@ -13,10 +17,10 @@ mod select;
 pub use error::{ChipState, FlashError, FlashFailure};
 pub use image::{Image, ImageError, MIN_LENGTH};
 pub use select::{
-    AlternateSetting, DeviceSummary, check_descriptor, select_device, select_setting,
+    AlternateSetting, DeviceSummary, Expected, check_descriptor, select_device, select_setting,
 };
 
-use crate::chip::Sector;
+use crate::chip::{Sector, word};
 use crate::protocol::{Clock, Session, Transport};
 
 /// Bytes that are read with one setting of the address pointer.
@@ -25,6 +29,12 @@ const READ_LENGTH: u32 = 0x4000;
 const NEEDED_COMMANDS: [u8; 2] = [0x21, 0x41];
 /// Length of the initial stack pointer and the reset vector.
 const COMMIT_LENGTH: usize = 8;
+/// Bit that the new stack pointer keeps until everything else is verified. No address in RAM has it,
+/// also not by the test of ST's examples, `pointer & 0x2FFE0000 == 0x20000000`. A stack there lies
+/// in a reserved region (RM0090 section 2.3), so that the first push locks the CPU up.
+pub const HOLD_BIT: u32 = 1 << 27;
+/// Bit of the reset vector without which the CPU faults at the first instruction (ARMv7-M B1.5.5).
+const THUMB_BIT: u32 = 1;
 
 /// Step of the procedure for progress displays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -116,10 +126,27 @@ pub fn flash<T: Transport, C: Clock>(
     finish: Finish,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Report, FlashFailure> {
+    flash_until(session, image, finish, progress, &|| false)
+}
+
+/// Writes `image` as [`flash`] does, and ends between two operations when `is_interrupted` returns
+/// true. It is not asked any more when only the first eight bytes are missing.
+///
+/// # Errors
+/// As [`flash`], and [`FlashError::Interrupted`]. The boot loader still runs then, and a new run
+/// succeeds.
+pub fn flash_until<T: Transport, C: Clock>(
+    session: &mut Session<T, C>,
+    image: &Image,
+    finish: Finish,
+    progress: &mut dyn FnMut(Progress),
+    is_interrupted: &dyn Fn() -> bool,
+) -> Result<Report, FlashFailure> {
     let mut run = Run {
         session,
         image,
         progress,
+        is_interrupted,
         chip: ChipState::Unchanged,
         erased: 0,
         written: 0,
@@ -138,6 +165,7 @@ struct Run<'a, T, C> {
     session: &'a mut Session<T, C>,
     image: &'a Image,
     progress: &'a mut dyn FnMut(Progress),
+    is_interrupted: &'a dyn Fn() -> bool,
     chip: ChipState,
     erased: u32,
     written: u32,
@@ -150,8 +178,10 @@ impl<T: Transport, C: Clock> Run<'_, T, C> {
         let (Some(first), Some(others)) = (sectors.first(), sectors.get(1..)) else {
             return Err(ImageError::Empty.into());
         };
+        self.check_interrupted()?;
         let head = self.check_device()?;
-        self.invalidate(&head)?;
+        self.check_interrupted()?;
+        self.invalidate(head)?;
         self.erase(first, others)?;
         for sector in others {
             self.write(sector.address, self.image.part(sector))?;
@@ -169,6 +199,13 @@ impl<T: Transport, C: Clock> Run<'_, T, C> {
         })
     }
 
+    fn check_interrupted(&self) -> Result<(), FlashError> {
+        if (self.is_interrupted)() {
+            return Err(FlashError::Interrupted);
+        }
+        Ok(())
+    }
+
     /// Checks that the boot loader can do what is needed. Returns the start of flash.
     fn check_device(&mut self) -> Result<Vec<u8>, FlashError> {
         self.session.make_idle()?;
@@ -183,15 +220,36 @@ impl<T: Transport, C: Clock> Run<'_, T, C> {
     }
 
     /// Overwrites the vectors of old firmware, so that a cut while sector 0 is erased cannot
-    /// leave old vectors before damaged code. Programming zeros needs no erase.
-    fn invalidate(&mut self, head: &[u8]) -> Result<(), FlashError> {
+    /// leave old vectors before damaged code. Programming zeros needs no erase. `head` is the start
+    /// of flash.
+    fn invalidate(&mut self, mut head: Vec<u8>) -> Result<(), FlashError> {
         if head.iter().take(COMMIT_LENGTH).all(|&byte| byte == 0xFF) {
             return Ok(());
         }
-        let origin = self.image.chip().origin;
         self.chip = ChipState::Invalidating;
-        self.session.write(origin, &[0; 4])?;
-        Ok(self.session.write(origin.saturating_add(4), &[0; 4])?)
+        // A stack pointer that is partly zero can still lie in RAM, an even reset vector starts
+        // nothing.
+        let reset = word(&head, 4).unwrap_or_default();
+        for (offset, value) in [(4, reset & !THUMB_BIT), (0, 0), (4, 0)] {
+            self.program_vector(&mut head, offset, value)?;
+        }
+        Ok(())
+    }
+
+    /// Programs a word of the first eight bytes and compares the start of flash with `head`, which
+    /// gets the word too.
+    fn program_vector(
+        &mut self,
+        head: &mut [u8],
+        offset: u32,
+        value: u32,
+    ) -> Result<(), FlashError> {
+        let origin = self.image.chip().origin;
+        let bytes = value.to_le_bytes();
+        self.session.write(origin.saturating_add(offset), &bytes)?;
+        let place = head.iter_mut().skip(offset as usize);
+        place.zip(bytes).for_each(|(byte, value)| *byte = value);
+        self.compare(origin, head)
     }
 
     fn erase(&mut self, first: &Sector, others: &[Sector]) -> Result<(), FlashError> {
@@ -205,6 +263,7 @@ impl<T: Transport, C: Clock> Run<'_, T, C> {
             return Err(FlashError::NotErased { address, read });
         }
         for sector in others {
+            self.check_interrupted()?;
             self.erase_one(sector, total)?;
         }
         Ok(())
@@ -223,7 +282,7 @@ impl<T: Transport, C: Clock> Run<'_, T, C> {
     }
 
     /// Writes and verifies sector 0: first without its first eight bytes, then the reset vector,
-    /// then the stack pointer.
+    /// then the stack pointer in two steps.
     fn write_first(&mut self, first: &Sector) -> Result<(), FlashError> {
         let part = self.image.part(first);
         let mut blanked = part.to_vec();
@@ -233,21 +292,14 @@ impl<T: Transport, C: Clock> Run<'_, T, C> {
             .for_each(|b| *b = 0xFF);
         self.write(first.address, &blanked)?;
         self.verify(first.address, &blanked)?;
-        let head = usize::from(self.session.transfer_size());
-        let (mut head, part) = (
-            blanked.get(..head).unwrap_or(&blanked).to_vec(),
-            part.to_vec(),
-        );
+        let (pointer, reset) = (word(part, 0), word(part, 4));
+        let (Some(pointer), Some(reset)) = (pointer, reset) else {
+            return Err(ImageError::Empty.into());
+        };
+        blanked.truncate(self.session.transfer_size().into());
         self.chip = ChipState::Committing;
-        for range in [4..8, 0..4] {
-            let word = part.get(range.clone()).unwrap_or_default();
-            let offset = u32::try_from(range.start).unwrap_or_default();
-            self.session
-                .write(first.address.saturating_add(offset), word)?;
-            if let Some(target) = head.get_mut(range) {
-                target.copy_from_slice(word);
-            }
-            self.compare(first.address, &head)?;
+        for (offset, value) in [(4, reset), (0, pointer | HOLD_BIT), (0, pointer)] {
+            self.program_vector(&mut blanked, offset, value)?;
         }
         self.chip = ChipState::Complete;
         Ok(())
@@ -274,6 +326,7 @@ impl<T: Transport, C: Clock> Run<'_, T, C> {
     fn write(&mut self, address: u32, bytes: &[u8]) -> Result<(), FlashError> {
         let mut at = address;
         for block in bytes.chunks(usize::from(self.session.transfer_size().max(1))) {
+            self.check_interrupted()?;
             if block.iter().any(|&byte| byte != 0xFF) {
                 self.session.write(at, block)?;
             }
@@ -289,6 +342,7 @@ impl<T: Transport, C: Clock> Run<'_, T, C> {
     fn verify(&mut self, address: u32, bytes: &[u8]) -> Result<(), FlashError> {
         let mut at = address;
         for part in bytes.chunks(READ_LENGTH as usize) {
+            self.check_interrupted()?;
             self.compare(at, part)?;
             let length = u32::try_from(part.len()).unwrap_or_default();
             at = at.saturating_add(length);

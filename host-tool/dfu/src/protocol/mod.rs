@@ -14,6 +14,7 @@ pub use session::{MIN_POLL_MS, Session, TRANSFER_LIMIT_MS};
 pub use status::{DeviceStatus, State, Status};
 
 pub use crate::ids::{DFUSE_VERSION, PRODUCT_ID, VENDOR_ID};
+use std::time::{Duration, Instant};
 use thiserror::Error;
 
 /// Class requests of DFU 1.1 (table 3.2) that a boot loader answers.
@@ -62,19 +63,32 @@ pub trait Transport {
     ) -> Result<(), TransportError>;
 }
 
-/// Waiting, so that simulated sessions take no real time.
+/// Time and waiting, so that simulated sessions take no real time.
 pub trait Clock {
     /// Waits for `ms` milliseconds.
     fn sleep_ms(&mut self, ms: u32);
+
+    /// Time since a fixed moment in milliseconds, including the time that transfers take.
+    fn elapsed_ms(&self) -> u64;
 }
 
-/// Clock that sleeps in real time.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct HostClock;
+/// Clock of this computer. Its time starts when it is created.
+#[derive(Debug, Clone, Copy)]
+pub struct HostClock(Instant);
+
+impl Default for HostClock {
+    fn default() -> Self {
+        Self(Instant::now())
+    }
+}
 
 impl Clock for HostClock {
     fn sleep_ms(&mut self, ms: u32) {
-        std::thread::sleep(std::time::Duration::from_millis(ms.into()));
+        std::thread::sleep(Duration::from_millis(ms.into()));
+    }
+
+    fn elapsed_ms(&self) -> u64 {
+        u64::try_from(self.0.elapsed().as_millis()).unwrap_or(u64::MAX)
     }
 }
 

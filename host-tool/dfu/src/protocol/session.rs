@@ -94,7 +94,8 @@ impl<T: Transport, C: Clock> Session<T, C> {
     /// STM32F405 starts in dfuERROR with errFIRMWARE.
     ///
     /// # Errors
-    /// [`ProtocolError::UnexpectedState`] if the device does not get there.
+    /// [`ProtocolError::UnexpectedState`] or [`ProtocolError::Timeout`] if the device does not get
+    /// there.
     pub fn make_idle(&mut self) -> Result<(), ProtocolError> {
         let operation = operation(Action::Connect, 0);
         // A status request would run the command, which can be a mass erase. A boot loader that
@@ -108,9 +109,10 @@ impl<T: Transport, C: Clock> Session<T, C> {
     fn idle(&mut self, operation: Operation) -> Result<(), ProtocolError> {
         let mut state = State::IDLE;
         let mut attempts = 0;
-        let mut waited = 0_u32;
-        while attempts < IDLE_ATTEMPTS && waited < BUSY_LIMIT_MS {
-            let status = self.status(operation, BUSY_LIMIT_MS)?;
+        let begin = self.clock.elapsed_ms();
+        while attempts < IDLE_ATTEMPTS {
+            let left = self.left_ms(begin, BUSY_LIMIT_MS);
+            let status = self.status(operation, left.max(TRANSFER_LIMIT_MS))?;
             state = status.state;
             match state {
                 State::IDLE => return Ok(()),
@@ -123,9 +125,7 @@ impl<T: Transport, C: Clock> Session<T, C> {
                     self.send(operation, Request::Abort, 0, &[])?;
                 }
                 State::DOWNLOAD_SYNC | State::BUSY => {
-                    let pause = status.poll_ms.clamp(MIN_POLL_MS, BUSY_LIMIT_MS);
-                    self.clock.sleep_ms(pause);
-                    waited = waited.saturating_add(pause);
+                    self.pause(operation, begin, BUSY_LIMIT_MS, status.poll_ms)?;
                 }
                 _ => break,
             }
@@ -292,11 +292,12 @@ impl<T: Transport, C: Clock> Session<T, C> {
         if let Err(error) = self.send(operation, Request::Download, block, data) {
             return Err(self.reason(error));
         }
-        let mut waited = 0_u32;
+        let begin = self.clock.elapsed_ms();
         let mut last_poll = None;
         let mut stalls = 0;
         loop {
-            let status = match self.status(operation, limit_ms.max(TRANSFER_LIMIT_MS)) {
+            let left = self.left_ms(begin, limit_ms);
+            let status = match self.status(operation, left.max(TRANSFER_LIMIT_MS)) {
                 Ok(status) => status,
                 Err(ProtocolError::Transfer {
                     cause: TransportError::Stall,
@@ -319,17 +320,35 @@ impl<T: Transport, C: Clock> Session<T, C> {
                 State::BUSY | State::DOWNLOAD_SYNC => {}
                 state => return Err(ProtocolError::UnexpectedState { operation, state }),
             }
-            if waited >= limit_ms {
-                return Err(ProtocolError::Timeout {
-                    operation,
-                    limit_ms,
-                });
-            }
             last_poll = Some(status.poll_ms);
-            let pause = status.poll_ms.min(limit_ms - waited).max(MIN_POLL_MS);
-            self.clock.sleep_ms(pause);
-            waited = waited.saturating_add(pause);
+            self.pause(operation, begin, limit_ms, status.poll_ms)?;
         }
+    }
+
+    /// Time in milliseconds that an operation has left which began at `begin`.
+    fn left_ms(&self, begin: u64, limit_ms: u32) -> u32 {
+        let spent = self.clock.elapsed_ms().saturating_sub(begin);
+        limit_ms.saturating_sub(u32::try_from(spent).unwrap_or(u32::MAX))
+    }
+
+    /// Waits before the next status request for the time that the device asks for. The time that
+    /// its answers take counts: an operation takes at most its limit and one transfer.
+    fn pause(
+        &mut self,
+        operation: Operation,
+        begin: u64,
+        limit_ms: u32,
+        poll_ms: u32,
+    ) -> Result<(), ProtocolError> {
+        let left = self.left_ms(begin, limit_ms);
+        if left == 0 {
+            return Err(ProtocolError::Timeout {
+                operation,
+                limit_ms,
+            });
+        }
+        self.clock.sleep_ms(poll_ms.min(left).max(MIN_POLL_MS));
+        Ok(())
     }
 
     fn upload(

@@ -1,8 +1,8 @@
 //! State machine of the simulated boot loader.
 
-use super::{Cut, CutPoint, Fault, Memory, PollReport, SimulatedClock};
+use super::{Cut, CutPoint, Fault, Memory, PollReport, SimulatedClock, Stop};
 use crate::chip::{Chip, STM32F405, word};
-use crate::protocol::{DeviceStatus, Request, State, Status, Transport, TransportError};
+use crate::protocol::{Clock, DeviceStatus, Request, State, Status, Transport, TransportError};
 use hal_sim::random::Sequence;
 
 /// Largest transfer of the ROM in bytes.
@@ -43,6 +43,8 @@ pub struct Simulated {
     pub cut: Option<Cut>,
     /// Misbehaviour from this transfer on, counted from 0.
     pub fault: Option<(u64, Fault)>,
+    /// Time in milliseconds after which each request is answered.
+    pub latency_ms: u32,
     /// Poll times while busy.
     pub poll: PollReport,
     /// Whether block addresses count in lengths of the request, as AN3156 says, instead of in the
@@ -54,6 +56,8 @@ pub struct Simulated {
     pub erased: Vec<u32>,
     /// Start addresses and lengths of writes, in order.
     pub written: Vec<(u32, usize)>,
+    /// Numbers of the transfers that started the writes in `written`, in the same order.
+    pub writing: Vec<u64>,
     /// Whether mass erase or read unprotect was requested.
     pub forbidden: bool,
     /// Way in which the chip left the boot loader.
@@ -77,11 +81,13 @@ impl Simulated {
             read_protected: false,
             cut: None,
             fault: None,
+            latency_ms: 0,
             poll: PollReport::Exact,
             blocks_by_length: false,
             transfers: 0,
             erased: Vec::new(),
             written: Vec::new(),
+            writing: Vec::new(),
             forbidden: false,
             left: None,
             chip: STM32F405,
@@ -116,20 +122,25 @@ impl Simulated {
         (self.transfers > from).then_some(fault)
     }
 
-    /// Counts the transfer and applies cuts and faults that come before it.
-    fn begin(&mut self) -> Result<Option<CutPoint>, TransportError> {
+    /// Counts the transfer, lets its time pass and applies cuts and faults that come before it.
+    fn begin(&mut self, timeout_ms: u32) -> Result<Option<CutPoint>, TransportError> {
         if !self.powered {
             return Err(TransportError::Disconnected);
         }
+        self.clock.sleep_ms(self.latency_ms.min(timeout_ms));
         let number = self.transfers;
         self.transfers += 1;
         match self.active() {
             Some(Fault::Stall) => return Err(TransportError::Stall),
-            Some(Fault::Silence) => return Err(TransportError::Timeout),
+            Some(Fault::Silence) => {
+                self.clock.sleep_ms(timeout_ms);
+                return Err(TransportError::Timeout);
+            }
             Some(Fault::Disconnect) => {
                 self.powered = false;
                 return Err(TransportError::Disconnected);
             }
+            _ if self.latency_ms > timeout_ms => return Err(TransportError::Timeout),
             _ => {}
         }
         let point = self.cut.filter(|cut| cut.transfer == number);
@@ -167,11 +178,7 @@ impl Simulated {
         let mut poll_ms = 0;
         match self.state {
             State::DOWNLOAD_SYNC => {
-                let random = match cut {
-                    Some(CutPoint::During) => self.cut.map(|cut| Sequence::new(cut.seed)),
-                    _ => None,
-                };
-                poll_ms = self.start(random);
+                poll_ms = self.start(cut);
             }
             State::BUSY if self.clock.now_ms() < self.busy_until_ms => {
                 let remaining = self.busy_until_ms - self.clock.now_ms();
@@ -195,7 +202,9 @@ impl Simulated {
     }
 
     /// Runs the pending operation. Returns its duration in milliseconds.
-    fn start(&mut self, mut random: Option<Sequence>) -> u32 {
+    fn start(&mut self, cut: Option<CutPoint>) -> u32 {
+        let seed = self.cut.map_or(0, |cut| cut.seed);
+        let mut random = (cut == Some(CutPoint::During)).then(|| Sequence::new(seed));
         let Some(pending) = self.pending.take() else {
             self.fail(Status::STALLED);
             return 0;
@@ -226,8 +235,16 @@ impl Simulated {
             }
             Pending::Write { address, data } if self.valid(address) => {
                 self.written.push((address, data.len()));
+                self.writing.push(self.transfers.saturating_sub(1));
+                let stop = match cut {
+                    Some(CutPoint::AtByte { byte, left }) => Some(Stop::AtByte {
+                        byte: byte.into(),
+                        left,
+                    }),
+                    _ => random.as_mut().map(Stop::Random),
+                };
                 if fault != Some(Fault::IgnoreWrites) {
-                    self.memory.program(address, &data, random.as_mut());
+                    self.memory.program(address, &data, stop);
                 }
                 // 16 µs per word (DS8626).
                 Some(u32::try_from(data.len() / 250).unwrap_or(u32::MAX))
@@ -366,9 +383,9 @@ impl Transport for Simulated {
         request: Request,
         value: u16,
         length: u16,
-        _timeout_ms: u32,
+        timeout_ms: u32,
     ) -> Result<Vec<u8>, TransportError> {
-        let cut = self.begin()?;
+        let cut = self.begin(timeout_ms)?;
         let answer = match request {
             Request::GetStatus => Ok(self.get_status(cut).to_bytes().to_vec()),
             Request::GetState => Ok(vec![self.state.0]),
@@ -384,9 +401,9 @@ impl Transport for Simulated {
         request: Request,
         value: u16,
         data: &[u8],
-        _timeout_ms: u32,
+        timeout_ms: u32,
     ) -> Result<(), TransportError> {
-        let cut = self.begin()?;
+        let cut = self.begin(timeout_ms)?;
         let answer = match (request, self.state) {
             (Request::Download, _) => self.download(value, data),
             (Request::ClearStatus, State::ERROR)

@@ -10,6 +10,15 @@ pub enum CutPoint {
     /// While the operation that the transfer starts is running: flash keeps a random unfinished
     /// state. Equal to `After` for a transfer that starts no flash operation.
     During,
+    /// While the operation that the transfer starts is running, if it programs flash byte by byte:
+    /// the bytes before number `byte` are programmed, and of that byte all bits but those that are
+    /// set in `left`. Equal to `After` for another operation.
+    AtByte {
+        /// Number of the byte in the block, from 0.
+        byte: u16,
+        /// Bits that are not programmed yet.
+        left: u8,
+    },
     /// After the transfer, without an answer.
     After,
 }

@@ -3,6 +3,20 @@
 use crate::chip::{Chip, Sector};
 use hal_sim::random::Sequence;
 
+/// Point at which programming stops when the supply is cut.
+#[derive(Debug)]
+pub enum Stop<'a> {
+    /// At a random byte or word, of which random bits are programmed.
+    Random(&'a mut Sequence),
+    /// At this byte of the block, of which the bits that are set in `left` are not programmed.
+    AtByte {
+        /// Number of the byte, from 0.
+        byte: usize,
+        /// Bits that are not programmed yet.
+        left: u8,
+    },
+}
+
 /// Flash memory of one chip.
 #[derive(Debug, Clone)]
 pub struct Memory {
@@ -86,9 +100,9 @@ impl Memory {
         }
     }
 
-    /// Programs `data` at `address`, or with `cut` stops at a random byte, of which random bits
-    /// are programmed. Bytes outside flash and in write-protected sectors are ignored.
-    pub fn program(&mut self, address: u32, data: &[u8], cut: Option<&mut Sequence>) {
+    /// Programs `data` at `address`, up to `stop` if there is one. Bytes outside flash and in
+    /// write-protected sectors are ignored.
+    pub fn program(&mut self, address: u32, data: &[u8], stop: Option<Stop<'_>>) {
         let protected = self
             .sector(address)
             .is_some_and(|sector| self.write_protected.contains(&sector.number));
@@ -97,9 +111,18 @@ impl Memory {
         }
         let start = address.saturating_sub(self.chip.origin) as usize;
         let target = self.bytes.iter_mut().skip(start).zip(data);
-        let Some(random) = cut else {
-            target.for_each(|(byte, &value)| *byte &= value);
-            return;
+        let random = match stop {
+            None => {
+                target.for_each(|(byte, &value)| *byte &= value);
+                return;
+            }
+            Some(Stop::AtByte { byte: last, left }) => {
+                for (index, (byte, &value)) in target.take(last.saturating_add(1)).enumerate() {
+                    *byte &= if index < last { value } else { value | left };
+                }
+                return;
+            }
+            Some(Stop::Random(random)) => random,
         };
         // The flash programs 1 or 4 bytes at a time, depending on the parallelism.
         let width = if random.below(2) == 0 { 1 } else { 4 };

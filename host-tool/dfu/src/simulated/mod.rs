@@ -11,7 +11,7 @@ mod memory;
 pub use device::{ExitKind, Simulated};
 pub use faults::{Cut, CutPoint, Fault, PollReport};
 pub use hostile::HostileDevice;
-pub use memory::Memory;
+pub use memory::{Memory, Stop};
 
 use crate::protocol::Clock;
 use std::cell::Cell;
@@ -25,7 +25,8 @@ pub const SETTINGS: [&str; 4] = [
     "@Device Feature/0xFFFF0000/01*004 e",
 ];
 
-/// Clock that a session and a simulated device share. It advances only by sleeping.
+/// Clock that a session and a simulated device share. It advances by sleeping, and by the time that
+/// the device takes to answer.
 #[derive(Debug, Clone, Default)]
 pub struct SimulatedClock(Rc<Cell<u64>>);
 
@@ -40,5 +41,9 @@ impl SimulatedClock {
 impl Clock for SimulatedClock {
     fn sleep_ms(&mut self, ms: u32) {
         self.0.set(self.0.get().saturating_add(ms.into()));
+    }
+
+    fn elapsed_ms(&self) -> u64 {
+        self.now_ms()
     }
 }
