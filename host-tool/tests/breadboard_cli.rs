@@ -70,13 +70,27 @@ fn an_image_is_written_into_files_and_read_back() {
     fs::write(folder.join("cut.bin"), &bytes[..middle]).unwrap();
     fs::write(folder.join("empty.bin"), b"").unwrap();
     fs::write(folder.join("text.bin"), vec![b'x'; 4_096]).unwrap();
+    // Bytes that the checksum does not cover, of another image or erased.
+    for (file, byte) in [("behind.bin", 0xA5), ("erased.bin", 0xFF)] {
+        let mut longer = fs::read(folder.join("w.bin")).unwrap();
+        longer.extend([byte; 4]);
+        fs::write(folder.join(file), longer).unwrap();
+    }
     let hex = fs::read_to_string(folder.join("w.hex")).unwrap();
+    // Four bytes at 0x0808_0000.
+    let far = ":020000040808EA\n:0400000001020304F2\n:00000001FF";
+    let far = hex.replacen(":00000001FF", far, 1);
+    assert_ne!(hex, far);
+    fs::write(folder.join("behind.hex"), far).unwrap();
     // Another origin: 0x0801_0000.
     let moved = hex.replacen(":020000040800F2", ":020000040801F1", 1);
     assert_ne!(hex, moved);
     fs::write(folder.join("moved.hex"), moved).unwrap();
     for file in [
         "bit.bin",
+        "behind.bin",
+        "behind.hex",
+        "erased.bin",
         "cut.bin",
         "empty.bin",
         "text.bin",
@@ -115,6 +129,23 @@ fn captures_of_the_chips_pins_pass_and_exchanged_ones_do_not() {
         (&"simulated".into(), &"passed".into())
     );
     assert_eq!(sheet["lines"].as_array().unwrap().len(), 10);
+    // The rehearsal begins 2 ms before a pulse: the first one, or a later one.
+    for capture in sheet["captures"].as_array().unwrap() {
+        let number = |key: &str| capture[key].as_f64().unwrap();
+        assert!((number("start_us") + 2_000.0).abs() < 0.2, "{capture}");
+        assert!((number("from_us") - 0.0).abs() < 0.2, "{capture}");
+        assert!((number("until_us") - 299_000.0).abs() < 50.0, "{capture}");
+        assert_eq!(capture["alignment"]["kind"], "repeated");
+        assert_eq!(capture["alignment"]["period_us"], 20_000);
+    }
+    assert!(text.contains("-2.0 to 299.0 ms, or a multiple of 20.0 ms later"));
+    // Shorter than asked for, but without any fault.
+    let longer = judge.replace("0.3", "0.5");
+    let short = fail(&folder, &format!("{longer} {first} {second}"));
+    assert!(
+        short.contains("E822") && short.contains("Incomplete"),
+        "{short}"
+    );
     let exchanged = fail(&folder, &format!("{judge} {second} {first}"));
     assert!(exchanged.contains("E822"), "{exchanged}");
     assert!(fail(&folder, &format!("{judge} {first}")).contains("--plan"));

@@ -28,6 +28,8 @@ mod examples;
 mod experiment_again;
 mod explain_model;
 mod faults_cli;
+#[cfg(unix)]
+mod flash_terminal;
 mod hand_cli;
 #[cfg(unix)]
 mod hand_ended_cli;

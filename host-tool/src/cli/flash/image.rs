@@ -61,6 +61,13 @@ pub fn load(board: Board, file: Option<&Path>) -> anyhow::Result<BoardImage> {
     if whole.is_none_or(|bytes| sum(bytes) != 0) {
         return Err(refuse(&"its checksum is wrong; copy or build it again"));
     }
+    let behind = image.bytes().len() - whole.map_or(0, <[u8]>::len);
+    if behind != 0 {
+        return Err(refuse(&format_args!(
+            "it has {behind} bytes behind its checksum, which does not cover them; copy or build it \
+             again"
+        )));
+    }
     if record.board_name() != board.reported_name() {
         anyhow::bail!(
             "E804 {} is for the board {}, not for {}; give the other --board or another file",

@@ -5,13 +5,19 @@ mod image;
 
 use super::board::pack;
 use super::chip::BoardName;
-use super::{Output, interrupt, usage_error};
+use super::interrupt::{self, EndedBySignal};
+use super::{Output, usage_error};
 use clap::Args;
 use dfu::chip::STM32F405;
-use dfu::flash::{Finish, FlashError, FlashFailure, Progress, Report, Stage};
+use dfu::flash::{
+    ChipState, DeviceSummary, Finish, FlashError, FlashFailure, Progress, Report, Stage,
+    flash_until, select_device,
+};
 use dfu::protocol::{Clock, Session, Transport};
 use dfu::simulated::{Simulated, SimulatedClock};
 use dfu::usb::{self, UsbError};
+use enter::Running;
+use host_core::link::Interruption;
 use host_core::record::check_writable;
 use host_core::run::{Board, DeviceName};
 use image::{BoardImage, Format, load};
@@ -113,7 +119,13 @@ pub fn main(args: &FlashArgs, output: Output) -> anyhow::Result<()> {
         let device = Simulated::new(clock.clone());
         let size = device.transfer_size();
         let mut session = Session::new(device, clock, size, STM32F405.firmware());
-        let report = write(&mut session, &image, board, output)?;
+        let report = write(
+            &mut session,
+            &image,
+            board,
+            output,
+            &Interruption::default(),
+        )?;
         return print(
             &image,
             &report,
@@ -121,34 +133,54 @@ pub fn main(args: &FlashArgs, output: Output) -> anyhow::Result<()> {
             output,
         );
     }
-    let interruption = interrupt::catch_signals()?;
-    if let Some(device) = &args.device {
-        enter::check(device, board)?;
-    }
-    if !args.yes && !ask(&image, args.device.is_some())? {
+    let serial = args.serial.as_deref();
+    let target = match &args.device {
+        Some(device) => Target::Running(Running::check(device, board, serial)?),
+        None => Target::BootLoader(connected(board, serial)?),
+    };
+    if !args.yes && !ask(&image, &target)? {
         return usage_error("nothing was written; answer y to the question, or give --yes");
     }
-    if let Some(device) = &args.device {
-        enter::enter_boot_loader(device, board, &interruption)?;
-    }
-    let session = usb::open(&STM32F405, args.serial.as_deref());
+    // Only now: until the answer, a signal ends the program at once and nothing has changed.
+    let interruption = interrupt::catch_signals()?;
+    let chosen = match target {
+        Target::Running(running) => running.enter_boot_loader(&interruption)?,
+        Target::BootLoader(chosen) => chosen,
+    };
+    let session = usb::open(&STM32F405, &chosen);
     let mut session = session.map_err(|error| explain_usb(&error, board))?;
-    let report = write(&mut session, &image, board, output)?;
+    let report = write(&mut session, &image, board, output, &interruption)?;
     print(&image, &report, report.ending.instruction(), output)
 }
 
+/// Chip that is written.
+enum Target<'a> {
+    /// The boot loader that this board is asked to start.
+    Running(Running<'a>),
+    /// This boot loader.
+    BootLoader(DeviceSummary),
+}
+
+/// Returns the only boot loader, or the one with this serial number.
+fn connected(board: Board, serial: Option<&str>) -> anyhow::Result<DeviceSummary> {
+    let explain = |error| explain_usb(&error, board);
+    let devices = usb::list().map_err(explain)?;
+    let chosen = select_device(&devices, serial);
+    Ok(chosen.map_err(|error| explain(error.into()))?.clone())
+}
+
 /// Asks the user at the terminal.
-fn ask(image: &BoardImage, restarts: bool) -> anyhow::Result<bool> {
+fn ask(image: &BoardImage, target: &Target<'_>) -> anyhow::Result<bool> {
     if !std::io::stdin().is_terminal() {
         return usage_error("writing needs your permission; use a terminal, or give --yes");
     }
-    let restarts = if restarts {
-        "The board restarts in its boot loader. "
-    } else {
-        ""
+    let target = match target {
+        Target::Running(_) => "The board restarts in its boot loader.".to_owned(),
+        Target::BootLoader(chosen) => format!("Boot loader: {}.", chosen.label()),
     };
     eprint!(
-        "{restarts}Disconnect every person, LED supply and output stage first.\n\
+        "{target}\n\
+         Disconnect every person, LED supply and output stage first.\n\
          Write {}? y/N: ",
         image.describe()
     );
@@ -158,12 +190,13 @@ fn ask(image: &BoardImage, restarts: bool) -> anyhow::Result<bool> {
     Ok(line.trim().eq_ignore_ascii_case("y"))
 }
 
-/// Writes the image, with progress.
+/// Writes the image, with progress. A signal ends it between two operations.
 fn write<T: Transport, C: Clock>(
     session: &mut Session<T, C>,
     image: &BoardImage,
     board: Board,
     output: Output,
+    interruption: &Interruption,
 ) -> anyhow::Result<Report> {
     let bar = output.bar("erasing");
     // Erasing takes about half of the time, writing and reading back a quarter each.
@@ -175,9 +208,30 @@ fn write<T: Transport, C: Clock>(
             Stage::Verify => 0.75 + 0.25 * part,
         });
     };
-    let done = dfu::flash::flash(session, &image.image, Finish::Reset, &mut shown);
+    let is_interrupted = || interruption.received_signal().is_some();
+    let finish = Finish::Reset;
+    let done = flash_until(session, &image.image, finish, &mut shown, &is_interrupted);
     bar.finish();
-    done.map_err(|failure| explain(&failure, board))
+    done.map_err(|failure| match interruption.received_signal() {
+        Some(signal) if failure.error == FlashError::Interrupted => {
+            EndedBySignal(signal, interrupted_at(failure.chip).to_owned()).into()
+        }
+        _ => explain(&failure, board),
+    })
+}
+
+/// Says when the signal came that ended writing, and how to go on.
+const fn interrupted_at(chip: ChipState) -> &'static str {
+    match chip {
+        ChipState::Unchanged => {
+            "before anything was written: the chip holds its old image. The boot loader still runs: \
+             run the command again without --device, or press reset to start the old image"
+        }
+        _ => {
+            "while the image was written: the chip holds no complete image, and starts none. The \
+             boot loader still runs: run the command again without --device"
+        }
+    }
 }
 
 fn print(image: &BoardImage, report: &Report, end: &str, output: Output) -> anyhow::Result<()> {
@@ -206,26 +260,35 @@ fn print(image: &BoardImage, report: &Report, end: &str, output: Output) -> anyh
 const fn number(error: &FlashError) -> &'static str {
     match error {
         FlashError::NoDevice => "E800",
-        FlashError::SeveralDevices { .. } | FlashError::UnknownSerial { .. } => "E801",
+        FlashError::SeveralDevices { .. }
+        | FlashError::AlreadyConnected { .. }
+        | FlashError::UnknownSerial { .. } => "E801",
         FlashError::OtherChip { .. }
         | FlashError::Unsupported { .. }
         | FlashError::MissingCommand { .. } => "E802",
         FlashError::Image(_) => "E803",
         FlashError::ReadProtected { .. } => "E805",
         FlashError::Unplugged { .. } => "E806",
-        FlashError::NotErased { .. } | FlashError::Mismatch { .. } | FlashError::Protocol(_) => {
-            "E807"
-        }
+        FlashError::NotErased { .. }
+        | FlashError::Mismatch { .. }
+        | FlashError::Interrupted
+        | FlashError::Protocol(_) => "E807",
     }
 }
 
 /// Causes and alternatives when the boot loader does not appear, or not reliably.
 fn no_boot_loader(board: Board) -> String {
+    // On the Feather, parts hold the pins of the other protocols: PB5 low, PB11, PC11 and PA10 high.
+    let causes = match board {
+        Board::Feather => "(reset again; the Feather often needs several tries)",
+        Board::Weact | Board::Reference => {
+            "(reset again), or if noise on open pins starts another protocol (10 kOhm from PB5, \
+             PB11, PC11 and PA10 to 3.3 V helps)"
+        }
+    };
     format!(
-        "to start it: {}. It does not start if the crystal is missing or slow (reset again; the \
-         Feather often needs several tries), or if noise on PB5, PB11, PC11 or PA10 starts another \
-         protocol (10 kOhm to 3.3 V helps). Other ways: USART1 with BOOT0 high, or a debug probe \
-         with flexor image --hex",
+        "to start it: {}. It does not start if the crystal is missing or slow {causes}. Other ways: \
+         USART1 with BOOT0 high, or a debug probe with flexor image --hex",
         pack(board).boot_loader
     )
 }
@@ -255,12 +318,57 @@ fn explain_usb(error: &UsbError, board: Board) -> anyhow::Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use host_core::link::Signal;
 
     #[test]
     fn a_missing_boot_loader_names_causes_and_other_ways() {
-        let error = explain_usb(&FlashError::NoDevice.into(), Board::Feather).to_string();
-        for word in ["E800", "B0", "crystal", "PB11", "USART1", "probe"] {
-            assert!(error.contains(word), "{word}: {error}");
+        let explained = |board| explain_usb(&FlashError::NoDevice.into(), board).to_string();
+        let [feather, weact] = [Board::Feather, Board::Weact].map(explained);
+        for word in ["E800", "B0", "crystal", "USART1", "probe"] {
+            assert!(feather.contains(word), "{word}: {feather}");
+            assert!(weact.contains(word), "{word}: {weact}");
         }
+        assert!(weact.contains("PB11"), "{weact}");
+        assert!(feather.contains("tries"), "{feather}");
+        assert!(
+            !feather.contains("10 kOhm"),
+            "parts hold the pins: {feather}"
+        );
+    }
+
+    #[test]
+    fn a_signal_before_writing_ends_it_and_says_how_to_go_on() {
+        let mut bytes = vec![0xFF; 400];
+        bytes[..8].copy_from_slice(&[0, 0xC0, 1, 0x20, 0x89, 0, 0, 8]);
+        let segments = [dfu::container::Segment {
+            address: STM32F405.origin,
+            bytes,
+        }];
+        let image = BoardImage {
+            image: dfu::flash::Image::new(&STM32F405, &segments).unwrap(),
+            record: firmware::board::image::ImageRecord {
+                board: [0; 16],
+                version: [0, 1, 0],
+                kind: 1,
+                crystal_hz: 0,
+                schema: 0,
+                origin: STM32F405.origin,
+                sum_at: 0,
+            },
+            source: PathBuf::new(),
+        };
+        let clock = SimulatedClock::default();
+        let device = Simulated::new(clock.clone());
+        let mut session = Session::new(device, clock, 2048, STM32F405.firmware());
+        let interruption = Interruption::default();
+        interruption.raise_signal(Signal::Interrupt);
+        let output = Output { json: false };
+        let ended = write(&mut session, &image, Board::Weact, output, &interruption).unwrap_err();
+        assert_eq!(interrupt::ending_signal(&ended), Some(Signal::Interrupt));
+        let text = ended.to_string();
+        assert!(text.contains("E580 SIGINT came before anything"), "{text}");
+        assert!(text.contains("boot loader still runs"), "{text}");
+        let device = session.into_transport();
+        assert!(device.erased.is_empty() && device.written.is_empty());
     }
 }
