@@ -86,9 +86,8 @@ pub enum ExpectedError {
 }
 
 /// Returns the edges of the lines `cN` and `aN` of the channels 1 to `channels`, and of `sync` if
-/// there is a source. All channels are isolated before the first row, and the result has
-/// `idle_before`; reset it if the board may have been active before `from_us`. `skew_ns` returns the delay of the
-/// line with a name, nanoseconds.
+/// there is a source. All channels are isolated before the first row. `skew_ns` returns the delay of
+/// the line with a name, nanoseconds.
 ///
 /// # Errors
 /// Returns an [`ExpectedError`] with the row if rows are unordered, outside `from_us` to
@@ -132,10 +131,38 @@ pub fn from_states(
     }
     Ok(Expected {
         from_us,
-        idle_before: true,
         until_us,
         lines,
     })
+}
+
+/// Returns a line with the changes from `from_us` to `until_us`, as microseconds since `from_us`.
+/// `levels` are times in microseconds, ascending, each with the level from then on; the line is
+/// `initial_high` before them. Repeated levels are no edges.
+pub fn from_levels(
+    name: String,
+    skew_ns: f64,
+    initial_high: bool,
+    levels: impl IntoIterator<Item = (u64, bool)>,
+    (from_us, until_us): (u64, u64),
+) -> ExpectedLine {
+    let mut first_high = initial_high;
+    let mut high = initial_high;
+    let mut edges_us = Vec::new();
+    for (t_us, next) in levels {
+        if t_us < from_us {
+            first_high = next;
+        } else if t_us <= until_us && next != high {
+            edges_us.push(t_us - from_us);
+        }
+        high = next;
+    }
+    ExpectedLine {
+        name,
+        skew_ns,
+        first_high,
+        edges_us,
+    }
 }
 
 fn check(rows: &[StateChange], from_us: u64, until_us: u64) -> Result<(), ExpectedError> {
@@ -204,6 +231,24 @@ mod tests {
         assert_eq!(edges("a2"), Some(&[550][..]));
         assert_eq!(edges("sync"), Some(&[100, 300][..]));
         assert_eq!(lines.last().map(|line| line.skew_ns), Some(48.0));
+    }
+
+    #[test]
+    fn a_line_keeps_its_level_at_the_start_of_the_prediction() {
+        let levels = [(10, true), (20, true), (50, false), (70, true), (90, false)];
+        let line = |period| from_levels("c1".to_owned(), 0.0, false, levels, period);
+        for (period, first_high, edges_us) in [
+            ((0, 100), false, vec![10, 50, 70, 90]),
+            ((30, 100), true, vec![20, 40, 60]),
+            ((50, 80), true, vec![0, 20]),
+            ((60, 70), false, vec![10]),
+            ((75, 80), true, vec![]),
+        ] {
+            let line = line(period);
+            assert_eq!((line.first_high, line.edges_us), (first_high, edges_us));
+        }
+        let later = from_levels("c1".to_owned(), 0.0, true, [(9, false)], (5, 20));
+        assert_eq!((later.first_high, later.edges_us), (true, vec![4]));
     }
 
     #[test]

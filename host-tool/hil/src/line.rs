@@ -43,12 +43,11 @@ pub struct ExpectedLine {
 /// Predicted level changes of all lines.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expected {
-    /// Start of the prediction, microseconds.
+    /// Start of the prediction, microseconds. Every line keeps its first level before it, so a
+    /// capture may begin earlier, but must not have edges there.
     pub from_us: u64,
-    /// True if no line moves before `from_us`, so that a measured edge before it is a fault. If
-    /// false, measured edges before it are not judged.
-    pub idle_before: bool,
-    /// End of the prediction, microseconds. Measurement edges after it are not judged.
+    /// End of the prediction, microseconds. Nothing is known about the time after it, so a capture
+    /// must end earlier.
     pub until_us: u64,
     /// Lines with unique names. Their edges must lie between `from_us` and `until_us`.
     pub lines: Vec<ExpectedLine>,

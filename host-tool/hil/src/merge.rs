@@ -186,12 +186,15 @@ fn verdict(reports: &[Result<Report, MergeError>], not_covered: &[String]) -> Ve
     let any = |verdict| reports.iter().flatten().any(|r| r.verdict == verdict);
     if any(Verdict::Failed) {
         Verdict::Failed
-    } else if any(Verdict::NotJudged) {
-        Verdict::NotJudged
+    } else if reports.iter().any(Result::is_err)
+        || any(Verdict::Incomplete)
+        || !not_covered.is_empty()
+    {
+        Verdict::Incomplete
     } else if any(Verdict::Ambiguous) {
         Verdict::Ambiguous
-    } else if reports.iter().any(Result::is_err) || !not_covered.is_empty() {
-        Verdict::Incomplete
+    } else if any(Verdict::NotJudged) {
+        Verdict::NotJudged
     } else {
         Verdict::Passed
     }

@@ -2,7 +2,7 @@
 
 use crate::common::{BEGIN_US, Draw, board_plan, exact, session};
 use hal_sim::random::Sequence;
-use hil::fit::{Alignment, Finding, FitError, FitOptions, Report, Verdict, fit};
+use hil::fit::{Alignment, Finding, FitError, FitOptions, Report, Side, Verdict, fit};
 use hil::line::{Edge, Expected, ExpectedLine, MeasuredLine, Measurement};
 use hil::plan::{Connection, connect};
 use hil::synthesise::{Analyser, Fault, synthesise};
@@ -32,8 +32,23 @@ fn judge(part: usize, analyser: &Analyser, faults: &[Fault]) -> Report {
 
 #[test]
 fn a_whole_session_is_unique() {
-    let report = judge(0, &analyser(-20 * MS, 1_100), &[]);
+    // The prediction ends 1 s after its start. Time after it is unknown.
+    let after = judge(0, &analyser(-20 * MS, 1_100), &[]);
+    match after.findings.as_slice() {
+        [
+            Finding::Outside {
+                side: Side::After,
+                length_us,
+                edges: 0,
+            },
+        ] => {
+            assert!((length_us - 80_000.0).abs() < 1.0, "{length_us}");
+        }
+        other => panic!("{other:?}"),
+    }
+    let report = judge(0, &analyser(-20 * MS, 1_019), &[]);
     assert_eq!(report.verdict, Verdict::Passed, "{report:?}");
+    assert!((report.covered_us - 999_000.0).abs() < 1.0, "{report:?}");
     assert_eq!(report.alignment, Alignment::Unique);
     assert!((report.start_us + 20_000.0).abs() < 0.2, "{report:?}");
     // 37 periods with 2 edges on each line, and 4 on the first line of channel 4.
@@ -41,6 +56,33 @@ fn a_whole_session_is_unique() {
     assert!(report.rms_ns < 60.0 && report.largest_ns.abs() < 129.0);
     assert!(report.line_spread_ns < 40.0, "{report:?}");
     assert!(report.clock_ppm.abs() < 0.1, "{report:?}");
+}
+
+/// The electrode check plays pulses before the session: a capture with one is refused.
+#[test]
+fn edges_before_the_prediction_are_found() {
+    let mut expected = session(1, 0);
+    expected.from_us = BEGIN_US;
+    let connections = &board_plan().captures[0];
+    let check = |line| Fault::AddPulse {
+        line,
+        time_ps: 210 * MS,
+        width_ps: 200_000_000,
+    };
+    let lines = exact(&expected, connections, 5);
+    let capture = synthesise(&lines, &analyser(200 * MS, 700), &[check(0), check(3)]).unwrap();
+    let measured = connect(&capture, connections).unwrap();
+    let report = fit(&expected, &measured, &FitOptions::default()).unwrap();
+    match report.findings.as_slice() {
+        [
+            Finding::Outside {
+                side: Side::Before,
+                length_us,
+                edges: 4,
+            },
+        ] => assert!((length_us - 50_000.0).abs() < 1.0, "{length_us}"),
+        other => panic!("{other:?}"),
+    }
 }
 
 #[test]
@@ -83,8 +125,13 @@ fn an_unknown_skew_appears_between_the_lines() {
         .iter_mut()
         .for_each(|line| line.skew_ns = 0.0);
     let unknown = fit(&expected, &measured, &FitOptions::default()).unwrap();
+    assert_eq!(known.verdict, Verdict::Passed, "{known:?}");
     assert!(unknown.line_spread_ns > known.line_spread_ns + 15.0);
-    assert_eq!(unknown.verdict, Verdict::Passed, "{unknown:?}");
+    // 48 ns between the ports widen the range of 119 ns.
+    match unknown.findings.as_slice() {
+        [Finding::TooWide { range_ns, .. }] => assert!((160.0..200.0).contains(range_ns)),
+        other => panic!("{other:?}"),
+    }
 }
 
 #[test]
@@ -211,7 +258,6 @@ fn one_line(first_us: u64, pulses: u64) -> Expected {
     let pulse = |n: u64| [first_us + n * 10_000, first_us + n * 10_000 + 200 + n % 10];
     Expected {
         from_us: 0,
-        idle_before: true,
         until_us: first_us + pulses * 10_000,
         lines: vec![ExpectedLine {
             name: "c1".into(),
@@ -307,9 +353,9 @@ fn captures_that_cannot_be_compared_are_refused() {
         other.lines[0].skew_ns = skew_ns;
         assert_eq!(error(&other, &measured, &options).number(), 4);
     }
-    for edge_limit_ns in [f64::NAN, -1.0, 1_001.0] {
+    for range_ns in [f64::NAN, -1.0, 1_001.0] {
         let options = FitOptions {
-            edge_limit_ns,
+            range_ns,
             ..options
         };
         assert_eq!(error(&expected, &measured, &options).number(), 4);
@@ -440,8 +486,14 @@ fn a_missing_pulse_that_looks_like_the_end_is_ambiguous() {
         .flat_map(|n| [3_000 + n * 10_000, 3_200 + n * 10_000])
         .collect();
     let mut measured = measure(&expected, 20, 40, 100_000_000);
-    for (milliseconds, verdict) in [(1, Verdict::Passed), (11, Verdict::Ambiguous)] {
-        measured.samples = measured.lines[0].edges[19] + milliseconds * 100_000;
+    // The next pulse follows after 9.8 ms. The prediction ends 14.8 ms after its last pulse.
+    expected.until_us += 5_000;
+    for (after_us, verdict) in [
+        (1_000, Verdict::Passed),
+        (11_000, Verdict::Ambiguous),
+        (16_000, Verdict::Failed),
+    ] {
+        measured.samples = measured.lines[0].edges.last().unwrap() + after_us * 100;
         let report = fit(&expected, &measured, &FitOptions::default()).unwrap();
         assert_eq!(report.verdict, verdict, "{report:?}");
     }
@@ -468,7 +520,6 @@ fn arbitrary_inputs_never_panic() {
         });
         let expected = Expected {
             from_us: 0,
-            idle_before: true,
             until_us: span,
             lines: expected.collect(),
         };

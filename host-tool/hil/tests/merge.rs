@@ -106,3 +106,65 @@ fn exchanged_files_are_named() {
     );
     assert_eq!(*third, MergeError::Exchanged { number: 3, fits: 1 });
 }
+
+/// At 24 MS/s a capture that cannot be aligned must not count as one that is only not judged.
+#[test]
+fn a_dead_or_foreign_capture_at_a_low_rate_is_incomplete() {
+    let expected = session(1, 1_000);
+    let plan = board_plan();
+    let record = |part: usize, period_percent: i64| {
+        let mut lines = exact(&expected, &plan.captures[part], 77);
+        for edge in lines.iter_mut().flat_map(|line| &mut line.edges) {
+            edge.time_ps = edge.time_ps / 100 * period_percent;
+        }
+        let analyser = Analyser {
+            samplerate_hz: 24_000_000,
+            samples: 24_000 * 300,
+            ..analyser(part)
+        };
+        synthesise(&lines, &analyser, &[]).unwrap()
+    };
+    let good: Vec<Option<Capture>> = (0..3).map(|part| Some(record(part, 100))).collect();
+    assert_eq!(judge(&good).verdict, Verdict::NotJudged);
+    let dead: Vec<Fault> = (0..8)
+        .map(|line| Fault::HoldLine { line, high: false })
+        .collect();
+    let lines = exact(&expected, &plan.captures[1], 77);
+    let slow = Analyser {
+        samplerate_hz: 24_000_000,
+        samples: 24_000 * 300,
+        ..analyser(1)
+    };
+    let dead = synthesise(&lines, &slow, &dead).unwrap();
+    for wrong in [dead, record(1, 70)] {
+        let mut captures = good.clone();
+        captures[1] = Some(wrong);
+        let report = judge(&captures);
+        assert!(report.captures[1].is_err(), "{report:?}");
+        assert_eq!(report.verdict, Verdict::Incomplete, "{report:?}");
+    }
+    let mut absent = good;
+    absent[2] = None;
+    assert_eq!(judge(&absent).verdict, Verdict::Incomplete);
+}
+
+/// A fault that does not depend on the resolution fails at every rate.
+#[test]
+fn a_missing_pulse_at_a_low_rate_fails() {
+    let expected = session(1, 1_000);
+    let plan = board_plan();
+    let captures: Vec<Option<Capture>> = (0..3)
+        .map(|part| {
+            let lines = exact(&expected, &plan.captures[part], 77);
+            let slow = Analyser {
+                samplerate_hz: 24_000_000,
+                samples: 24_000 * 300,
+                ..analyser(part)
+            };
+            let missing = [Fault::DropEdge { line: 2, edge: 30 }];
+            let faults = if part == 1 { &missing[..] } else { &[] };
+            Some(synthesise(&lines, &slow, faults).unwrap())
+        })
+        .collect();
+    assert_eq!(judge(&captures).verdict, Verdict::Failed);
+}

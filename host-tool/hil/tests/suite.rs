@@ -9,6 +9,7 @@
 mod capture;
 mod cases;
 mod common;
+mod continuous;
 mod merge;
 mod seeds;
 mod variety;

@@ -17,7 +17,9 @@ pub(super) const FITTING: i64 = 2;
 /// Cost of a missing or an extra edge, and of a wrong level at an end of the span.
 pub(super) const WRONG: i64 = 3;
 
-/// Part of the session that a capture and the prediction have in common, session nanoseconds.
+/// Part of a capture that the prediction describes, session nanoseconds. It begins with the
+/// capture, because no line moves before the prediction, and ends with the capture or the
+/// prediction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Span {
     pub from: f64,
@@ -25,10 +27,10 @@ pub(super) struct Span {
 }
 
 impl Span {
-    /// Returns the common part under a clock.
+    /// Returns the part under a clock.
     pub fn new(tracks: &Tracks, clock: Clock) -> Span {
         Span {
-            from: clock.to_expected(0.0).max(tracks.from),
+            from: clock.to_expected(0.0),
             until: clock.to_expected(tracks.end).min(tracks.until),
         }
     }
@@ -99,6 +101,12 @@ impl Agreement {
         }
         (self.matched + self.found) as f64 / all as f64
     }
+}
+
+/// Returns the number of edges of a captured line after the prediction.
+pub(super) fn edges_after(tracks: &Tracks, measured: &Track, clock: Clock) -> usize {
+    let end = clock.to_measured(tracks.until + GUARD_NS);
+    measured.times.len() - measured.times.partition_point(|t| *t <= end)
 }
 
 /// Compares a captured line with an expected line under a clock.

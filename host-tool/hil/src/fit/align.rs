@@ -5,7 +5,7 @@
 //! clock error of 1000 ppm never leads to a wrong pair. All lines of the capture score the result.
 
 use super::FitError;
-use super::agreement::{FIT_NS, FITTING, Span, WRONG, agreement};
+use super::agreement::{FIT_NS, FITTING, GUARD_NS, Span, WRONG, agreement, edges_after};
 use super::clock::{Clock, fit_clock, median, weighted_median};
 use super::track::{Track, Tracks};
 
@@ -23,6 +23,10 @@ const ANCHORS: usize = 4;
 
 /// Edges of a missing or an additional pulse.
 const EDGES_OF_A_PULSE: usize = 2;
+
+/// Cost of an alignment in which the capture ends after the prediction: more than that of a missing
+/// pulse at the end of the capture.
+const BEYOND: i64 = WRONG * (EDGES_OF_A_PULSE as i64 + 1);
 
 /// Number of alignments with one faulty pulse per alignment without, above which the latter is not
 /// credible. One whole session has two of them: one period earlier and one later.
@@ -58,6 +62,20 @@ struct Hypothesis {
     measured: usize,
     /// Missing edges, extra edges and wrong levels of the lines that have a vote.
     wrong: usize,
+    /// Cost of the part of the capture after the prediction.
+    outside: i64,
+}
+
+impl Hypothesis {
+    /// Returns whether the alignment explains the part of the capture that is not after the
+    /// prediction, and at least 30 % of all edges.
+    fn is_usable(&self) -> bool {
+        self.score + self.outside > 0 && self.matched * 10 >= self.measured * 3
+    }
+
+    fn rank(&self) -> (bool, i64) {
+        (self.is_usable(), self.score)
+    }
 }
 
 /// Aligns a capture with the expected edges.
@@ -79,14 +97,14 @@ pub(super) fn align(tracks: &Tracks) -> Result<Aligned, FitError> {
     if best.is_none_or(|best| best.matched * 10 < best.measured * 6) {
         let others = search(&tracks.inverted());
         let other = choose(&others);
-        let score = |hypothesis: Option<Hypothesis>| hypothesis.map_or(0, |h| h.score);
-        if score(other) > score(best) {
+        let rank = |hypothesis: Option<Hypothesis>| hypothesis.map_or((false, 0), |h| h.rank());
+        if rank(other) > rank(best) {
             (hypotheses, best, inverted) = (others, other, true);
         }
     }
     let measured = tracks.measured.iter().map(|track| track.times.len()).sum();
     let matched = best.map_or(0, |best| best.matched);
-    let usable = best.filter(|best| best.score > 0 && best.matched * 10 >= best.measured * 3);
+    let usable = best.filter(Hypothesis::is_usable);
     let best = usable.ok_or(FitError::NotAligned { matched, measured })?;
     Ok(Aligned {
         clock: best.clock,
@@ -96,14 +114,14 @@ pub(super) fn align(tracks: &Tracks) -> Result<Aligned, FitError> {
     })
 }
 
-/// Returns the hypothesis with the highest score; of equal ones that with the earliest time.
+/// Returns the usable hypothesis with the highest score; of equal ones that with the earliest time.
 fn choose(hypotheses: &[Hypothesis]) -> Option<Hypothesis> {
     let start = |h: &Hypothesis| h.clock.to_expected(0.0);
     let mut best: Option<Hypothesis> = None;
     for hypothesis in hypotheses {
         let better = best.is_none_or(|best| {
-            hypothesis.score > best.score
-                || hypothesis.score == best.score && start(hypothesis) < start(&best)
+            let (rank, highest) = (hypothesis.rank(), best.rank());
+            rank > highest || rank == highest && start(hypothesis) < start(&best)
         });
         if better {
             best = Some(*hypothesis);
@@ -346,7 +364,8 @@ fn grow(tracks: &Tracks, events: &[Event], seed: Seed) -> Option<Clock> {
     }
 }
 
-/// Scores an alignment. A line that carries another pattern has no vote.
+/// Scores an alignment. A line that carries another pattern has no vote. Edges after the prediction
+/// count as wrong, so that an alignment is not better because it moves a fault there.
 fn score(tracks: &Tracks, clock: Clock) -> Hypothesis {
     let span = Span::new(tracks, clock).inner();
     let mut hypothesis = Hypothesis {
@@ -355,15 +374,22 @@ fn score(tracks: &Tracks, clock: Clock) -> Hypothesis {
         matched: 0,
         measured: 0,
         wrong: 0,
+        outside: 0,
     };
+    if clock.to_expected(tracks.end) > tracks.until + GUARD_NS {
+        hypothesis.outside = BEYOND;
+    }
     for (_, (measured, expected)) in tracks.voters() {
         let fit = agreement(measured, expected, clock, span);
+        let after = edges_after(tracks, measured, clock);
         if fit.votes() {
             hypothesis.score += fit.score();
             hypothesis.wrong += fit.errors();
+            hypothesis.outside += WRONG * after as i64;
         }
         hypothesis.matched += fit.matched;
-        hypothesis.measured += fit.measured;
+        hypothesis.measured += fit.measured + after;
     }
+    hypothesis.score -= hypothesis.outside;
     hypothesis
 }

@@ -17,66 +17,125 @@ const RIVALS: usize = 16;
 /// Smallest number of compared edges for a shift of the whole line.
 const MIN_SHIFTED: usize = 4;
 
-/// Compares the edges of one line, adds the findings, and returns the statistics.
-pub(super) fn compare(
-    measured: &Track,
-    expected: &Track,
-    clock: Clock,
+/// Edges of one captured line with their partners in the prediction.
+pub(super) struct Comparison<'a> {
+    expected: &'a Track,
+    /// Captured line in session time.
+    session: Track,
+    pairing: Pairing,
     span: Span,
-    limit_ns: f64,
-    findings: &mut Vec<Finding>,
-) -> (LineStatistics, Vec<f64>) {
-    let session = Track {
-        times: measured
-            .times
-            .iter()
-            .map(|t| clock.to_expected(*t))
-            .collect(),
-        ..measured.clone()
-    };
-    let pairing = Pairing::new(&session, expected);
-    let name = &expected.name;
-    let mut deviations = Vec::new();
-    let mut moved = Vec::new();
-    for (index, &time) in expected.times.iter().enumerate() {
-        let partner = pairing.of_expected.get(index).copied().flatten();
-        let partner = partner.and_then(|partner| session.times.get(partner));
-        let Some(partner) = partner.filter(|_| span.contains(time)) else {
-            continue;
+    /// Start of the prediction, nanoseconds.
+    begin: f64,
+    /// Indices of expected edges in the span that have a partner, with their deviations in
+    /// nanoseconds.
+    pub deviations: Vec<(usize, f64)>,
+}
+
+impl<'a> Comparison<'a> {
+    /// Pairs the edges of a line.
+    pub fn new(
+        measured: &Track,
+        expected: &'a Track,
+        clock: Clock,
+        span: Span,
+        begin: f64,
+    ) -> Comparison<'a> {
+        let times = measured.times.iter().map(|t| clock.to_expected(*t));
+        let session = Track {
+            times: times.collect(),
+            ..measured.clone()
         };
-        let deviation_ns = partner - time;
-        deviations.push(deviation_ns);
-        if deviation_ns.abs() > limit_ns {
-            moved.push(Finding::EdgeMoved {
+        let pairing = Pairing::new(&session, expected);
+        let mut deviations = Vec::new();
+        for (index, &time) in expected.times.iter().enumerate() {
+            let partner = pairing.of_expected.get(index).copied().flatten();
+            let partner = partner.and_then(|partner| session.times.get(partner));
+            if let Some(partner) = partner.filter(|_| span.contains(time)) {
+                deviations.push((index, partner - time));
+            }
+        }
+        Comparison {
+            expected,
+            session,
+            pairing,
+            span,
+            begin,
+            deviations,
+        }
+    }
+
+    /// Returns name and predicted time of an expected edge, microseconds.
+    pub fn edge(&self, index: usize) -> (String, u64) {
+        (
+            self.expected.name.clone(),
+            microseconds(self.expected, index),
+        )
+    }
+
+    /// Returns the predicted time of an expected edge, nanoseconds.
+    pub fn time(&self, index: usize) -> f64 {
+        self.expected.times.get(index).copied().unwrap_or_default()
+    }
+
+    /// Returns the number of measured edges before the prediction.
+    pub fn before(&self) -> usize {
+        let extra = self.pairing.extra(&self.session, self.span.inner());
+        extra.iter().filter(|index| self.is_before(**index)).count()
+    }
+
+    fn is_before(&self, measured: usize) -> bool {
+        self.session
+            .times
+            .get(measured)
+            .is_some_and(|t| *t < self.begin)
+    }
+
+    /// Returns whether nearly all edges deviate by more than the limit to one side.
+    pub fn is_shifted(&self, limit_ns: f64) -> bool {
+        shift(&self.values(), limit_ns).is_some()
+    }
+
+    fn values(&self) -> Vec<f64> {
+        self.deviations.iter().map(|entry| entry.1).collect()
+    }
+
+    /// Adds the findings of the line, and returns its statistics.
+    pub fn judge(&self, limit_ns: f64, findings: &mut Vec<Finding>) -> LineStatistics {
+        let (expected, name) = (self.expected, &self.expected.name);
+        let values = self.values();
+        let outside = self.deviations.iter().filter(|(_, d)| d.abs() > limit_ns);
+        let mut moved: Vec<Finding> = outside
+            .map(|&(index, deviation_ns)| Finding::EdgeMoved {
                 line: name.clone(),
                 time_us: microseconds(expected, index),
                 edge: expected.edge(index),
                 deviation_ns,
-            });
+            })
+            .collect();
+        let mut statistics = statistics(name, &values, limit_ns);
+        statistics.moved = moved.len();
+        statistics.expected = expected.range(self.span.from, self.span.until).len();
+        if let Some(mean_ns) = shift(&values, limit_ns) {
+            moved = vec![Finding::LineShifted {
+                line: name.clone(),
+                mean_ns,
+                edges: values.len(),
+            }];
         }
+        let missing = self.pairing.missing(expected, self.span.inner());
+        let mut extra = self.pairing.extra(&self.session, self.span.inner());
+        extra.retain(|index| !self.is_before(*index));
+        statistics.missing = missing.len();
+        statistics.extra = extra.len();
+        findings.append(&mut moved);
+        runs(&missing, |from, until| {
+            findings.push(missing_finding(expected, from, until));
+        });
+        runs(&extra, |from, until| {
+            findings.push(extra_finding(&self.session, name, from, until));
+        });
+        statistics
     }
-    let mut statistics = statistics(name, &deviations, limit_ns);
-    statistics.moved = moved.len();
-    statistics.expected = expected.range(span.from, span.until).len();
-    if let Some(mean_ns) = shift(&deviations, limit_ns) {
-        moved = vec![Finding::LineShifted {
-            line: name.clone(),
-            mean_ns,
-            edges: deviations.len(),
-        }];
-    }
-    let missing = pairing.missing(expected, span.inner());
-    let extra = pairing.extra(&session, span.inner());
-    statistics.missing = missing.len();
-    statistics.extra = extra.len();
-    findings.append(&mut moved);
-    runs(&missing, |from, until| {
-        findings.push(missing_finding(expected, from, until));
-    });
-    runs(&extra, |from, until| {
-        findings.push(extra_finding(&session, name, from, until));
-    });
-    (statistics, deviations)
 }
 
 /// Returns the mean deviation if at least 90 % of the edges of a line are outside the limit on the

@@ -10,11 +10,12 @@ mod clock;
 mod edges;
 mod error;
 mod judge;
+mod range;
 mod report;
 mod track;
 
 pub use error::FitError;
-pub use report::{Alignment, Finding, LineStatistics, Report, Verdict};
+pub use report::{Alignment, Finding, LineStatistics, Report, Side, Verdict};
 
 use crate::line::{Expected, Measurement};
 use agreement::{FIT_NS, Span, agreement};
@@ -25,12 +26,15 @@ use track::{Tracks, bad_value};
 /// Limits of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitOptions {
-    /// Allowed deviation of an edge without the resolution of the analyser, nanoseconds, 0 to 1000.
+    /// Allowed range of the board's edges, latest less earliest deviation, nanoseconds, 0 to 1000.
     /// Default 119 ns: 20 cycles at 168 MHz (docs/hil.md, part 3).
-    pub edge_limit_ns: f64,
-    /// Resolution of the analyser that is added to the allowed deviation, sample periods, 0 to
-    /// 1000. Default 1. Use 2 for an analyser that displaces edges by up to one sample.
-    pub resolution_samples: f64,
+    pub range_ns: f64,
+    /// Largest displacement of an edge by the analyser besides rounding to samples, sample periods,
+    /// 0 to 1000. Default 1. Rounding widens a range by up to one sample period, and displacements
+    /// of the earliest and the latest edge by up to twice this number.
+    pub jitter_samples: f64,
+    /// Smallest part of the session that a capture must cover, microseconds, 0 to 10¹². Default 0.
+    pub min_covered_us: f64,
     /// Accepted clock error of the analyser, parts per million, 0 to 1000. Default 200.
     pub max_clock_ppm: f64,
     /// Smallest sample rate that gives a verdict, hertz. Default 50 MS/s.
@@ -42,8 +46,9 @@ pub struct FitOptions {
 impl Default for FitOptions {
     fn default() -> Self {
         Self {
-            edge_limit_ns: 119.0,
-            resolution_samples: 1.0,
+            range_ns: 119.0,
+            jitter_samples: 1.0,
+            min_covered_us: 0.0,
             max_clock_ppm: 200.0,
             min_samplerate_hz: 50_000_000,
             min_edges: 8,
@@ -51,7 +56,19 @@ impl Default for FitOptions {
     }
 }
 
-/// Aligns a capture with the expected edges and judges every edge.
+impl FitOptions {
+    /// Returns the largest range that a board within `range_ns` can show at a sample rate,
+    /// nanoseconds.
+    pub fn limit_ns(&self, samplerate_hz: u64) -> f64 {
+        let sample_ns = 1e9 / samplerate_hz as f64;
+        self.range_ns + (1.0 + 2.0 * self.jitter_samples) * sample_ns
+    }
+}
+
+/// Aligns a capture with the expected edges and judges every edge of the capture.
+///
+/// A capture passes only if it is a part of the prediction, or begins before the prediction and
+/// has no edge there.
 ///
 /// # Errors
 /// Returns a [`FitError`] if the inputs contradict each other, an option is out of range, or the
@@ -61,13 +78,13 @@ pub fn fit(
     measured: &Measurement,
     options: &FitOptions,
 ) -> Result<Report, FitError> {
-    let allowed = 0.0..=1_000.0;
-    for (name, value) in [
-        ("edge_limit_ns", options.edge_limit_ns),
-        ("resolution_samples", options.resolution_samples),
-        ("max_clock_ppm", options.max_clock_ppm),
+    for (name, value, most) in [
+        ("range_ns", options.range_ns, 1e3),
+        ("jitter_samples", options.jitter_samples, 1e3),
+        ("max_clock_ppm", options.max_clock_ppm, 1e3),
+        ("min_covered_us", options.min_covered_us, 1e12),
     ] {
-        if !allowed.contains(&value) {
+        if !(0.0..=most).contains(&value) {
             return Err(bad_value(name, value));
         }
     }
@@ -94,7 +111,7 @@ pub fn fit(
         },
     };
     let mut report = judge::judge(&tracks, clock, alignment, measured.samplerate_hz, options);
-    if aligned.ambiguous && report.verdict == Verdict::Passed {
+    if aligned.ambiguous && matches!(report.verdict, Verdict::Passed | Verdict::NotJudged) {
         report.verdict = Verdict::Ambiguous;
     }
     Ok(report)

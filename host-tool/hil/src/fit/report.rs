@@ -8,7 +8,8 @@ use crate::line::Edge;
 /// [`Alignment::Repeated`], they are valid modulo its period.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Finding {
-    /// An edge deviates by more than the limit.
+    /// The range of all edges exceeds the limit, and the edge deviates by more than the limit from
+    /// the clock that fits most edges.
     EdgeMoved {
         /// Name of the line.
         line: String,
@@ -116,6 +117,27 @@ pub enum Finding {
         /// Number of measured edges that fit a predicted one.
         matched: usize,
     },
+    /// Deviations of edges that are not moved have a range above the limit, whatever straight
+    /// clock the analyser has.
+    TooWide {
+        /// Smallest range over all clocks, nanoseconds.
+        range_ns: f64,
+        /// Largest allowed range, nanoseconds.
+        limit_ns: f64,
+        /// Line and predicted time in microseconds of the earliest edge.
+        earliest: (String, u64),
+        /// Line and predicted time in microseconds of the latest edge.
+        latest: (String, u64),
+    },
+    /// Part of a capture lies outside the prediction: edges before it, or any time after it.
+    Outside {
+        /// Side of the prediction.
+        side: Side,
+        /// Length of the part, microseconds.
+        length_us: f64,
+        /// Number of edges in it.
+        edges: usize,
+    },
     /// The clock of the analyser is outside the accepted range by more than three standard
     /// uncertainties.
     ClockError {
@@ -126,8 +148,17 @@ pub enum Finding {
     },
 }
 
+/// Side of the prediction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Before its start.
+    Before,
+    /// After its end.
+    After,
+}
+
 impl Finding {
-    /// Returns the stable number of the finding, 1 to 13.
+    /// Returns the stable number of the finding, 1 to 15.
     pub const fn number(&self) -> u8 {
         match self {
             Self::EdgeMoved { .. } => 1,
@@ -143,6 +174,8 @@ impl Finding {
             Self::WrongLevel { .. } => 11,
             Self::LineDiffers { .. } => 12,
             Self::ClockError { .. } => 13,
+            Self::TooWide { .. } => 14,
+            Self::Outside { .. } => 15,
         }
     }
 
@@ -240,6 +273,37 @@ impl fmt::Display for Finding {
                 "{line}: {matched} of {measured} measured edges fit the {expected} predicted ones; \
                  check session and probe"
             ),
+            Self::TooWide {
+                range_ns,
+                limit_ns,
+                earliest,
+                latest,
+            } => write!(
+                f,
+                "the edges have a range of {range_ns:.0} ns, allowed {limit_ns:.0} ns: earliest {} at \
+                 {} µs, latest {} at {} µs",
+                earliest.0, earliest.1, latest.0, latest.1
+            ),
+            Self::Outside {
+                side: Side::Before,
+                length_us,
+                edges,
+            } => write!(
+                f,
+                "{edges} edges in the first {:.1} ms, before the first pulse of the session; begin \
+                 to record later",
+                length_us / 1e3
+            ),
+            Self::Outside {
+                side: Side::After,
+                length_us,
+                edges,
+            } => write!(
+                f,
+                "the last {:.1} ms ({edges} edges) are after the predicted session; the board \
+                 stopped, or the capture must end earlier",
+                length_us / 1e3
+            ),
             Self::ClockError { ppm, limit_ppm } => write!(
                 f,
                 "analyser clock: {ppm:+.1} ppm, allowed ±{limit_ppm} ppm; use another analyser or \
@@ -267,16 +331,17 @@ pub enum Alignment {
 /// Conclusion of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// Every compared edge is within the limit, and nothing was found.
+    /// Every edge of the capture is where the session has it, and none is missing.
     Passed,
     /// There is at least one finding.
     Failed,
-    /// The sample rate is too low for a verdict. Findings and statistics are reported.
+    /// Nothing was found, but the sample rate is too low to judge the range of the edges.
     NotJudged,
     /// Nothing was found, but only because the capture fits the start or the end of the session;
     /// all other alignments have one missing or additional pulse. Record a longer time.
     Ambiguous,
-    /// Nothing was found, but at least one line was not compared or a capture not aligned.
+    /// Nothing was found, but a capture covers too little of the session or cannot be aligned, or a
+    /// line was not compared.
     Incomplete,
 }
 
@@ -315,15 +380,19 @@ pub struct Report {
     pub alignment: Alignment,
     /// Session time of sample 0, microseconds. Negative if the capture began before the session.
     pub start_us: f64,
-    /// Compared period: start, session microseconds.
+    /// Compared period: start, session microseconds; not before the prediction.
     pub from_us: f64,
     /// Compared period: end, session microseconds.
     pub until_us: f64,
+    /// Length of the compared period, microseconds.
+    pub covered_us: f64,
+    /// Smallest `covered_us` that is accepted.
+    pub needed_us: f64,
     /// Clock error of the analyser against the board, parts per million; positive if it is fast.
     pub clock_ppm: f64,
     /// Standard uncertainty of `clock_ppm`.
     pub clock_uncertainty_ppm: f64,
-    /// Limit of a deviation, nanoseconds.
+    /// Limit of the range of all edges, and of the deviation of one edge, nanoseconds.
     pub limit_ns: f64,
     /// Statistics of the captured lines, in the order of the capture.
     pub lines: Vec<LineStatistics>,
@@ -333,7 +402,8 @@ pub struct Report {
     pub largest_ns: f64,
     /// Root mean square of all deviations, nanoseconds.
     pub rms_ns: f64,
-    /// Largest less smallest deviation of all edges, nanoseconds.
+    /// Latest less earliest deviation of the edges that are not moved, nanoseconds, under the clock
+    /// that makes it smallest.
     pub range_ns: f64,
     /// Largest less smallest mean of the compared lines, nanoseconds.
     pub line_spread_ns: f64,

@@ -84,9 +84,9 @@ pub(super) struct Tracks {
     pub measured: Vec<Track>,
     /// Expected lines: first those of `measured`, in the same order, then the remaining ones.
     pub expected: Vec<Track>,
-    /// Period of the prediction, nanoseconds; without start if the board was idle before.
+    /// Start of the prediction, nanoseconds. No line moves before it.
     pub from: f64,
-    /// See `from`.
+    /// End of the prediction, nanoseconds.
     pub until: f64,
     /// Time of the last sample, nanoseconds.
     pub end: f64,
@@ -106,11 +106,7 @@ impl Tracks {
         let mut tracks = Tracks {
             measured: Vec::new(),
             expected: Vec::new(),
-            from: if expected.idle_before {
-                f64::NEG_INFINITY
-            } else {
-                from_us as f64 * 1e3
-            },
+            from: from_us as f64 * 1e3,
             until: until_us as f64 * 1e3,
             end: measured.samples.saturating_sub(1) as f64 * 1e9 / rate,
         };
