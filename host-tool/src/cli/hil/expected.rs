@@ -2,10 +2,10 @@
 
 use super::Output;
 use anyhow::Context;
-use firmware::board::wiring::{Pin, Wiring};
-use hal_sim::trace::{Levels, State, Trace};
-use hil::expected::SECOND_PORT_SKEW_NS;
-use hil::line::{Expected, ExpectedLine};
+use firmware::board::wiring::Pin;
+use hal_sim::trace::{Levels, State};
+use hil::expected::{SECOND_PORT_SKEW_NS, from_levels};
+use hil::line::Expected;
 use host_core::run::{Board, DeviceName, SessionFile, run};
 
 /// Name of the sync output.
@@ -34,70 +34,46 @@ pub fn pins(board: Board) -> Vec<(String, Pin)> {
     pins
 }
 
-/// Edges that the pins of a board must show.
-pub struct Expectation {
-    /// Edges from the first pulse on.
-    pub expected: Expected,
-}
+/// Longest part of a session that is predicted, microseconds.
+const LONGEST_US: u64 = 600_000_000;
 
-impl Expectation {
-    /// Runs `session` on the native simulator.
-    ///
-    /// # Errors
-    /// Fails if the session cannot be run.
-    pub fn of(session: &SessionFile, board: Board, output: Output) -> anyhow::Result<Self> {
-        let port = DeviceName::Native.open(&session.session, 1)?;
-        let bar = output.bar("predicting");
-        let (outcome, port) = run(session, port, None, |part| bar.set(part));
-        bar.finish();
-        if let Some(error) = outcome.error {
-            return Err(error.into());
-        }
-        let mut port = port.context("the simulator is gone")?;
-        let world = port.world().context("the simulator has no world")?;
-        let epoch = outcome.epoch_us.context("the session did not start")?;
-        let until_us = session.session.duration_us;
-        let wiring = board.pins();
-        let lines = pins(board)
-            .into_iter()
-            .map(|(name, pin)| line(name, pin, &wiring, &world.recorder.trace, (epoch, until_us)));
-        Ok(Self {
-            expected: Expected {
-                from_us: 0,
-                // The electrode check at arming plays pulses before the first one.
-                idle_before: false,
-                until_us,
-                lines: lines.collect(),
-            },
-        })
+/// Returns the edges that the pins of a board show while it plays `session`, from its first pulse
+/// to its end. The native simulator predicts them.
+///
+/// The whole session is predicted, whatever the captures show: an edge outside the prediction could
+/// not be judged, and a capture may have been recorded at any time.
+///
+/// # Errors
+/// Fails if the session cannot be run.
+pub fn predict(session: &SessionFile, board: Board, output: Output) -> anyhow::Result<Expected> {
+    let mut session = session.clone();
+    session.session.duration_us = session.session.duration_us.min(LONGEST_US);
+    let port = DeviceName::Native.open(&session.session, 1)?;
+    let bar = output.bar("predicting");
+    let (outcome, port) = run(&session, port, None, |part| bar.set(part));
+    bar.finish();
+    if let Some(error) = outcome.error {
+        return Err(error.into());
     }
-}
-
-/// Returns the edges of one line between `epoch` and `length_us` later.
-fn line(
-    name: String,
-    pin: Pin,
-    wiring: &Wiring,
-    trace: &Trace,
-    (epoch, length_us): (u64, u64),
-) -> ExpectedLine {
-    let level = |levels: Levels| is_high(&name, levels);
-    let mut before = false;
-    let mut edges_us = Vec::new();
-    for &(t_us, levels) in &trace.levels {
-        let high = level(levels);
-        if high != before && (epoch..=epoch + length_us).contains(&t_us) {
-            edges_us.push(t_us - epoch);
-        }
-        before = high;
-    }
-    let is_second = pin.is_on(wiring.outputs.ports[1]);
-    ExpectedLine {
-        skew_ns: if is_second { SECOND_PORT_SKEW_NS } else { 0.0 },
-        first_high: false,
-        edges_us,
-        name,
-    }
+    let mut port = port.context("the simulator is gone")?;
+    let world = port.world().context("the simulator has no world")?;
+    let epoch = outcome.epoch_us.context("the session did not start")?;
+    let until_us = session.session.duration_us;
+    let wiring = board.pins();
+    let trace = &world.recorder.trace;
+    let lines = pins(board).into_iter().map(|(name, pin)| {
+        let is_second = pin.is_on(wiring.outputs.ports[1]);
+        let skew_ns = if is_second { SECOND_PORT_SKEW_NS } else { 0.0 };
+        let high = |levels| is_high(&name, levels);
+        let initial = high(trace.start.0);
+        let changes: Vec<(u64, bool)> = trace.levels.iter().map(|&(t, l)| (t, high(l))).collect();
+        from_levels(name, skew_ns, initial, changes, (epoch, epoch + until_us))
+    });
+    Ok(Expected {
+        from_us: 0,
+        until_us,
+        lines: lines.collect(),
+    })
 }
 
 /// Returns whether the line is high at these levels.

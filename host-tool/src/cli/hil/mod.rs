@@ -7,7 +7,6 @@ mod rehearse;
 use super::chip::BoardName;
 use super::{Output, check_range, usage_error};
 use clap::Args;
-use expected::Expectation;
 use hil::capture::{Capture, ReadOptions, read};
 use hil::fit::{FitOptions, Verdict};
 use hil::merge::merge;
@@ -18,10 +17,14 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
+/// Share of `--seconds` that a capture must cover at least.
+const COVERED: f64 = 0.95;
+
 /// Check captures of a logic analyser against a session's edges
 ///
 /// Record each part of the plan (--plan) with sigrok while the board runs the session, then give the
-/// files in the order of the plan.
+/// files in the order of the plan. A capture may begin before the first pulse, and must end before
+/// the session does. Every edge in it is judged.
 #[derive(Args, Debug)]
 pub struct HilArgs {
     /// Session file (TOML) that the board runs
@@ -31,7 +34,7 @@ pub struct HilArgs {
     /// Board that is measured
     #[arg(long, value_enum, default_value = "weact")]
     board: BoardName,
-    /// Part of the session that is predicted, s, from its first pulse on
+    /// Part of the session that each capture must cover, s
     #[arg(long, default_value_t = 1.0)]
     seconds: f64,
     /// Number of the analyser's inputs
@@ -69,7 +72,7 @@ pub struct HilArgs {
 /// E820 to E822: a capture cannot be read or compared, or an edge is not where it should be.
 pub fn main(args: &HilArgs, output: Output) -> anyhow::Result<()> {
     let board = Board::from(args.board);
-    check_range("--seconds", args.seconds, 0.01, 60.0)?;
+    check_range("--seconds", args.seconds, 0.05, 60.0)?;
     let parts = plan(&expected::lines(board), expected::SYNC, args.inputs);
     let parts = parts.map_err(|why| anyhow::anyhow!("E820 {why}"))?;
     if args.plan {
@@ -77,13 +80,13 @@ pub fn main(args: &HilArgs, output: Output) -> anyhow::Result<()> {
     }
     let mut session = SessionFile::load(&args.session)?;
     output.settle_models(&mut session.session)?;
-    session.session.duration_us = (args.seconds * 1e6).round() as u64; // at most 6e7
     if let Some(folder) = &args.rehearse {
         let analyser = rehearse::Analyser {
             ppm: args.ppm,
             rate: args.rate,
             seed: args.seed,
         };
+        session.session.duration_us = (args.seconds * 1e6).round() as u64; // at most 6e7
         return rehearse::main(
             &session,
             board,
@@ -119,8 +122,12 @@ fn judge(
         .map(|path| open(path).map(Some))
         .collect::<anyhow::Result<_>>()?;
     let is_simulated = captures.iter().flatten().any(rehearse::is_simulated);
-    let Expectation { expected } = Expectation::of(session, board, output)?;
-    let report = merge(&expected, parts, &captures, &FitOptions::default());
+    let expected = expected::predict(session, board, output)?;
+    let options = FitOptions {
+        min_covered_us: COVERED * args.seconds * 1e6,
+        ..FitOptions::default()
+    };
+    let report = merge(&expected, parts, &captures, &options);
     let sheet = print::sheet(&report, board, is_simulated);
     if let Some(path) = &args.sheet {
         let text = serde_json::to_string_pretty(&sheet)?;

@@ -3,6 +3,7 @@
 use super::expected::pins;
 use super::{Output, Plan};
 use crate::cli::board::header_name;
+use hil::fit::{Alignment, Report};
 use hil::merge::MergedReport;
 use host_core::run::Board;
 use serde_json::{Value, json};
@@ -65,16 +66,18 @@ pub fn report(report: &MergedReport, is_simulated: bool) -> String {
             Ok(capture) => {
                 let _ = writeln!(
                     text,
-                    "capture {}: {} edges, analyser {:+.1} ± {:.1} ppm, largest deviation {:.0} ns \
-                     of {:.0}, range {:.0} ns",
+                    "capture {}: {} edges in {:.3} s, analyser {:+.1} ± {:.1} ppm, range {:.0} ns of \
+                     {:.0}, largest deviation {:.0} ns",
                     n + 1,
                     capture.compared,
+                    capture.covered_us / 1e6,
                     capture.clock_ppm,
                     capture.clock_uncertainty_ppm,
-                    capture.largest_ns,
+                    capture.range_ns,
                     capture.limit_ns,
-                    capture.range_ns
+                    capture.largest_ns,
                 );
+                text.push_str(&coverage(capture));
                 for finding in &capture.findings {
                     let _ = writeln!(text, "  {finding}");
                 }
@@ -87,6 +90,39 @@ pub fn report(report: &MergedReport, is_simulated: bool) -> String {
     text.trim_end().to_owned()
 }
 
+/// Returns where a capture lies in the session, and whether it is too short.
+fn coverage(capture: &Report) -> String {
+    let mut text = String::new();
+    let (from, until) = (capture.start_us / 1e3, capture.until_us / 1e3);
+    let _ = writeln!(
+        text,
+        "  session time {from:.1} to {until:.1} ms{}",
+        alignment(capture)
+    );
+    // If the alignment is not unique, the capture may as well begin between two pulses.
+    if from < 0.0 && capture.alignment == Alignment::Unique && capture.findings.is_empty() {
+        let _ = writeln!(text, "  silent for {:.1} ms before the first pulse", -from);
+    }
+    if capture.covered_us < capture.needed_us {
+        let (covered, needed) = (capture.covered_us / 1e6, capture.needed_us / 1e6);
+        let _ = writeln!(
+            text,
+            "  incomplete: {covered:.3} s of the session, {needed:.3} s needed; record longer"
+        );
+    }
+    text
+}
+
+/// Returns the uncertainty of the session time in words.
+fn alignment(capture: &Report) -> String {
+    match capture.alignment {
+        Alignment::Unique => String::new(),
+        Alignment::Repeated { period_us, .. } => {
+            format!(", or a multiple of {:.1} ms later", period_us as f64 / 1e3)
+        }
+    }
+}
+
 /// Returns the sheet: every number of the comparison.
 #[must_use]
 pub fn sheet(report: &MergedReport, board: Board, is_simulated: bool) -> Value {
@@ -95,6 +131,17 @@ pub fn sheet(report: &MergedReport, board: Board, is_simulated: bool) -> Value {
         Ok(capture) => json!({
             "samplerate_hz": capture.samplerate_hz,
             "edges": capture.compared,
+            "start_us": capture.start_us,
+            "from_us": capture.from_us,
+            "until_us": capture.until_us,
+            "covered_us": capture.covered_us,
+            "needed_us": capture.needed_us,
+            "alignment": match capture.alignment {
+                Alignment::Unique => json!({ "kind": "unique" }),
+                Alignment::Repeated { period_us, others } => {
+                    json!({ "kind": "repeated", "period_us": period_us, "others": others })
+                }
+            },
             "clock_ppm": capture.clock_ppm,
             "clock_uncertainty_ppm": capture.clock_uncertainty_ppm,
             "largest_ns": capture.largest_ns,
