@@ -11,7 +11,7 @@ use hal_sim::chip::profile::exception;
 use hal_sim::chip::soc::flash::Prefetched;
 use hal_sim::images::Image;
 use host_core::clock::ProcessorClock;
-use host_core::run::{ProfileError, Profiled, SessionFile, profile};
+use host_core::run::{ProfileError, Profiled, RunError, SessionFile, profile};
 use std::path::Path;
 
 /// LLVM's thresholds for inlining and unrolling at these levels.
@@ -115,8 +115,9 @@ pub struct Row {
     /// Geometric mean of the benchmark's mean cycles, relative to the first of [`DECLARED`], in each
     /// interpretation of the prefetch.
     pub cycles: [f64; 2],
-    /// Figures under full load.
-    pub load: Load,
+    /// Figures under full load; `None` if the session did not play, because the device reported a
+    /// fault.
+    pub load: Option<Load>,
 }
 
 /// Reason why the comparison ended.
@@ -150,10 +151,8 @@ pub fn compare(
             built.map_err(BenchError::from)
         };
         let on_chip = bench::run_on_chip(&build(Image::Bench)?)?;
-        let means = [&on_chip.rows, &on_chip.not_cached].map(|rows| {
-            let all = rows.iter().map(|row| row.mean as f64);
-            all.filter(|mean| *mean > 0.0).collect::<Vec<_>>()
-        });
+        let means = [&on_chip.rows, &on_chip.not_cached]
+            .map(|rows| rows.iter().map(|row| row.mean as f64).collect::<Vec<_>>());
         let base = first.get_or_insert_with(|| means.clone());
         let ratio = |n: usize| geometric_mean(&means[n], &base[n]);
         let cycles = [ratio(0), ratio(1)];
@@ -162,20 +161,31 @@ pub fn compare(
             flags,
             flash: image.size.into(),
             cycles,
-            load: measure(&image, session)?,
+            load: load_of(&image, session)?,
         });
     }
     step(1.0);
     Ok(rows)
 }
 
-/// Returns the geometric mean of the ratios of `values` to `base`.
+/// Returns the geometric mean of the ratios of `values` to `base`, without pairs in which one is 0:
+/// the row that measures nothing.
 fn geometric_mean(values: &[f64], base: &[f64]) -> f64 {
-    let ratios = values
-        .iter()
-        .zip(base)
-        .map(|(value, base)| (value / base).ln());
-    (ratios.sum::<f64>() / base.len().max(1) as f64).exp()
+    let pairs = values.iter().zip(base);
+    let ratios = pairs.filter(|(value, base)| **value > 0.0 && **base > 0.0);
+    let logs: Vec<f64> = ratios.map(|(value, base)| (value / base).ln()).collect();
+    (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp()
+}
+
+/// Returns `None` if the device reported a fault.
+fn load_of(image: &ChipImage, session: &SessionFile) -> Result<Option<Load>, FlagsError> {
+    match measure(image, session) {
+        Ok(load) => Ok(Some(load)),
+        Err(FlagsError::Profile(ProfileError::Run(RunError::Link(_) | RunError::Ended { .. }))) => {
+            Ok(None)
+        }
+        Err(error) => Err(error),
+    }
 }
 
 fn measure(image: &ChipImage, session: &SessionFile) -> Result<Load, FlagsError> {
@@ -204,11 +214,11 @@ fn measure(image: &ChipImage, session: &SessionFile) -> Result<Load, FlagsError>
     })
 }
 
-/// Returns the index of the chosen row: of those within [`FLASH_LIMIT`] the one with the fewest
+/// Returns the index of the chosen row: of those that play and are within [`FLASH_LIMIT`] the one with the fewest
 /// cycles on average over both interpretations, or the smallest image within [`SAME`] of it.
 #[must_use]
 pub fn chosen(rows: &[Row]) -> Option<usize> {
-    let fits = |row: &&Row| row.flash <= FLASH_LIMIT;
+    let fits = |row: &&Row| row.flash <= FLASH_LIMIT && row.load.is_some();
     let cost = |row: &Row| (row.cycles[0] * row.cycles[1]).sqrt();
     let least = rows
         .iter()
@@ -237,17 +247,22 @@ pub fn csv(rows: &[Row]) -> String {
             cycles: [cached, not_cached],
             load,
         } = row;
+        let load = load.as_ref().map_or(",,,,,".to_owned(), |load| {
+            format!(
+                "{:.2},{},{},{},{},{}",
+                load.load_percent,
+                load.margin,
+                load.tick_latency,
+                load.usb_latency,
+                load.stack,
+                load.boot
+            )
+        });
         out.push_str(&format!(
-            "{},{},{},{flash},{cached:.4},{not_cached:.4},{:.2},{},{},{},{},{},{}\n",
+            "{},{},{},{flash},{cached:.4},{not_cached:.4},{load},{}\n",
             flags.opt_level,
             flags.inline,
             flags.unroll,
-            load.load_percent,
-            load.margin,
-            load.tick_latency,
-            load.usb_latency,
-            load.stack,
-            load.boot,
             u8::from(chosen == Some(n))
         ));
     }
@@ -271,7 +286,7 @@ mod tests {
             flags: DECLARED[0],
             flash,
             cycles: [cycles; 2],
-            load,
+            load: Some(load),
         }
     }
 
@@ -282,6 +297,14 @@ mod tests {
         assert_eq!(chosen(&rows), Some(1));
         assert_eq!(chosen(&rows[..1]), Some(0));
         assert_eq!(chosen(&rows[3..]), None);
+        let mut silent = rows;
+        silent[1].load = None;
+        assert_eq!(
+            chosen(&silent),
+            Some(2),
+            "a row that does not play is not chosen"
+        );
+        assert!(csv(&silent).contains(",0.9000,0.9000,,,,,,,0\n"));
     }
 
     #[test]
@@ -298,5 +321,7 @@ mod tests {
     #[test]
     fn the_mean_of_ratios_is_geometric() {
         assert!((geometric_mean(&[2.0, 8.0], &[1.0, 1.0]) - 4.0).abs() < 1e-12);
+        let without = geometric_mean(&[0.0, 2.0, 8.0], &[3.0, 1.0, 1.0]);
+        assert!((without - 4.0).abs() < 1e-12, "a row that takes no cycles");
     }
 }

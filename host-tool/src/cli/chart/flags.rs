@@ -65,18 +65,20 @@ fn table(rows: &[Row]) -> String {
     );
     let chosen = chosen(rows);
     for (n, row) in rows.iter().enumerate() {
-        let (load, [cached, not_cached]) = (&row.load, row.cycles);
+        let [cached, not_cached] = row.cycles;
         let star = if chosen == Some(n) { " *" } else { "" };
         out.push_str(&format!(
-            "\n{:<12}{:>9}{cached:>8.3}{not_cached:>8.3}{:>8.2}{:>9}{:>7}{:>8}{:>8}",
+            "\n{:<12}{:>9}{cached:>8.3}{not_cached:>8.3}",
             format!("{}{star}", row.flags.name()),
-            row.flash,
-            load.load_percent,
-            load.margin,
-            load.tick_latency,
-            load.usb_latency,
-            load.stack
+            row.flash
         ));
+        out.push_str(&match &row.load {
+            Some(load) => format!(
+                "{:>8.2}{:>9}{:>7}{:>8}{:>8}",
+                load.load_percent, load.margin, load.tick_latency, load.usb_latency, load.stack
+            ),
+            None => "  does not play: a fault".to_owned(),
+        });
     }
     out.push_str(
         "\nCounted by the chip simulator under full load; the worse of both interpretations\n\
@@ -89,14 +91,17 @@ fn table(rows: &[Row]) -> String {
 fn json_report(rows: &[Row]) -> Value {
     let chosen = chosen(rows);
     let all = rows.iter().enumerate().map(|(n, row)| {
-        let load = &row.load;
+        let load = row.load.as_ref();
         json!({
             "opt_level": row.flags.opt_level, "inline": row.flags.inline,
             "unroll": row.flags.unroll, "flash_bytes": row.flash, "cycles": row.cycles[0],
-            "cycles_not_cached": row.cycles[1], "load_percent": load.load_percent,
-            "refill_margin_cycles": load.margin, "tick_latency_cycles": load.tick_latency,
-            "usb_latency_cycles": load.usb_latency, "stack_bytes": load.stack,
-            "boot_cycles": load.boot, "chosen": chosen == Some(n),
+            "cycles_not_cached": row.cycles[1],
+            "load_percent": load.map(|load| load.load_percent),
+            "refill_margin_cycles": load.map(|load| load.margin),
+            "tick_latency_cycles": load.map(|load| load.tick_latency),
+            "usb_latency_cycles": load.map(|load| load.usb_latency),
+            "stack_bytes": load.map(|load| load.stack),
+            "boot_cycles": load.map(|load| load.boot), "chosen": chosen == Some(n),
         })
     });
     json!({ "simulated": true, "rows": all.collect::<Vec<_>>() })

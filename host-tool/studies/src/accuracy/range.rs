@@ -1,5 +1,5 @@
 //! Errors of the shipped model over all inputs that the device accepts, not only Lee's ten muscles:
-//! parameters uniform in their logarithms, and every corner of their ranges; trains of 5…200 Hz
+//! parameters uniform in their logarithms, and every corner of their ranges; trains of 1…200 Hz
 //! whose pulses deviate by up to 45 % of a period.
 //!
 //! Muscles that the device refuses because of τ1 are judged with the shortest τ1 that it accepts
@@ -17,9 +17,9 @@ use hal_sim::body::muscle::Parameters;
 use methods::muscle::Setting;
 use rayon::prelude::*;
 
-/// Pulse rates of the trains at the corners, Hz. Random muscles get a rate between the first and
-/// the last, uniform in the logarithm.
-const RATES_HZ: [f64; 5] = [5.0, 20.0, 50.0, 100.0, 200.0];
+/// Pulse rates of the trains at the corners, Hz; the first is a single twitch, because a train lasts
+/// 1 s. Random muscles get a rate between the first and the last, uniform in the logarithm.
+const RATES_HZ: [f64; 6] = [1.0, 5.0, 20.0, 50.0, 100.0, 200.0];
 /// Ranges of the model's parameters that the device accepts, except that of A.
 const RANGES: [Range; 4] = [
     CalciumForceSpec::K_MICRO,
@@ -43,7 +43,7 @@ pub struct Place {
 #[derive(Clone, Debug)]
 pub struct RangeErrors {
     /// Errors of the muscles at the corners of the parameter ranges, one for each corner and each
-    /// of five pulse rates.
+    /// of six pulse rates.
     pub corners: Vec<Place>,
     /// Errors of the randomly generated muscles.
     pub drawn: Vec<Place>,
@@ -59,7 +59,7 @@ pub fn above_pct(places: &[Place]) -> f64 {
     above as f64 / places.len().max(1) as f64 * 100.0
 }
 
-/// Judges the shipped model at all corners of the parameter ranges, each at five pulse rates, and
+/// Judges the shipped model at all corners of the parameter ranges, each at six pulse rates, and
 /// on `draws` random muscles. `seed` must not be 0.
 pub fn study(seed: u32, draws: usize) -> RangeErrors {
     let mut random = Random(seed);
@@ -72,7 +72,7 @@ pub fn study(seed: u32, draws: usize) -> RangeErrors {
         .map(|_| {
             let mut even = |[low, high]: [f64; 2]| low * (high / low).powf(random.unit_value());
             let drawn = values(|_, range| even(ends(range).map(f64::from)) as u32);
-            let rate_hz = even([RATES_HZ[0], RATES_HZ[4]]);
+            let rate_hz = even([RATES_HZ[0], RATES_HZ[5]]);
             train(drawn, rate_hz, &mut random)
         })
         .collect();

@@ -17,21 +17,21 @@ pub fn picture(rows: &[Row]) -> String {
         Key::Dot(Shape::Disc, Paint::Ring(INK, 1.6)),
         "chosen".to_owned(),
     )]);
-    type Value = fn(&Row) -> f64;
+    type Value = fn(&Row) -> Option<f64>;
     let panels: [(&str, &str, Value); 4] = [
         (
             "Cycles of 36 algorithms",
             "mean, relative to before",
-            |row| (row.cycles[0] * row.cycles[1]).sqrt(),
+            |row| Some((row.cycles[0] * row.cycles[1]).sqrt()),
         ),
         ("Load at ten channels", "core awake (%)", |row| {
-            row.load.load_percent
+            Some(row.load.as_ref()?.load_percent)
         }),
         ("Refill margin", "cycles until DMA reads", |row| {
-            row.load.margin as f64
+            Some(row.load.as_ref()?.margin as f64)
         }),
         ("Latency of USB", "cycles", |row| {
-            row.load.usb_latency as f64
+            Some(row.load.as_ref()?.usb_latency as f64)
         }),
     ];
     let panels = panels.map(|(title, name, value)| panel(rows, title, name, value));
@@ -45,7 +45,8 @@ pub fn picture(rows: &[Row]) -> String {
         notes: vec![
             "Simulated: counted by the chip simulator, the worse of both interpretations of the \
              flash prefetch; cycles: geometric mean over both. The number at a mark is the \
-             threshold of inlining; LLVM's default is 225."
+             threshold of inlining; LLVM's default is 225. An image that does not play has a mark \
+             for its cycles only."
                 .to_owned(),
         ],
         ..Figure::default()
@@ -53,23 +54,26 @@ pub fn picture(rows: &[Row]) -> String {
     .file()
 }
 
-fn panel(rows: &[Row], title: &str, name: &str, value: fn(&Row) -> f64) -> Panel {
+fn panel(rows: &[Row], title: &str, name: &str, value: fn(&Row) -> Option<f64>) -> Panel {
     let mut marks = Vec::new();
-    let at = |row: &Row| (row.flash as f64 / KIB, value(row));
+    let at = |row: &Row| Some((row.flash as f64 / KIB, value(row)?));
     for row in rows {
+        let Some(at) = at(row) else {
+            continue;
+        };
         let n = match row.flags.opt_level {
             "s" => 0,
             "2" => 1,
             _ => 2,
         };
         let paint = Paint::Full(PALETTE[n]);
-        marks.push(Mark::Dot(at(row), Shape::SERIES[n], 4.5, paint));
-        marks.push(Mark::Label(at(row), row.flags.inline.to_string(), MUTED));
+        marks.push(Mark::Dot(at, Shape::SERIES[n], 4.5, paint));
+        marks.push(Mark::Label(at, row.flags.inline.to_string(), MUTED));
     }
-    if let Some(row) = chosen(rows).and_then(|n| rows.get(n)) {
-        marks.push(Mark::Dot(at(row), Shape::Disc, 8.0, Paint::Ring(INK, 1.6)));
+    if let Some(at) = chosen(rows).and_then(|n| at(rows.get(n)?)) {
+        marks.push(Mark::Dot(at, Shape::Disc, 8.0, Paint::Ring(INK, 1.6)));
     }
-    let values: Vec<f64> = rows.iter().map(value).collect();
+    let values: Vec<f64> = rows.iter().filter_map(value).collect();
     let flash: Vec<f64> = rows.iter().map(|row| row.flash as f64 / KIB).collect();
     let x = around("flash (KiB)", &flash);
     let limit = FLASH_LIMIT as f64 / KIB;
