@@ -204,9 +204,8 @@ impl CalciumForce {
     }
 
     /// Begins a segment `since_us` after the middle of the previous one, not before the state's
-    /// time, with `more` calcium added. A negligible force without calcium becomes zero. Returns
-    /// the segment's middle, which the caller must store. The function is not inlined because it is
-    /// long.
+    /// time, with `more` calcium added. Returns the segment's middle, which the caller must store.
+    /// The function is not inlined because it is long.
     #[inline(never)]
     fn begin_segment(&self, state: &mut CalciumForceState, since_us: i32, more: u32) -> Micros {
         let since_us = if since_us > self.segment.half_us {
@@ -215,16 +214,17 @@ impl CalciumForce {
             since_us
         };
         let place = self.segment.place(since_us);
-        let mut force = state.force.unrounded(place);
+        let force = state.force.unrounded(place);
         // At most 25 · 2^27.
         let calcium = self.segment.decayed_calcium(state.calcium, place);
         let calcium = calcium.wrapping_add(more).min(CALCIUM_END << 27);
-        if calcium == 0 {
-            force = Curve::residual_force(force);
-        }
         state.since_us = self.segment.half_us.wrapping_neg();
         state.calcium = calcium;
-        state.force = self.segment.plan(force, calcium, state.drive);
+        state.force = if calcium == 0 {
+            self.segment.plan_decay(force)
+        } else {
+            self.segment.plan(force, calcium, state.drive)
+        };
         let to_middle_us = since_us.wrapping_add(self.segment.half_us);
         state.middle + us(to_middle_us.cast_unsigned())
     }

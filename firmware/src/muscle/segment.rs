@@ -40,9 +40,9 @@ pub(super) const CALCIUM_END: u32 = 24;
 pub(super) const TICK_US: u32 = 1_000;
 /// Longest segment, µs.
 const LONGEST_US: u32 = 13_500;
-/// Force below which a muscle without calcium counts as at rest: 2.4e-7 of A·τm. Rounding could
-/// keep a force below 2^-23 from ever falling.
-const NO_FORCE: i32 = 1 << 9;
+/// Force of a muscle without calcium, Q31, below which it is rounded down, so that it falls in every
+/// segment: above it, a segment takes at least two units away by itself (h/τ1 is 0.005 or more).
+const SMALL_FORCE: i32 = 1 << 9;
 
 /// Constants with which the segments of one muscle are planned.
 #[derive(Clone, Copy, Debug)]
@@ -86,14 +86,6 @@ impl Curve {
     /// Curve of a muscle without force.
     pub(super) const NONE: Self = Self([0; 4]);
 
-    /// Returns `force` of a muscle without calcium, or 0 if it is negligible; at 0 the muscle
-    /// stays.
-    #[cold]
-    #[inline(never)]
-    pub(super) const fn residual_force(force: i32) -> i32 {
-        if force < NO_FORCE { 0 } else { force }
-    }
-
     /// Returns F (Q31, at least 0) at the position s (Q32).
     #[inline(always)]
     pub(super) const fn at(&self, s: i32) -> i32 {
@@ -106,9 +98,9 @@ impl Curve {
     pub(super) const fn unrounded(&self, s: i32) -> i32 {
         // F and the intermediate values stay below 1, so no operation wraps.
         let [f3, f2, f1, f0] = self.0;
-        let rest = f2.wrapping_add(signed_high(f3, s));
-        let rest = f1.wrapping_add(signed_high(rest, s));
-        f0.wrapping_add(signed_high(rest, s))
+        let rest = f2.wrapping_add(signed_high_rounded(f3, s));
+        let rest = f1.wrapping_add(signed_high_rounded(rest, s));
+        f0.wrapping_add(signed_high_rounded(rest, s))
     }
 }
 
@@ -257,6 +249,26 @@ impl Segment {
         let slope = (rise << 2).wrapping_sub(turn >> 2);
         let middle = force.wrapping_add(rise << 1).wrapping_sub(bend >> 2);
         Curve([turn, bend, slope, middle])
+    }
+
+    /// Plans the segment of a muscle without calcium that begins with `force`. Its curve is linear in
+    /// `force`, so it is planned in the finest unit that has room and then rounded: in Q31 itself,
+    /// rounding would keep a small force from ever falling.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn plan_decay(&self, force: i32) -> Curve {
+        if force <= 0 {
+            return Curve::NONE;
+        }
+        // At most 29: a smaller force then begins at bit 29.
+        let shift = force.leading_zeros().saturating_sub(2);
+        let Curve(fine) = self.plan(force << shift, 0, 0);
+        let rounding = if force < SMALL_FORCE {
+            0
+        } else {
+            (1 << shift) / 2
+        };
+        Curve(fine.map(|power| power.wrapping_add(rounding) >> shift))
     }
 
     /// Returns the rate z = h/τ at one end of a segment, Q31.

@@ -111,12 +111,15 @@ pub enum Image {
     Bench,
     /// Benchmark like [`Self::Bench`], for every alternative method of the device.
     Methods,
+    /// The same program as [`Self::Methods`], compiled with optimisation level 3 and nothing else
+    /// instead of the device's flags, with which some methods are much slower.
+    MethodsLevel3,
     /// Benchmark like [`Self::Bench`], for every alternative control law of the device.
     Laws,
 }
 
 impl Image {
-    /// Returns the name of the binary and of its file.
+    /// Returns the name of the image, and of its file beside a program.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -126,6 +129,7 @@ impl Image {
             Self::Qemu => "qemu",
             Self::Bench => "bench",
             Self::Methods => "methods",
+            Self::MethodsLevel3 => "methods-level-3",
             Self::Laws => "laws",
         }
     }
@@ -137,7 +141,7 @@ impl Image {
             | Self::BreadboardFeather
             | Self::Qemu
             | Self::Bench => "firmware",
-            Self::Methods | Self::Laws => "methods",
+            Self::Methods | Self::MethodsLevel3 | Self::Laws => "methods",
         }
     }
 
@@ -147,7 +151,15 @@ impl Image {
             Self::BreadboardWeact => "weact",
             Self::BreadboardFeather => "feather",
             Self::Qemu => "qemu",
-            Self::Bench | Self::Methods | Self::Laws => "bench",
+            Self::Bench | Self::Methods | Self::MethodsLevel3 | Self::Laws => "bench",
+        }
+    }
+
+    /// Returns the name of the binary of its package.
+    const fn binary(self) -> &'static str {
+        match self {
+            Self::MethodsLevel3 => Self::Methods.name(),
+            image => image.name(),
         }
     }
 
@@ -159,7 +171,7 @@ impl Image {
              --features {} --bin {}",
             self.package(),
             self.feature(),
-            self.name()
+            self.binary()
         )
     }
 
@@ -202,7 +214,14 @@ impl Image {
         workspace: &Path,
         tell: &mut dyn FnMut(&str),
     ) -> Result<PathBuf, BuildError> {
-        self.build_in(workspace, &workspace.join("target"), None, tell)
+        let target = workspace.join("target");
+        match self {
+            Self::MethodsLevel3 => {
+                let flags = ["-C".to_owned(), "opt-level=3".to_owned()];
+                self.build_in(workspace, &target.join("level-3"), Some(&flags), tell)
+            }
+            _ => self.build_in(workspace, &target, None, tell),
+        }
     }
 
     fn build_in(
@@ -227,7 +246,7 @@ impl Image {
         run(command, self.name(), tell)?;
         let path = target
             .join("thumbv7em-none-eabihf/release")
-            .join(self.name());
+            .join(self.binary());
         write_sum(&path).map_err(|why| BuildError::NotBuilt {
             image: self.name(),
             words: why.to_string(),

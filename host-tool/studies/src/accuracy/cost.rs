@@ -13,6 +13,21 @@ const CORNER: &str = "corner:";
 /// Name prefix of the rows that measure how long it takes to construct a muscle.
 const MAKE: &str = "make:";
 
+/// Name prefix of the rows of the shipped model.
+const SHIPPED: &str = "shipped/";
+
+/// Replaces each row that is not the shipped model's by its counterpart in `others` if that takes
+/// fewer cycles and computes the same.
+fn take_faster(rows: &mut [Row], others: Vec<Row>) {
+    for (row, other) in rows.iter_mut().zip(others) {
+        let is_shipped = row.name.trim_start_matches(MAKE).starts_with(SHIPPED);
+        let is_same = row.name == other.name && row.checksum == other.checksum;
+        if !is_shipped && is_same && other.mean < row.mean {
+            *row = other;
+        }
+    }
+}
+
 /// Benchmark rows of the muscle models, in the order in which the image prints them.
 #[derive(Clone, Debug)]
 pub struct Cost {
@@ -51,9 +66,15 @@ impl Cost {
         cost
     }
 
-    /// Runs the image `methods` on the chip simulator and measures its cycles.
+    /// Runs the image `methods` on the chip simulator and measures its cycles: the shipped model
+    /// with the device's flags of the compiler, every other method with those flags or with
+    /// [optimisation level 3](Image::MethodsLevel3), whichever takes fewer cycles.
     pub fn on_chip() -> Result<Self, BenchError> {
-        Ok(Self::new(rows_on_chip(Image::Methods)?))
+        let mut cost = Self::new(rows_on_chip(Image::Methods)?);
+        let other = Self::new(rows_on_chip(Image::MethodsLevel3)?);
+        take_faster(&mut cost.runs, other.runs);
+        take_faster(&mut cost.makes, other.makes);
+        Ok(cost)
     }
 
     /// Runs the same code on this computer. The rows then contain checksums and no cycles.
