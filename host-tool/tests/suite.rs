@@ -1,5 +1,6 @@
 //! The program's tests in one binary, one module each.
 
+mod accuracy_cli;
 mod any_image;
 #[cfg(unix)]
 mod bad_input_cli;
@@ -33,6 +34,8 @@ mod flash_terminal;
 mod hand_cli;
 #[cfg(unix)]
 mod hand_ended_cli;
+#[cfg(unix)]
+mod hil_cli;
 mod images;
 #[cfg(unix)]
 mod interruptions;

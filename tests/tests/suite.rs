@@ -28,6 +28,7 @@ mod gates;
 mod judge;
 mod lift;
 mod maps;
+mod methods_document;
 mod million_pulses;
 mod pictures;
 mod programs;

@@ -1,5 +1,6 @@
 //! `flexor chart accuracy`: charts the errors of muscle integrators against their cycles.
 
+use super::choice;
 use crate::cli::Output;
 use anyhow::{Context, ensure};
 use clap::Args;
@@ -21,6 +22,12 @@ pub struct Accuracy {
     /// Number of random muscles over the whole range that the device accepts
     #[arg(long, default_value_t = 4000)]
     draws: usize,
+    /// Measure nothing, and name the cheapest method with at most this error, % of peak
+    #[arg(long, requires = "readings_hz", conflicts_with_all = ["out", "draws"])]
+    error: Option<f64>,
+    /// Readings of the force per second for --error, 1 to 1000
+    #[arg(long, requires = "error")]
+    readings_hz: Option<f64>,
 }
 
 /// Seed of the random muscles over the whole range.
@@ -31,6 +38,9 @@ const WORST: usize = 3;
 /// # Errors
 /// Fails if the image fails, a file cannot be written, or host and chip disagree.
 pub fn main(args: &Accuracy, output: Output) -> anyhow::Result<()> {
+    if let (Some(error_pct), Some(readings_hz)) = (args.error, args.readings_hz) {
+        return choice::main(error_pct, readings_hz, output);
+    }
     ensure!(
         args.out.is_dir(),
         "E555 --out {}: no such folder; run in the checkout or name a folder that exists",

@@ -1,6 +1,7 @@
 //! `flexor chart`: makes the committed pictures and tables of docs/charts again.
 
 mod accuracy;
+mod choice;
 mod control;
 mod flags;
 mod hands;

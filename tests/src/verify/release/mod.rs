@@ -125,7 +125,7 @@ impl Release {
         let dist = self.folder.join("dist");
         let out = ["--out", &dist.to_string_lossy()].map(str::to_owned);
         let target = ["--target-dir", &at.target.to_string_lossy()].map(str::to_owned);
-        let wheel = ["build", "--release"];
+        let wheel = ["build", "--profile", "wheel"];
         let own: &[&str] = match kind {
             Kind::Linux => &["--zig", "--compatibility", COMPATIBILITY],
             Kind::Windows => &["--target", windows::TARGET],

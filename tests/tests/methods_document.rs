@@ -1,0 +1,217 @@
+//! Tables of docs/methods.md that repeat numbers of docs/charts: each must be what its CSV file says.
+//! `FLEXOR_OVERWRITE=1 cargo test -p tests --test suite methods_document` writes them again.
+
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn rows<T: for<'a> Deserialize<'a>>(name: &str) -> Vec<T> {
+    let path = root().join("docs/charts").join(name);
+    let mut reader = csv::Reader::from_path(path).unwrap();
+    reader.deserialize().map(|row| row.unwrap()).collect()
+}
+
+#[derive(Deserialize)]
+struct Point {
+    method: String,
+    arithmetic: String,
+    step_us: Option<u32>,
+    output_us: u32,
+    error_pct: f64,
+    cycles_per_s: u64,
+    reading: String,
+    worst_tick_cycles: u64,
+}
+
+impl Point {
+    /// Returns error, cycles per second and worst tick as the document shows them.
+    fn words(&self) -> String {
+        format!(
+            "{} %, {}, {}",
+            two_digits(self.error_pct),
+            grouped(self.cycles_per_s.div_ceil(50) / 2 * 100),
+            self.worst_tick_cycles
+        )
+    }
+}
+
+/// Formats a number with two significant digits.
+fn two_digits(value: f64) -> String {
+    let decimals = (1.0 - value.abs().log10().floor()).max(0.0) as usize;
+    format!("{value:.decimals$}")
+}
+
+fn grouped(value: u64) -> String {
+    match value {
+        0..1_000 => value.to_string(),
+        _ => format!("{},{:03}", value / 1_000, value % 1_000),
+    }
+}
+
+/// Replaces the table below `heading` in the document by `table`, or compares them.
+#[track_caller]
+fn check(heading: &str, table: &str) {
+    let path = root().join("docs/methods.md");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let begin = text.find(heading).unwrap_or_else(|| panic!("no {heading}"));
+    let end = begin + text[begin..].find("\n\n").unwrap() + 1;
+    if &text[begin..end] == table {
+        return;
+    }
+    if std::env::var_os("FLEXOR_OVERWRITE").is_some() {
+        let new = format!("{}{table}{}", &text[..begin], &text[end..]);
+        std::fs::write(path, new).unwrap();
+        return;
+    }
+    panic!(
+        "docs/methods.md differs from docs/charts: run this test with FLEXOR_OVERWRITE=1 and \
+         review the text around the table\nis\n{}should be\n{table}",
+        &text[begin..end]
+    );
+}
+
+const NAMES: [(&str, &str); 6] = [
+    ("hermite_simpson", "Hermite–Simpson"),
+    ("rk4_exact_c", "RK4"),
+    ("heun_exact_c", "Heun"),
+    ("gauss_exponential", "Gauss exponential"),
+    ("etd_midpoint", "ETD midpoint"),
+    ("log_flow", "log-C flow"),
+];
+
+fn name(point: &Point) -> String {
+    let known = NAMES.iter().find(|(method, _)| *method == point.method);
+    let name = known.map_or(point.method.as_str(), |(_, name)| name);
+    let arithmetic = match point.arithmetic.as_str() {
+        "q7_24" => ", Q7.24",
+        "q15_16" => ", Q15.16",
+        "f32" => ", f32",
+        _ => "",
+    };
+    format!("{name}{arithmetic}")
+}
+
+#[test]
+fn the_documents_tables_are_those_of_the_charts() {
+    let points: Vec<Point> = rows("accuracy.csv");
+    let heading = "| force read every | shipped: error, cycles/s, worst tick |";
+    let mut table =
+        format!("{heading} cheapest method within 0.02 % | shipped costs |\n|---|---|---|---|\n");
+    for (output_us, words) in [(1_000, "1 ms"), (20_000, "20 ms")] {
+        let read = || points.iter().filter(move |p| p.output_us == output_us);
+        let shipped = read().find(|p| p.method == "shipped").unwrap();
+        let exact = read().filter(|p| p.error_pct <= 0.02);
+        let cheapest = exact.min_by_key(|p| p.cycles_per_s).unwrap();
+        let (best, ratio) = match cheapest.method.as_str() {
+            "shipped" => ("the shipped one".to_owned(), String::new()),
+            _ => (
+                format!("{}: {}", name(cheapest), cheapest.words()),
+                format!(
+                    "{:.1} times ",
+                    shipped.cycles_per_s as f64 / cheapest.cycles_per_s as f64
+                ),
+            ),
+        };
+        let words = format!("| {words} | {} | {best} | {ratio}|\n", shipped.words());
+        table.push_str(&words);
+    }
+    check(heading, &table);
+
+    let heading = "| method | step 4 ms | step 8 ms |";
+    let mut table = format!("{heading}\n|---|---|---|\n");
+    for (method, words) in &NAMES[..5] {
+        let cells = [4_000, 8_000].map(|step| {
+            let point = points.iter().find(|p| {
+                (p.method.as_str(), p.arithmetic.as_str(), p.reading.as_str())
+                    == (*method, "f32", "cubic")
+                    && (p.step_us, p.output_us) == (Some(step), 1_000)
+            });
+            point.unwrap_or_else(|| panic!("{method} {step}")).words()
+        });
+        table.push_str(&format!("| {words} | {} | {} |\n", cells[0], cells[1]));
+    }
+    check(heading, &table);
+}
+
+#[derive(Deserialize)]
+struct Cycles {
+    algorithm: String,
+    mean_cycles: u64,
+    max_cycles: u64,
+}
+
+#[test]
+fn the_ticks_are_those_of_the_benchmark() {
+    let rows: Vec<Cycles> = rows("cycles.csv");
+    let words = |name: &str| {
+        let row = rows.iter().find(|row| row.algorithm == name).unwrap();
+        format!("{}, {}", row.mean_cycles, row.max_cycles)
+    };
+    let heading = "| call | without a pulse | with one |";
+    let mut table = format!("{heading}\n|---|---|---|\n");
+    for (call, name) in [
+        (
+            "the model by itself (`calcium_force_tick`)",
+            "calcium_force_tick",
+        ),
+        (
+            "through the model selection, as the controller calls it (`rung_tick`)",
+            "rung_tick",
+        ),
+        (
+            "with fatigue (`fatigue_tick`; its update once a second)",
+            "fatigue_tick",
+        ),
+    ] {
+        let with_pulse = words(&format!("{name}_and_pulse"));
+        table.push_str(&format!("| {call} | {} | {with_pulse} |\n", words(name)));
+    }
+    check(heading, &table);
+}
+
+#[derive(Deserialize)]
+struct Flags {
+    opt_level: String,
+    inline: u32,
+    unroll: u32,
+    flash_bytes: u64,
+    cycles: f64,
+    cycles_not_cached: f64,
+    load_percent: Option<f64>,
+    refill_margin_cycles: Option<i64>,
+    usb_latency_cycles: Option<u64>,
+    chosen: u8,
+}
+
+#[test]
+fn the_flags_are_those_of_their_chart() {
+    let heading = "| level | inline | flash, bytes | cycles, two readings |";
+    let mut table =
+        format!("{heading} load, % | refill margin | USB waits |\n|---|---|---|---|---|---|---|\n");
+    for row in rows::<Flags>("flags.csv") {
+        let unroll = if row.unroll == 150 { "" } else { ", unroll 50" };
+        let star = if row.chosen == 1 { " (chosen)" } else { "" };
+        let load = match (
+            row.load_percent,
+            row.refill_margin_cycles,
+            row.usb_latency_cycles,
+        ) {
+            (Some(load), Some(margin), Some(usb)) => {
+                format!("{load:.2} | {} | {}", grouped(margin as u64), grouped(usb))
+            }
+            _ => "does not play: fault 2 | |".to_owned(),
+        };
+        table.push_str(&format!(
+            "| {} | {}{unroll}{star} | {} | {:.3}, {:.3} | {load} |\n",
+            row.opt_level,
+            row.inline,
+            grouped(row.flash_bytes),
+            row.cycles,
+            row.cycles_not_cached
+        ));
+    }
+    check(heading, &table);
+}
