@@ -133,6 +133,7 @@ pub fn from_states(
         from_us,
         until_us,
         lines,
+        toggling: Vec::new(),
     })
 }
 

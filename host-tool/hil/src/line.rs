@@ -40,6 +40,15 @@ pub struct ExpectedLine {
     pub edges_us: Vec<u64>,
 }
 
+/// Line that changes its level at all times, with a period that no session changes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TogglingLine {
+    /// Name, for example `pump`.
+    pub name: String,
+    /// Time between two level changes, microseconds. Must be finite and above 1.
+    pub half_period_us: f64,
+}
+
 /// Predicted level changes of all lines.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expected {
@@ -51,6 +60,8 @@ pub struct Expected {
     pub until_us: u64,
     /// Lines with unique names. Their edges must lie between `from_us` and `until_us`.
     pub lines: Vec<ExpectedLine>,
+    /// Lines that toggle at all times, also before and after the prediction.
+    pub toggling: Vec<TogglingLine>,
 }
 
 /// Level changes of one line in a capture.

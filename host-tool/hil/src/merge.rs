@@ -1,7 +1,7 @@
 //! Judgement of several captures that together cover all lines.
 //!
-//! Every capture is aligned by its own lines, of which the sync output is one, so the captures
-//! need not come from one run.
+//! Every capture is aligned by its own lines, of which the common line of the plan is one, so the
+//! captures need not come from one run.
 
 use crate::capture::Capture;
 use crate::fit::{FitError, FitOptions, LineStatistics, Report, Verdict, fit};
@@ -48,10 +48,11 @@ pub enum MergeError {
 pub struct MergedReport {
     /// Report of every capture of the plan, or the reason why there is none.
     pub captures: Vec<Result<Report, MergeError>>,
-    /// Statistics of every line of the plan without the sync output, in the order of the plan.
-    /// Means of different captures are comparable in `mean_to_sync_ns`.
+    /// Statistics of every line of the plan without the common line, in the order of the plan.
+    /// Means of different captures are comparable in `mean_to_common_ns`.
     pub lines: Vec<MergedLine>,
-    /// Lines that were not compared: their capture is missing, or no edge is predicted or paired.
+    /// Lines that were not compared: their capture is missing, or no edge is paired although the
+    /// prediction has edges. A line without any predicted edge is compared by being quiet.
     pub not_covered: Vec<String>,
     /// Number of compared edges.
     pub compared: usize,
@@ -59,7 +60,7 @@ pub struct MergedReport {
     pub largest_ns: f64,
     /// Root mean square of all deviations, nanoseconds.
     pub rms_ns: f64,
-    /// Largest less smallest of the lines' `mean_to_sync_ns`, nanoseconds.
+    /// Largest less smallest of the lines' `mean_to_common_ns`, nanoseconds.
     pub line_spread_ns: f64,
     /// Conclusion. [`Verdict::Passed`] only if every capture passed and every line is covered.
     pub verdict: Verdict,
@@ -72,9 +73,9 @@ pub struct MergedLine {
     pub capture: usize,
     /// Statistics within that capture.
     pub statistics: LineStatistics,
-    /// Mean deviation less that of the sync output in the same capture, nanoseconds. `None` if
-    /// either was not compared.
-    pub mean_to_sync_ns: Option<f64>,
+    /// Mean deviation less that of the common line in the same capture, nanoseconds. `None` if
+    /// either was not compared, or the line toggles at all times.
+    pub mean_to_common_ns: Option<f64>,
 }
 
 /// Judges the captures of a plan, given in its order. A missing capture is `None` or beyond the
@@ -94,13 +95,17 @@ pub fn merge(
             Some(capture) => judge(expected, plan, capture, (number, connections), options),
         });
     }
-    let lines = merged_lines(plan, &reports);
+    let lines = merged_lines(expected, plan, &reports);
+    let is_quiet = |name: &str| {
+        let line = expected.lines.iter().find(|line| line.name == name);
+        line.is_some_and(|line| line.edges_us.is_empty())
+    };
     let covered = |name: &str| {
         let mut with_name = lines.iter().filter(|line| line.statistics.name == name);
-        with_name.any(|line| line.statistics.compared > 0)
+        with_name.any(|line| line.statistics.compared > 0 || is_quiet(name))
     };
     let names = plan.captures.iter().flatten().map(|c| &c.line);
-    let lines_only = names.filter(|name| **name != plan.sync);
+    let lines_only = names.filter(|name| **name != plan.common);
     let not_covered: Vec<String> = lines_only.filter(|name| !covered(name)).cloned().collect();
     let good = || reports.iter().flatten();
     let compared: usize = good().map(|report| report.compared).sum();
@@ -154,21 +159,28 @@ fn judge(
     own
 }
 
-fn merged_lines(plan: &Plan, reports: &[Result<Report, MergeError>]) -> Vec<MergedLine> {
+fn merged_lines(
+    expected: &Expected,
+    plan: &Plan,
+    reports: &[Result<Report, MergeError>],
+) -> Vec<MergedLine> {
+    let has_phase = |name: &str| expected.toggling.iter().all(|line| line.name != name);
     let mut lines = Vec::new();
     for (report, capture) in reports.iter().zip(1..) {
         let Ok(report) = report else {
             continue;
         };
-        let compared = |line: &LineStatistics| (line.compared > 0).then_some(line.mean_ns);
-        let sync = report.lines.iter().find(|line| line.name == plan.sync);
-        let sync = sync.and_then(compared);
-        for line in report.lines.iter().filter(|line| line.name != plan.sync) {
-            let difference = compared(line).zip(sync).map(|(line, sync)| line - sync);
+        let mean = |line: &LineStatistics| {
+            (line.compared > 0 && has_phase(&line.name)).then_some(line.mean_ns)
+        };
+        let common = report.lines.iter().find(|line| line.name == plan.common);
+        let common = common.and_then(mean);
+        for line in report.lines.iter().filter(|line| line.name != plan.common) {
+            let difference = mean(line).zip(common).map(|(line, common)| line - common);
             lines.push(MergedLine {
                 capture,
                 statistics: line.clone(),
-                mean_to_sync_ns: difference,
+                mean_to_common_ns: difference,
             });
         }
     }
@@ -176,7 +188,7 @@ fn merged_lines(plan: &Plan, reports: &[Result<Report, MergeError>]) -> Vec<Merg
 }
 
 fn spread(lines: &[MergedLine]) -> f64 {
-    let means = lines.iter().filter_map(|line| line.mean_to_sync_ns);
+    let means = lines.iter().filter_map(|line| line.mean_to_common_ns);
     let largest = means.clone().fold(f64::NEG_INFINITY, f64::max);
     let smallest = means.fold(f64::INFINITY, f64::min);
     (largest - smallest).max(0.0)

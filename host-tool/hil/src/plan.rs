@@ -6,8 +6,8 @@ use crate::line::Measurement;
 /// Reason why lines cannot be distributed, or a capture does not fit its plan.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PlanError {
-    /// The analyser cannot record a line and the sync output together.
-    #[error("plan: {inputs} inputs; allowed: 2 to 64, one of which records `sync`")]
+    /// The analyser cannot record a line and the common line together.
+    #[error("plan: {inputs} inputs; allowed: 2 to 64, one of which records the common line")]
     Inputs {
         /// Number of inputs.
         inputs: usize,
@@ -15,8 +15,8 @@ pub enum PlanError {
     /// There is nothing to record.
     #[error("plan: no line; name at least one")]
     NoLines,
-    /// A name occurs twice, or the sync output is among the lines.
-    #[error("plan: `{name}` occurs twice; name every line once, without the sync output")]
+    /// A name occurs twice, or the common line is among the lines.
+    #[error("plan: `{name}` occurs twice; name every line once, without the common line")]
     Repeated {
         /// Name of the line.
         name: String,
@@ -43,18 +43,20 @@ pub struct Connection {
 /// Captures that cover all lines.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Plan {
-    /// Name of the sync output, which every capture records on its last input.
-    pub sync: String,
+    /// Name of the line that every capture records on its last input: the sync output, or if that
+    /// does not move in the session, a line that does. It aligns captures whose other lines are
+    /// quiet.
+    pub common: String,
     /// Connections of every capture, by bit.
     pub captures: Vec<Vec<Connection>>,
 }
 
 /// Distributes lines over captures with `inputs` probes each. Lines keep their order, and every
-/// capture records `sync` on its highest input, so that its probe stays where it is.
+/// capture records `common` on its highest input, so that its probe stays where it is.
 ///
 /// # Errors
 /// Returns a [`PlanError`] unless there are 2 to 64 inputs and unique names.
-pub fn plan(lines: &[String], sync: &str, inputs: usize) -> Result<Plan, PlanError> {
+pub fn plan(lines: &[String], common: &str, inputs: usize) -> Result<Plan, PlanError> {
     if !(2..=64).contains(&inputs) {
         return Err(PlanError::Inputs { inputs });
     }
@@ -63,7 +65,7 @@ pub fn plan(lines: &[String], sync: &str, inputs: usize) -> Result<Plan, PlanErr
     }
     for (index, name) in lines.iter().enumerate() {
         let repeated = lines.iter().take(index).any(|other| other == name);
-        if repeated || name == sync {
+        if repeated || name == common {
             let name = name.clone();
             return Err(PlanError::Repeated { name });
         }
@@ -76,12 +78,12 @@ pub fn plan(lines: &[String], sync: &str, inputs: usize) -> Result<Plan, PlanErr
         let mut connections: Vec<Connection> = (0_u8..).zip(lines).map(connect).collect();
         connections.push(Connection {
             bit: (inputs - 1) as u8,
-            line: sync.to_string(),
+            line: common.to_string(),
         });
         connections
     });
     Ok(Plan {
-        sync: sync.to_string(),
+        common: common.to_string(),
         captures: captures.collect(),
     })
 }

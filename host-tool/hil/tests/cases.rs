@@ -265,6 +265,7 @@ fn one_line(first_us: u64, pulses: u64) -> Expected {
             first_high: false,
             edges_us: (0..pulses).flat_map(pulse).collect(),
         }],
+        toggling: Vec::new(),
     }
 }
 
@@ -522,6 +523,7 @@ fn arbitrary_inputs_never_panic() {
             from_us: 0,
             until_us: span,
             lines: expected.collect(),
+            toggling: Vec::new(),
         };
         let measured = (0..round % 4).map(|n| MeasuredLine {
             name: name(n),

@@ -168,3 +168,53 @@ fn a_missing_pulse_at_a_low_rate_fails() {
         .collect();
     assert_eq!(judge(&captures).verdict, Verdict::Failed);
 }
+
+/// A session may leave channels unused: their lines must be quiet, and are covered by that. The
+/// common line aligns the captures in which nothing else moves.
+#[test]
+fn lines_without_predicted_edges_must_be_quiet() {
+    let mut expected = session(1, 1_000);
+    for line in &mut expected.lines {
+        if !["c1", "a1"].contains(&line.name.as_str()) {
+            line.edges_us.clear();
+        }
+    }
+    let names = expected.lines.iter().map(|line| line.name.clone());
+    let others: Vec<String> = names.filter(|name| name != "a1").collect();
+    let plan = hil::plan::plan(&others, "a1", 8).unwrap();
+    let record = |faults: &[Fault]| -> Vec<Option<Capture>> {
+        (0..3)
+            .map(|part| {
+                let lines = exact(&expected, &plan.captures[part], 77);
+                let faults = if part == 1 { faults } else { &[] };
+                Some(synthesise(&lines, &analyser(part), faults).unwrap())
+            })
+            .collect()
+    };
+    let judge =
+        |captures: &[Option<Capture>]| merge(&expected, &plan, captures, &FitOptions::default());
+    let good = judge(&record(&[]));
+    assert_eq!(good.verdict, Verdict::Passed, "{good:?}");
+    assert!(good.not_covered.is_empty(), "{:?}", good.not_covered);
+    let pulse = Fault::AddPulse {
+        line: 3,
+        time_ps: 500_000_000_000,
+        width_ps: 200_000_000,
+    };
+    for fault in [
+        pulse,
+        Fault::HoldLine {
+            line: 3,
+            high: true,
+        },
+    ] {
+        let wrong = judge(&record(&[fault]));
+        assert_eq!(wrong.verdict, Verdict::Failed, "{fault:?}");
+    }
+    // Without its only moving line, a capture shows nothing.
+    let dead = judge(&record(&[Fault::HoldLine {
+        line: 7,
+        high: false,
+    }]));
+    assert_eq!(dead.verdict, Verdict::Incomplete, "{dead:?}");
+}

@@ -2,7 +2,8 @@
 
 use super::agreement::Span;
 use super::clock::Clock;
-use super::report::{Finding, LineStatistics};
+use super::finding::Finding;
+use super::report::LineStatistics;
 use super::track::Track;
 use crate::line::Edge;
 

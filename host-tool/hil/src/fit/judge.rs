@@ -4,8 +4,9 @@ use super::FitOptions;
 use super::agreement::{Agreement, GUARD_NS, Span, agreement, edges_after};
 use super::clock::{Clock, ClockFit};
 use super::edges::{Comparison, statistics};
+use super::finding::{Finding, Side};
 use super::range::smallest_range;
-use super::report::{Alignment, Finding, LineStatistics, Report, Side, Verdict};
+use super::report::{Alignment, LineStatistics, Report, Verdict};
 use super::track::{Track, Tracks};
 
 /// Share of explained edges above which a line carries its own pattern.

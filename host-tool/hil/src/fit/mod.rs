@@ -9,18 +9,22 @@ mod align;
 mod clock;
 mod edges;
 mod error;
+mod finding;
 mod judge;
 mod range;
 mod report;
+mod toggling;
 mod track;
 
 pub use error::FitError;
-pub use report::{Alignment, Finding, LineStatistics, Report, Side, Verdict};
+pub use finding::{Finding, Side};
+pub use report::{Alignment, LineStatistics, Report, Verdict};
 
-use crate::line::{Expected, Measurement};
+use crate::line::{Expected, MeasuredLine, Measurement};
 use agreement::{FIT_NS, Span, agreement};
 use align::align;
 use clock::fit_clock;
+use toggling::Scale;
 use track::{Tracks, bad_value};
 
 /// Limits of a comparison.
@@ -88,6 +92,13 @@ pub fn fit(
             return Err(bad_value(name, value));
         }
     }
+    let find = |line: &MeasuredLine| expected.toggling.iter().find(|t| t.name == line.name);
+    let (toggling, lines): (Vec<_>, Vec<_>) = measured
+        .lines
+        .iter()
+        .cloned()
+        .partition(|line| find(line).is_some());
+    let measured = &Measurement { lines, ..*measured };
     let tracks = Tracks::new(expected, measured)?;
     let aligned = align(&tracks)?;
     let pairs = if aligned.inverted {
@@ -111,6 +122,16 @@ pub fn fit(
         },
     };
     let mut report = judge::judge(&tracks, clock, alignment, measured.samplerate_hz, options);
+    let scale = Scale::new(&report, measured.samples);
+    for line in &toggling {
+        let Some(expected) = find(line) else { continue };
+        let (statistics, finding) = toggling::judge(line, expected, &scale);
+        report.lines.push(statistics);
+        if let Some(finding) = finding {
+            report.findings.push(finding);
+            report.verdict = Verdict::Failed;
+        }
+    }
     if aligned.ambiguous && matches!(report.verdict, Verdict::Passed | Verdict::NotJudged) {
         report.verdict = Verdict::Ambiguous;
     }
