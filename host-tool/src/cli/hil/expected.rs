@@ -3,23 +3,46 @@
 use super::Output;
 use anyhow::Context;
 use firmware::board::wiring::Pin;
+use firmware::pulse::tape::PUMP_SLOTS;
 use hal_sim::trace::{Levels, State};
 use hil::expected::{SECOND_PORT_SKEW_NS, from_levels};
-use hil::line::Expected;
+use hil::line::{Expected, TogglingLine};
+use hil::plan::{Plan, plan};
 use host_core::run::{Board, DeviceName, SessionFile, run};
 
 /// Name of the sync output.
-pub const SYNC: &str = hil::expected::SYNC;
+const SYNC: &str = hil::expected::SYNC;
+/// Name of the pump, which the tape toggles at all times. A breadboard has none.
+const PUMP: &str = "pump";
 
-/// Returns the names of the channels' lines that `board` has: `c1` is the cathodic line of channel
-/// 1, `a1` the anodic.
-#[must_use]
-pub fn lines(board: Board) -> Vec<String> {
-    let named = pins(board).into_iter().map(|(name, _)| name);
-    named.filter(|name| name != SYNC).collect()
+/// Distributes the lines of `board` over captures. Every capture also records sync, or if the
+/// session does not move sync, the line that the session moves most often.
+///
+/// # Errors
+/// E820 if the session moves no line, or the analyser has too few inputs.
+pub fn plan_captures(expected: &Expected, board: Board, inputs: usize) -> anyhow::Result<Plan> {
+    let edges = |name: &str| {
+        let line = expected.lines.iter().find(|line| line.name == name);
+        line.map_or(0, |line| line.edges_us.len())
+    };
+    let names: Vec<String> = pins(board).into_iter().map(|(name, _)| name).collect();
+    // Of equal lines, the first.
+    let busiest = names.iter().rev().max_by_key(|name| edges(name));
+    let common = match edges(SYNC) {
+        0 => busiest.filter(|name| edges(name) > 0).cloned(),
+        _ => Some(SYNC.to_owned()),
+    };
+    let common = common.context(
+        "E820 the session moves no line of the board, so there is nothing to compare; use a session \
+         that stimulates",
+    )?;
+    let others = names.into_iter().filter(|name| *name != common);
+    let plan = plan(&others.collect::<Vec<_>>(), &common, inputs);
+    plan.map_err(|why| anyhow::anyhow!("E820 {why}"))
 }
 
-/// Returns every line of `board` with its pin.
+/// Returns every line of `board` with its pin: `c1` is the cathodic line of channel 1, `a1` the
+/// anodic.
 #[must_use]
 pub fn pins(board: Board) -> Vec<(String, Pin)> {
     let outputs = board.pins().outputs;
@@ -29,6 +52,9 @@ pub fn pins(board: Board) -> Vec<(String, Pin)> {
             pins.push((format!("c{}", n + 1), lines.cathodic));
             pins.push((format!("a{}", n + 1), lines.anodic));
         }
+    }
+    if board.pins().breadboard.is_none() {
+        pins.push((PUMP.to_owned(), outputs.pump.pin()));
     }
     pins.push((SYNC.to_owned(), outputs.sync));
     pins
@@ -61,7 +87,9 @@ pub fn predict(session: &SessionFile, board: Board, output: Output) -> anyhow::R
     let until_us = session.session.duration_us;
     let wiring = board.pins();
     let trace = &world.recorder.trace;
-    let lines = pins(board).into_iter().map(|(name, pin)| {
+    let (pump, lines): (Vec<_>, Vec<_>) =
+        pins(board).into_iter().partition(|(name, _)| name == PUMP);
+    let lines = lines.into_iter().map(|(name, pin)| {
         let is_second = pin.is_on(wiring.outputs.ports[1]);
         let skew_ns = if is_second { SECOND_PORT_SKEW_NS } else { 0.0 };
         let high = |levels| is_high(&name, levels);
@@ -73,6 +101,13 @@ pub fn predict(session: &SessionFile, board: Board, output: Output) -> anyhow::R
         from_us: 0,
         until_us,
         lines: lines.collect(),
+        toggling: pump
+            .into_iter()
+            .map(|(name, _)| TogglingLine {
+                name,
+                half_period_us: PUMP_SLOTS as f64,
+            })
+            .collect(),
     })
 }
 

@@ -7,14 +7,15 @@ mod rehearse;
 use super::chip::BoardName;
 use super::{Output, check_range, usage_error};
 use clap::Args;
+use hal_sim::input;
 use hil::capture::{Capture, ReadOptions, read};
 use hil::fit::{FitOptions, Verdict};
+use hil::line::Expected;
 use hil::merge::merge;
-use hil::plan::{Plan, plan};
-use host_core::record::{RecordError, check_writable};
-use host_core::run::{Board, SessionFile};
-use std::fs::File;
-use std::io::BufReader;
+use hil::plan::Plan;
+use host_core::record::{RecordError, check_writable, sha256};
+use host_core::run::{Board, SessionFile, check_board};
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 /// Share of `--seconds` that a capture must cover at least.
@@ -37,16 +38,16 @@ pub struct HilArgs {
     /// Part of the session that each capture must cover, s
     #[arg(long, default_value_t = 1.0)]
     seconds: f64,
-    /// Number of the analyser's inputs
-    #[arg(long, default_value_t = 8)]
-    inputs: usize,
+    /// Number of the analyser's inputs, 2 to 64
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u8).range(2..=64))]
+    inputs: u8,
     /// Print which input is connected to which pin in each capture, and end
     #[arg(long, conflicts_with_all = ["captures", "rehearse"])]
     plan: bool,
     /// Write captures of the chip simulator's pins into this folder, and end
     #[arg(long, value_name = "DIR", conflicts_with = "captures")]
     rehearse: Option<PathBuf>,
-    /// Clock error of the simulated analyser, ppm
+    /// Clock error of the simulated analyser, -999 to 999 ppm
     #[arg(
         long,
         default_value_t = 100.0,
@@ -54,8 +55,13 @@ pub struct HilArgs {
         allow_negative_numbers = true
     )]
     ppm: f64,
-    /// Sample rate of the simulated analyser, MS/s
-    #[arg(long, default_value_t = 100, requires = "rehearse")]
+    /// Sample rate of the simulated analyser, 1 to 1000 MS/s
+    #[arg(
+        long,
+        default_value_t = 100,
+        requires = "rehearse",
+        value_parser = clap::value_parser!(u64).range(1..=1000)
+    )]
     rate: u64,
     /// Seed of the simulated analyser's jitter of one sample
     #[arg(long, default_value_t = 1, requires = "rehearse")]
@@ -69,17 +75,24 @@ pub struct HilArgs {
 }
 
 /// # Errors
-/// E820 to E822: a capture cannot be read or compared, or an edge is not where it should be.
+/// E505 if the board has no pins for a channel of the session; E820 to E822: a capture cannot be read or compared, or an edge is not where it should be.
 pub fn main(args: &HilArgs, output: Output) -> anyhow::Result<()> {
     let board = Board::from(args.board);
     check_range("--seconds", args.seconds, 0.05, 60.0)?;
-    let parts = plan(&expected::lines(board), expected::SYNC, args.inputs);
-    let parts = parts.map_err(|why| anyhow::anyhow!("E820 {why}"))?;
+    check_range("--ppm", args.ppm, -999.0, 999.0)?;
+    let mut session = SessionFile::load(&args.session)?;
+    check_board(&session.session, board)?;
+    if let Some(path) = &args.sheet {
+        let captures = args.captures.iter().map(PathBuf::as_path);
+        let reads: Vec<&Path> = captures.chain([args.session.as_path()]).collect();
+        check_writable(path, args.overwrite, &reads, None)?;
+    }
+    output.settle_models(&mut session.session)?;
+    let expected = expected::predict(&session, board, output)?;
+    let parts = expected::plan_captures(&expected, board, args.inputs.into())?;
     if args.plan {
         return print::connections(board, &parts, output);
     }
-    let mut session = SessionFile::load(&args.session)?;
-    output.settle_models(&mut session.session)?;
     if let Some(folder) = &args.rehearse {
         let analyser = rehearse::Analyser {
             ppm: args.ppm,
@@ -103,47 +116,72 @@ pub fn main(args: &HilArgs, output: Output) -> anyhow::Result<()> {
             args.captures.len()
         ));
     }
-    if let Some(path) = &args.sheet {
-        check_writable(path, args.overwrite, &[&args.session], None)?;
-    }
-    judge(args, &session, board, &parts, output)
+    let captures = args.captures.iter().map(|path| open(path));
+    let captures = captures.collect::<anyhow::Result<Vec<_>>>()?;
+    judge(args, &session, &captures, (&expected, &parts), output)
+}
+
+/// A capture with the name and the hash of its file.
+struct CaptureFile {
+    path: PathBuf,
+    sha256: String,
+    capture: Capture,
 }
 
 fn judge(
     args: &HilArgs,
     session: &SessionFile,
-    board: Board,
-    parts: &Plan,
+    files: &[CaptureFile],
+    (expected, parts): (&Expected, &Plan),
     output: Output,
 ) -> anyhow::Result<()> {
-    let captures: Vec<Option<Capture>> = args
-        .captures
+    let captures: Vec<_> = files
         .iter()
-        .map(|path| open(path).map(Some))
-        .collect::<anyhow::Result<_>>()?;
+        .map(|file| Some(file.capture.clone()))
+        .collect();
     let is_simulated = captures.iter().flatten().any(rehearse::is_simulated);
-    let expected = expected::predict(session, board, output)?;
     let options = FitOptions {
         min_covered_us: COVERED * args.seconds * 1e6,
         ..FitOptions::default()
     };
-    let report = merge(&expected, parts, &captures, &options);
-    let sheet = print::sheet(&report, board, is_simulated);
+    let report = merge(expected, parts, &captures, &options);
+    let compared = print::Compared {
+        session,
+        board: args.board.into(),
+        seconds: args.seconds,
+        files,
+        common: &parts.common,
+        is_simulated,
+    };
+    let sheet = print::sheet(&report, &compared);
     if let Some(path) = &args.sheet {
         let text = serde_json::to_string_pretty(&sheet)?;
         std::fs::write(path, text + "\n").map_err(RecordError::write(path))?;
     }
-    output.print(|| print::report(&report, is_simulated), || sheet)?;
+    output.print(|| print::report(&report, &compared), || sheet)?;
     match report.verdict {
         Verdict::Passed | Verdict::NotJudged => Ok(()),
-        verdict => anyhow::bail!(
-            "E822 the captures do not show the predicted edges ({verdict:?}); see the findings above"
+        Verdict::Failed => anyhow::bail!(
+            "E822 the captures do not show the predicted edges; see the findings of each capture"
+        ),
+        Verdict::Incomplete => anyhow::bail!(
+            "E822 the comparison is incomplete: a capture is too short or cannot be aligned, or a \
+             line was not compared; see the captures"
+        ),
+        Verdict::Ambiguous => anyhow::bail!(
+            "E822 a capture is ambiguous: it fits only the start or the end of the session; record \
+             longer"
         ),
     }
 }
 
-fn open(path: &Path) -> anyhow::Result<Capture> {
+fn open(path: &Path) -> anyhow::Result<CaptureFile> {
     let named = |why: &dyn std::fmt::Display| anyhow::anyhow!("E821 {}: {why}", path.display());
-    let file = File::open(path).map_err(|why| named(&why))?;
-    read(BufReader::new(file), &ReadOptions::default()).map_err(|why| named(&why))
+    let bytes = input::read(path, input::LONGEST_TABLE).map_err(|why| named(&why))?;
+    let capture = read(Cursor::new(&bytes), &ReadOptions::default());
+    Ok(CaptureFile {
+        path: path.to_owned(),
+        sha256: sha256(&bytes),
+        capture: capture.map_err(|why| named(&why))?,
+    })
 }

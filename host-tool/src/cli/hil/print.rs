@@ -1,11 +1,13 @@
 //! Output of `flexor hil`: connections, and the result of a comparison.
 
 use super::expected::pins;
-use super::{Output, Plan};
+use super::{CaptureFile, Output, Plan};
 use crate::cli::board::header_name;
 use hil::fit::{Alignment, Report};
-use hil::merge::MergedReport;
-use host_core::run::Board;
+use hil::merge::{MergeError, MergedReport};
+use host_core::plot::words;
+use host_core::record::{DeviceKind, Program, sha256};
+use host_core::run::{Board, SessionFile};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
@@ -22,6 +24,9 @@ pub fn connections(board: Board, plan: &Plan, output: Output) -> anyhow::Result<
     };
     let text = || {
         let mut text = String::new();
+        if board.pins().breadboard.is_some() {
+            let _ = writeln!(text, "{}", DeviceKind::Breadboard.words());
+        }
         for (n, connections) in plan.captures.iter().enumerate() {
             let _ = writeln!(text, "capture {}: input, line, header", n + 1);
             for connection in connections {
@@ -44,28 +49,35 @@ pub fn connections(board: Board, plan: &Plan, output: Output) -> anyhow::Result<
     output.print(text, json)
 }
 
-/// Returns the verdict in words.
-fn verdict(report: &MergedReport, is_simulated: bool) -> String {
-    let verdict = format!("{:?}", report.verdict).to_lowercase();
-    if is_simulated {
-        format!("{verdict} (simulated captures: no evidence about a board)")
-    } else {
-        verdict
+/// Largest width of a printed line, columns.
+const COLUMNS: u16 = 80;
+
+/// Appends a paragraph in lines of at most 80 columns, indented by `indent` columns, and two more
+/// from the second line on.
+fn push_wrapped(text: &mut String, indent: usize, paragraph: &str) {
+    let room = usize::from(COLUMNS) - indent - 2;
+    let wrapped = words::wrap_columns(paragraph, room as u16); // below 80
+    for (n, line) in wrapped.lines().enumerate() {
+        let indent = indent + if n == 0 { 0 } else { 2 };
+        let _ = writeln!(text, "{:indent$}{line}", "");
     }
 }
 
 /// Returns the result for people.
 #[must_use]
-pub fn report(report: &MergedReport, is_simulated: bool) -> String {
-    let mut text = format!("verdict: {}\n", verdict(report, is_simulated));
+pub fn report(report: &MergedReport, compared: &Compared<'_>) -> String {
+    let mut text = format!("verdict: {}\n", report.verdict);
+    if compared.is_simulated {
+        text.push_str("simulated captures: no evidence about a board\n");
+    }
+    if compared.board.pins().breadboard.is_some() {
+        let _ = writeln!(text, "{}", DeviceKind::Breadboard.words());
+    }
     for (n, capture) in report.captures.iter().enumerate() {
         match capture {
-            Err(why) => {
-                let _ = writeln!(text, "{why}");
-            }
+            Err(why) => push_wrapped(&mut text, 0, &why.to_string()),
             Ok(capture) => {
-                let _ = writeln!(
-                    text,
+                let line = format!(
                     "capture {}: {} edges in {:.3} s, analyser {:+.1} ± {:.1} ppm, range {:.0} ns of \
                      {:.0}, largest deviation {:.0} ns",
                     n + 1,
@@ -77,15 +89,17 @@ pub fn report(report: &MergedReport, is_simulated: bool) -> String {
                     capture.limit_ns,
                     capture.largest_ns,
                 );
+                push_wrapped(&mut text, 0, &line);
                 text.push_str(&coverage(capture));
                 for finding in &capture.findings {
-                    let _ = writeln!(text, "  {finding}");
+                    push_wrapped(&mut text, 2, &finding.to_string());
                 }
             }
         }
     }
     if !report.not_covered.is_empty() {
-        let _ = writeln!(text, "not compared: {}", report.not_covered.join(", "));
+        let lines = format!("not compared: {}", report.not_covered.join(", "));
+        push_wrapped(&mut text, 0, &lines);
     }
     text.trim_end().to_owned()
 }
@@ -94,21 +108,21 @@ pub fn report(report: &MergedReport, is_simulated: bool) -> String {
 fn coverage(capture: &Report) -> String {
     let mut text = String::new();
     let (from, until) = (capture.start_us / 1e3, capture.until_us / 1e3);
-    let _ = writeln!(
-        text,
-        "  session time {from:.1} to {until:.1} ms{}",
+    let time = format!(
+        "session time {from:.1} to {until:.1} ms{}",
         alignment(capture)
     );
+    push_wrapped(&mut text, 2, &time);
     // If the alignment is not unique, the capture may as well begin between two pulses.
     if from < 0.0 && capture.alignment == Alignment::Unique && capture.findings.is_empty() {
         let _ = writeln!(text, "  silent for {:.1} ms before the first pulse", -from);
     }
     if capture.covered_us < capture.needed_us {
         let (covered, needed) = (capture.covered_us / 1e6, capture.needed_us / 1e6);
-        let _ = writeln!(
-            text,
-            "  incomplete: {covered:.3} s of the session, {needed:.3} s needed; record longer"
+        let short = format!(
+            "incomplete: {covered:.3} s of the session, {needed:.3} s needed; record longer"
         );
+        push_wrapped(&mut text, 2, &short);
     }
     text
 }
@@ -123,10 +137,70 @@ fn alignment(capture: &Report) -> String {
     }
 }
 
-/// Returns the sheet: every number of the comparison.
+/// Inputs of a comparison.
+pub struct Compared<'a> {
+    /// Session that the board ran.
+    pub session: &'a SessionFile,
+    /// Board that was measured.
+    pub board: Board,
+    /// Part of the session that each capture must cover, s.
+    pub seconds: f64,
+    /// Captures in the order of the plan.
+    pub files: &'a [CaptureFile],
+    /// Line that every capture records.
+    pub common: &'a str,
+    /// Whether a capture was made by `--rehearse`.
+    pub is_simulated: bool,
+}
+
+/// Returns the sheet: what was compared, and every number of the comparison.
 #[must_use]
-pub fn sheet(report: &MergedReport, board: Board, is_simulated: bool) -> Value {
-    let captures = report.captures.iter().map(|capture| match capture {
+pub fn sheet(report: &MergedReport, compared: &Compared<'_>) -> Value {
+    let captures = compared.files.iter().zip(&report.captures);
+    let captures = captures.map(|(file, capture)| {
+        let mut entry = capture_entry(capture);
+        entry["file"] = json!(file.path);
+        entry["sha256"] = json!(file.sha256);
+        entry
+    });
+    let lines = report.lines.iter().map(|line| {
+        let statistics = &line.statistics;
+        json!({
+            "line": statistics.name,
+            "capture": line.capture,
+            "expected": statistics.expected,
+            "compared": statistics.compared,
+            "moved": statistics.moved,
+            "missing": statistics.missing,
+            "extra": statistics.extra,
+            "mean_ns": statistics.mean_ns,
+            "mean_to_common_ns": line.mean_to_common_ns,
+            "min_ns": statistics.min_ns,
+            "max_ns": statistics.max_ns,
+        })
+    });
+    let session = compared.session;
+    json!({
+        "kind": if compared.is_simulated { "simulated" } else { "capture" },
+        "program": Program::current(),
+        "board": compared.board.reported_name(),
+        "session": {
+            "title": session.session.title,
+            "file": session.name,
+            "sha256": sha256(session.text.as_bytes()),
+        },
+        "seconds": compared.seconds,
+        "verdict": report.verdict.to_string().replace(' ', "_"),
+        "common_line": compared.common,
+        "captures": captures.collect::<Vec<_>>(),
+        "lines": lines.collect::<Vec<_>>(),
+        "not_compared": report.not_covered,
+    })
+}
+
+/// Returns every number of one capture.
+fn capture_entry(capture: &Result<Report, MergeError>) -> Value {
+    match capture {
         Err(why) => json!({ "error": why.to_string() }),
         Ok(capture) => json!({
             "samplerate_hz": capture.samplerate_hz,
@@ -150,29 +224,5 @@ pub fn sheet(report: &MergedReport, board: Board, is_simulated: bool) -> Value {
             "range_ns": capture.range_ns,
             "findings": capture.findings.iter().map(ToString::to_string).collect::<Vec<_>>(),
         }),
-    });
-    let lines = report.lines.iter().map(|line| {
-        let statistics = &line.statistics;
-        json!({
-            "line": statistics.name,
-            "capture": line.capture,
-            "expected": statistics.expected,
-            "compared": statistics.compared,
-            "moved": statistics.moved,
-            "missing": statistics.missing,
-            "extra": statistics.extra,
-            "mean_ns": statistics.mean_ns,
-            "mean_to_sync_ns": line.mean_to_sync_ns,
-            "min_ns": statistics.min_ns,
-            "max_ns": statistics.max_ns,
-        })
-    });
-    json!({
-        "kind": if is_simulated { "simulated" } else { "capture" },
-        "board": board.reported_name(),
-        "verdict": format!("{:?}", report.verdict).to_lowercase(),
-        "captures": captures.collect::<Vec<_>>(),
-        "lines": lines.collect::<Vec<_>>(),
-        "not_compared": report.not_covered,
-    })
+    }
 }

@@ -2,12 +2,14 @@
 
 use super::expected::pins;
 use super::{Output, Plan};
+use crate::cli::interrupt::{self, EndedBySignal};
 use anyhow::Context;
 use hal_sim::chip::board::SharedPinLog;
 use hil::capture::{Capture, write};
 use hil::synthesise::{self, ExactEdge, ExactLine, synthesise};
+use host_core::link::Interruption;
 use host_core::record::{RecordError, check_writable};
-use host_core::run::{Board, ChipOptions, SessionFile, open_chip_port, run};
+use host_core::run::{Board, ChipOptions, SessionFile, interruptible, open_chip_port, run};
 use serde_json::json;
 use std::fs::File;
 use std::io::BufWriter;
@@ -42,7 +44,7 @@ pub fn is_simulated(capture: &Capture) -> bool {
 /// Runs `session` on the chip simulator of `board`, and writes a capture for each part of the plan.
 ///
 /// # Errors
-/// Fails if the session cannot be run, or a file cannot be written.
+/// Fails if the session cannot be run, or a file cannot be written; E580 if a signal came.
 pub fn main(
     session: &SessionFile,
     board: Board,
@@ -53,11 +55,12 @@ pub fn main(
 ) -> anyhow::Result<()> {
     let names = (1..=plan.captures.len()).map(|n| folder.join(format!("capture-{n}.sr")));
     let files: Vec<PathBuf> = names.collect();
-    std::fs::create_dir_all(folder).map_err(RecordError::write(folder))?;
+    std::fs::create_dir_all(folder).map_err(RecordError::io(folder))?;
     for path in &files {
         check_writable(path, overwrite, &[], None)?;
     }
-    let lines = lines(session, board, output)?;
+    let interruption = interrupt::catch_signals()?;
+    let lines = lines(session, board, &interruption, output)?;
     let length_us = session.session.duration_us;
     for (path, connections) in files.iter().zip(&plan.captures) {
         let inputs = connections.iter().map(|connection| connection.bit).max();
@@ -81,25 +84,48 @@ pub fn main(
             jitter_samples: 1,
             seed: analyser.seed,
         };
+        if let Some(signal) = interruption.received_signal() {
+            let when = "while captures were written; those in the folder are complete";
+            return Err(EndedBySignal(signal, when.to_owned()).into());
+        }
         let capture = synthesise(&chosen, &analyser, &[]);
         let capture = capture.map_err(|why| anyhow::anyhow!("E820 {why}"))?;
-        let file = BufWriter::new(File::create(path).map_err(RecordError::write(path))?);
-        write(file, &capture).map_err(|why| anyhow::anyhow!("E821 {}: {why}", path.display()))?;
+        write_whole(path, &capture)?;
     }
     output.print(
         || {
-            let names = files.iter().map(|path| path.display().to_string());
-            format!(
-                "simulated captures: {}",
-                names.collect::<Vec<_>>().join(", ")
-            )
+            let names = files.iter().map(|path| format!("\n  {}", path.display()));
+            format!("simulated captures:{}", names.collect::<String>())
         },
         || json!({ "captures": files, "simulated": true }),
     )
 }
 
+/// Writes a capture under another name first, so that the file at `path` is always complete.
+fn write_whole(path: &Path, capture: &Capture) -> anyhow::Result<()> {
+    let partial = path.with_extension("sr.partial");
+    let written = File::create(&partial)
+        .map_err(|why| RecordError::write(path)(why).into())
+        .and_then(|file| {
+            let written = write(BufWriter::new(file), capture);
+            written.map_err(|why| anyhow::anyhow!("E821 {}: {why}", path.display()))
+        })
+        .and_then(|()| {
+            let renamed = std::fs::rename(&partial, path);
+            renamed.map_err(|why| RecordError::write(path)(why).into())
+        });
+    written.inspect_err(|_| {
+        let _ = std::fs::remove_file(&partial); // an incomplete capture is of no use
+    })
+}
+
 /// Returns the edges of every line, from the pins of the chip simulator.
-fn lines(session: &SessionFile, board: Board, output: Output) -> anyhow::Result<Vec<ExactLine>> {
+fn lines(
+    session: &SessionFile,
+    board: Board,
+    interruption: &Interruption,
+    output: Output,
+) -> anyhow::Result<Vec<ExactLine>> {
     let log = SharedPinLog::default();
     let options = ChipOptions {
         board,
@@ -108,7 +134,8 @@ fn lines(session: &SessionFile, board: Board, output: Output) -> anyhow::Result<
     };
     let port = open_chip_port(&session.session, 1, &options)?;
     let bar = output.bar("simulating");
-    let (outcome, _) = run(session, Box::new(port), None, |part| bar.set(part));
+    let progress = interruptible(interruption, |part| bar.set(part));
+    let (outcome, _) = run(session, Box::new(port), None, progress);
     bar.finish();
     if let Some(error) = outcome.error {
         return Err(error.into());
