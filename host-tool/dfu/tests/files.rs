@@ -26,6 +26,19 @@ fn segments() -> Vec<Segment> {
     ]
 }
 
+/// Returns DFUImageSize in the prefix.
+fn size_field(file: &[u8]) -> usize {
+    u32::from_le_bytes(file[6..10].try_into().unwrap()) as usize
+}
+
+/// Returns the file with the checksum of its contents.
+fn with_checksum(mut file: Vec<u8>) -> Vec<u8> {
+    let body = file.len() - 4;
+    let crc = dfu_crc(&file[..body]);
+    file[body..].copy_from_slice(&crc.to_le_bytes());
+    file
+}
+
 fn file(name: &str, contents: &[u8]) -> PathBuf {
     let path = std::env::temp_dir().join(format!("dfu-{}-{name}", std::process::id()));
     std::fs::write(&path, contents).unwrap();
@@ -66,6 +79,14 @@ fn dfuse_round_trip_and_layout() {
         .sum();
     assert_eq!(bytes.len(), 11 + 274 + data + 16);
     assert_eq!(&bytes[..6], b"DfuSe\x01");
+    assert_eq!(size_field(&bytes), bytes.len() - 16, "without the suffix");
+    // Some programs include the suffix.
+    let mut longer = bytes.clone();
+    let length = u32::try_from(bytes.len()).unwrap();
+    longer[6..10].copy_from_slice(&length.to_le_bytes());
+    assert_eq!(read(&with_checksum(longer.clone()), 0).unwrap(), segments());
+    longer[6] ^= 1;
+    assert!(read(&with_checksum(longer), 0).is_err());
     assert_eq!(
         &bytes[bytes.len() - 16..bytes.len() - 4],
         b"\x00\x22\x11\xDF\x83\x04\x1A\x01UFD\x10"
@@ -78,6 +99,25 @@ fn dfuse_round_trip_and_layout() {
     assert_eq!(read(&bytes, 0).unwrap(), segments());
     let long = write_dfuse(&[], &"é".repeat(400), DfuseIds::default()).unwrap();
     assert!(read_dfuse(&long).unwrap().segments.is_empty());
+}
+
+#[test]
+fn a_file_for_another_usb_device_is_refused() {
+    let write = |vendor, product| {
+        let ids = DfuseIds {
+            vendor,
+            product,
+            ..DfuseIds::default()
+        };
+        read(&write_dfuse(&segments(), "x", ids).unwrap(), 0)
+    };
+    for (vendor, product) in [(0x0483, 0xDF11), (0xFFFF, 0xFFFF), (0x0483, 0xFFFF)] {
+        assert!(write(vendor, product).is_ok(), "{vendor:04x}:{product:04x}");
+    }
+    for (vendor, product) in [(0x0483, 0x5740), (0x28E9, 0xDF11), (0x1209, 0xFFFF)] {
+        let refused = ContainerError::OtherDevice { vendor, product };
+        assert_eq!(write(vendor, product), Err(refused));
+    }
 }
 
 #[test]
@@ -153,9 +193,7 @@ fn mutated_files_never_panic() {
             file[at] = random.byte();
         }
         // A right checksum lets the fields behind it be read.
-        let body = file.len() - 4;
-        let crc = dfu_crc(&file[..body]);
-        file[body..].copy_from_slice(&crc.to_le_bytes());
+        let file = with_checksum(file);
         accepted += u32::from(read(&file, 0).is_ok());
         let mut text = hex.clone().into_bytes();
         let at = random.below(text.len() as u64) as usize;
@@ -216,7 +254,9 @@ fn dfuse_pack_and_this_crate_agree() {
         let theirs = std::fs::read(&output).unwrap();
         let back = read_dfuse(&theirs).unwrap_or_else(|error| panic!("{error}: {text}"));
         assert_eq!(back.segments, segments());
-        assert_eq!(ours.unwrap(), theirs, "not byte-identical");
+        // Size and so checksum: versions of dfuse-pack differ in whether the suffix counts.
+        let (ours, end) = (ours.unwrap(), theirs.len() - 4);
+        assert_eq!(ours[10..end], theirs[10..end], "not byte-identical");
     }
     paths.push(output);
     paths

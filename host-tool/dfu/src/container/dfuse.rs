@@ -13,6 +13,9 @@ const NAME: usize = 255;
 /// Length of the suffix in bytes.
 const SUFFIX: usize = 16;
 
+/// Identifier that stands for any.
+const ANY: u16 = 0xFFFF;
+
 /// USB identifiers in the suffix. 0xFFFF stands for any.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DfuseIds {
@@ -30,8 +33,24 @@ impl Default for DfuseIds {
         Self {
             vendor: VENDOR_ID,
             product: PRODUCT_ID,
-            device: 0xFFFF,
+            device: ANY,
         }
+    }
+}
+
+impl DfuseIds {
+    /// Checks that the identifiers are those of ST's boot loader, or stand for any device.
+    ///
+    /// # Errors
+    /// [`ContainerError::OtherDevice`]
+    pub fn check_boot_loader(self) -> Result<(), ContainerError> {
+        let Self {
+            vendor, product, ..
+        } = self;
+        if [VENDOR_ID, ANY].contains(&vendor) && [PRODUCT_ID, ANY].contains(&product) {
+            return Ok(());
+        }
+        Err(ContainerError::OtherDevice { vendor, product })
     }
 }
 
@@ -73,7 +92,7 @@ pub fn write_dfuse(
     let field = |length: usize| u32::try_from(length).unwrap_or_default().to_le_bytes();
     let mut file = Vec::with_capacity(total);
     file.extend_from_slice(b"DfuSe\x01");
-    file.extend_from_slice(&field(total));
+    file.extend_from_slice(&field(total - SUFFIX)); // DFUImageSize is without the suffix
     file.push(1);
     file.extend_from_slice(b"Target\x00");
     file.extend_from_slice(&field(1));
@@ -117,7 +136,7 @@ pub fn read_dfuse(file: &[u8]) -> Result<DfuseFile, ContainerError> {
         offset: 0,
     };
     reader.expect("signature", b"DfuSe\x01")?;
-    // UM0391: the total length. Older versions of dfu-util's dfuse-pack leave out the suffix.
+    // UM0391: the length without the suffix. Some programs include the suffix.
     let size = reader.word("file size")? as usize;
     if size != file.len() && size != body.len() {
         return Err(ContainerError::Field {

@@ -64,6 +64,17 @@ pub enum ContainerError {
         /// Checksum in the file.
         found: u32,
     },
+    /// A `.dfu` file is for another USB device.
+    #[error(
+        "the .dfu file is for the USB device {vendor:04x}:{product:04x}, not for ST's boot loader \
+         0483:df11"
+    )]
+    OtherDevice {
+        /// Vendor ID in the suffix.
+        vendor: u16,
+        /// Product ID in the suffix.
+        product: u16,
+    },
     /// A line of an Intel HEX file cannot be read.
     #[error("line {line} of the Intel HEX file is invalid: {reason}")]
     HexLine {
@@ -93,7 +104,9 @@ pub fn read(file: &[u8], origin: u32) -> Result<Vec<Segment>, ContainerError> {
         return Err(ContainerError::TooLarge { length: file.len() });
     }
     if file.starts_with(b"DfuSe") {
-        return Ok(read_dfuse(file)?.segments);
+        let file = read_dfuse(file)?;
+        file.ids.check_boot_loader()?;
+        return Ok(file.segments);
     }
     if file.starts_with(b"\x7FELF") {
         return Err(ContainerError::Elf);
