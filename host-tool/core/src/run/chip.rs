@@ -2,6 +2,7 @@
 
 #[cfg(feature = "gdb")]
 mod debug;
+mod failed_boot;
 mod log;
 
 use super::board::Board;
@@ -127,7 +128,9 @@ fn boot_board(
     if let Some(pins) = &options.pins {
         board.around.log_pins(pins.clone());
     }
-    board.boot(&Sensors::default())?;
+    if let Err(error) = board.boot(&Sensors::default()) {
+        return Err(failed_boot::explain(error, &mut board.around, image, log));
+    }
     let boot_us = board.now_us();
     Ok((log.attach(board), boot_us))
 }

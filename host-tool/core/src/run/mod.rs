@@ -51,7 +51,7 @@ pub use profile::{Booted, ProfileError, Profiled, profile};
 pub use recorded::{BeginError, RecordedTrial, TrialPlace, record, record_on};
 pub use runner::{acknowledge, run, run_with_outputs, wait_for_hello};
 pub use simulated::{simulated_port, simulated_port_with};
-pub use stages::{check_supply, describe_stages};
+pub use stages::{check_board, check_supply, describe_stages};
 pub use stepper::{
     Attachments, Control, INTENSITY_STEP, Keys, StepEnd, StepLimit, Stepper, replay_keys,
 };

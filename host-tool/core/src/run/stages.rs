@@ -1,7 +1,7 @@
 //! Describes the board's output stages in words, and checks that a session declares the same. The
 //! device itself applies the rule in [`Stages::check`].
 
-use super::RunError;
+use super::{Board, RunError};
 use crate::session::Session;
 use firmware::device::{Draft, Rule};
 use firmware::pulse::CHANNELS;
@@ -79,6 +79,21 @@ pub(super) fn check_stages(session: &Session, stages: &Stages) -> Result<(), Run
         _ if wrong.is_empty() => Ok(()),
         _ => Err(RunError::OtherStages(wrong.join("; "))),
     }
+}
+
+/// Checks that `board` has pins for every channel of the session. A breadboard takes the stages that
+/// the session configures; those of the reference board are stored in it and not known here.
+///
+/// # Errors
+/// E505, with every channel that has no pins.
+pub fn check_board(session: &Session, board: Board) -> Result<(), RunError> {
+    let wiring = board.pins();
+    if wiring.breadboard.is_none() {
+        return Ok(());
+    }
+    let lines = wiring.outputs.channels.iter().enumerate();
+    let channels = lines.fold(0, |bits, (n, lines)| bits | u16::from(lines.is_some()) << n);
+    check_stages(session, &Stages::Simulated { channels })
 }
 
 /// Describes the supply of the output stages, and what it means for stimulation.

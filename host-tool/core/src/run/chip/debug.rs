@@ -1,6 +1,6 @@
 //! Boards of the chip simulator whose core is controlled by a debugger.
 
-use super::{ChipError, ChipOptions, LogFile, power_on_as};
+use super::{ChipError, ChipOptions, LogFile, failed_boot, power_on_as};
 use crate::session::Session;
 use firmware::lockstep::Sensors;
 use hal_sim::chip::gdb::{Debugger, Points};
@@ -23,7 +23,9 @@ pub(super) fn boot_under_gdb(
     let at = listener.local_addr().map_err(outside)?;
     eprintln!("the core is halted at reset; in gdb: target remote {at}");
     let mut debugger = Debugger::new(listener, board, options.outlives);
-    debugger.boot(&Sensors::default())?;
+    if let Err(error) = debugger.boot(&Sensors::default()) {
+        return Err(failed_boot::explain(error, debugger.as_mut(), image, log));
+    }
     let boot_us = debugger.board().now_us();
     Ok((log.attach(debugger), boot_us))
 }

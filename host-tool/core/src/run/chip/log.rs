@@ -22,6 +22,12 @@ impl LogFile {
         Ok(Self { log })
     }
 
+    /// Writes what the image has logged until now.
+    pub(super) fn drain(&mut self, chip: &mut Surroundings) -> std::io::Result<()> {
+        let log = self.log.as_mut();
+        log.map_or(Ok(()), |log| log.drain(&mut chip.soc.ram))
+    }
+
     /// Returns `device` so that its log is written to this file while it runs; without a log,
     /// unchanged.
     pub(super) fn attach<D>(self, device: D) -> Box<dyn Device>
@@ -56,6 +62,11 @@ impl LogFile {
     /// Returns an empty value, because this build has no log.
     pub(super) fn open(_: &ChipOptions, _: &Image) -> Result<Self, ChipError> {
         Ok(Self {})
+    }
+
+    /// Does nothing, because this build has no log.
+    pub(super) fn drain(&mut self, _: &mut Surroundings) -> std::io::Result<()> {
+        Ok(())
     }
 
     /// Returns `device` unchanged.
