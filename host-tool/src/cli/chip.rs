@@ -85,6 +85,12 @@ impl ChipArgs {
         self.gdb.is_some()
     }
 
+    /// Returns whether the simulated board is a breadboard.
+    pub fn is_breadboard(&self) -> bool {
+        let board = self.board.map(Board::from);
+        board.is_some_and(|board| board.pins().breadboard.is_some())
+    }
+
     /// Returns options with only an image.
     pub fn with_image(image: Option<PathBuf>) -> Self {
         let (board, gdb, log) = (None, None, None);

@@ -11,7 +11,7 @@ use host_core::analysis::{
 };
 use host_core::link::{PacedPort, Port};
 use host_core::record::{
-    Ending, Place, RecordError, Recorder, Run, sha256, write_header, write_run,
+    DeviceKind, Ending, Place, RecordError, Recorder, Run, sha256, write_header, write_run,
 };
 use host_core::report::force_remarks;
 use host_core::run::{
@@ -215,6 +215,9 @@ impl RunResult {
 
     fn to_text(&self) -> String {
         let mut lines = Vec::new();
+        if self.record.device_kind() == Some(DeviceKind::Breadboard) {
+            lines.push(DeviceKind::Breadboard.words().to_owned());
+        }
         let mut parts = Vec::new();
         for trial in &self.record.trials {
             let silence = trial.silent.iter();

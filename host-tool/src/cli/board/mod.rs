@@ -9,7 +9,7 @@ use super::Output;
 use super::chip::BoardName;
 use clap::{Args, Subcommand};
 use dfu::usb::UDEV_RULE;
-use host_core::record::{RecordError, check_writable};
+use host_core::record::{DeviceKind, RecordError, check_writable};
 use host_core::run::Board;
 use packs::{Row, rows};
 use serde_json::{Value, json};
@@ -82,8 +82,12 @@ fn list(output: Output) -> anyhow::Result<()> {
         } else {
             "board"
         };
+        let warning = match board.pins().breadboard {
+            Some(_) => format!("\n           {}", DeviceKind::Breadboard.words()),
+            None => String::new(),
+        };
         format!(
-            "{:<10} {kind:<11} {mhz:>3} MHz  channels {}\n           {}",
+            "{:<10} {kind:<11} {mhz:>3} MHz  channels {}\n           {}{warning}",
             board.name(),
             if numbers.len() == 10 {
                 "1 to 10".to_owned()
@@ -133,11 +137,16 @@ fn show(args: &ShowArgs, output: Output) -> anyhow::Result<()> {
     )
 }
 
+/// Returns the warning that every description of a breadboard begins with.
+fn warning() -> String {
+    format!("{}; never a person", DeviceKind::Breadboard.words())
+}
+
 /// Returns the pin table for people, at most 80 columns wide.
 fn table(board: Board, rows: &[Row]) -> String {
     let mut text = format!("{}\n", pack(board).title);
     if board.pins().breadboard.is_some() {
-        text.push_str("breadboard: LEDs and analyser only, no output stage; never a person\n");
+        let _ = writeln!(text, "{}", warning());
     }
     let _ = writeln!(
         text,

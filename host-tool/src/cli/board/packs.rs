@@ -15,6 +15,11 @@ pub struct Pack {
     pub notes: &'static [&'static str],
 }
 
+/// Polarity of an LED at an output.
+const LED: &str = "LED: anode (long leg) through 1 kOhm to the pin, cathode to GND.";
+/// Places of supply and ground on the headers.
+const SUPPLY: &str = "3.3 V is a header pin labelled 3V3 (or 3.3V, 3V), ground one labelled GND.";
+
 /// Returns what is known of `board`.
 #[must_use]
 pub const fn pack(board: Board) -> Pack {
@@ -26,8 +31,10 @@ pub const fn pack(board: Board) -> Pack {
         },
         Board::Weact => Pack {
             title: "WeAct Studio 64-pin core board, STM32F405RGT6",
-            boot_loader: "hold B0, press and release NR, release B0",
+            boot_loader: "hold button B0, press and release button NR, release button B0",
             notes: &[
+                LED,
+                SUPPLY,
                 "Leave the card socket empty: its lines are channel 5 and the DACs' lines.",
                 "Connect the hand-held stop's switch without a resistor: the card socket pulls A8 \
                  down by 10 kOhm.",
@@ -36,8 +43,10 @@ pub const fn pack(board: Board) -> Pack {
         },
         Board::Feather => Pack {
             title: "Adafruit Feather STM32F405 Express, product 4382",
-            boot_loader: "connect B0 to 3.3V, press reset, disconnect B0",
+            boot_loader: "connect pin B0 (BOOT0) to 3.3 V, press reset, disconnect pin B0",
             notes: &[
+                LED,
+                SUPPLY,
                 "Channels 1, 5, 6, 7 and 9 have no pins: they belong to the NeoPixel, the LED and \
                  the flash, or have no header.",
                 "Leave the card socket and the STEMMA connector empty.",
@@ -121,9 +130,57 @@ pub struct Row {
     pub wire: &'static str,
 }
 
-/// Returns the pin table of a breadboard, in the order in which people wire it.
+/// Parts and instruments at the pins of a board.
+struct Wires {
+    /// Hand-held stop.
+    stop: &'static str,
+    /// Lines of the channels.
+    line: &'static str,
+    /// Sync output.
+    sync: &'static str,
+    /// Trigger input.
+    trigger: &'static str,
+    /// Joint sensor.
+    angle: &'static str,
+    /// Arm key.
+    arm: &'static str,
+    /// Over-current input.
+    over_current: &'static str,
+    /// Pump.
+    pump: &'static str,
+}
+
+/// Wires of a breadboard.
+const BREADBOARD: Wires = Wires {
+    stop: "switch to 3.3 V; open stops",
+    line: "LED and 1 kOhm to GND, or analyser",
+    sync: "analyser",
+    trigger: "pulses of 3.3 V (optional)",
+    angle: "0 to 3.3 V (optional)",
+    arm: "leave open",
+    over_current: "leave open: high at start is fault 24",
+    pump: "leave open: an input",
+};
+
+/// Wires of the reference board (docs/hardware.md, pins).
+const REFERENCE: Wires = Wires {
+    stop: "10 kOhm to 3.3 V by its contact",
+    line: "its output stage; 10 kOhm to GND",
+    sync: "isolator; 10 kOhm to GND",
+    trigger: "isolator; 10 kOhm to GND",
+    angle: "0 to 3.3 V; filter, clamp",
+    arm: "10 kOhm to 3.3 V through the key",
+    over_current: "latches: low = latched or cable off",
+    pump: "detector of HV switch; 10 kOhm to GND",
+};
+
+/// Returns the pin table of a board, in the order in which people wire it.
 #[must_use]
 pub fn rows(board: Board) -> Vec<Row> {
+    let wires = match board {
+        Board::Reference => REFERENCE,
+        Board::Weact | Board::Feather => BREADBOARD,
+    };
     let wiring: Wiring = board.pins();
     let mut rows = Vec::new();
     let mut add = |usage: String, pin: Pin, connection: Connection, wire: &'static str| {
@@ -135,69 +192,47 @@ pub fn rows(board: Board) -> Vec<Row> {
             wire,
         });
     };
-    if let Some(breadboard) = wiring.breadboard {
-        let wire = "wire to 3.3 V";
-        add(
-            "strap".to_owned(),
-            breadboard.strap,
-            Connection::Supply,
-            wire,
-        );
+    let is_breadboard = wiring.breadboard.is_some();
+    // The reference board holds the strap of a breadboard low, so that its image starts nothing.
+    let strap = match wiring.breadboard {
+        Some(breadboard) => Some((breadboard.strap, Connection::Supply, "wire to 3.3 V")),
+        None => Board::Weact.pins().breadboard.map(|weact| {
+            let wire = "10 kOhm to GND: not a breadboard";
+            (weact.strap, Connection::Open, wire)
+        }),
+    };
+    if let Some((pin, connection, wire)) = strap {
+        add("strap".to_owned(), pin, connection, wire);
     }
     let inputs = &wiring.inputs;
-    let stop = "switch to 3.3 V; open stops";
-    add(
-        "hand-held stop".to_owned(),
-        inputs.hand_stop,
-        Connection::Supply,
-        stop,
-    );
+    let stop = "hand-held stop".to_owned();
+    add(stop, inputs.hand_stop, Connection::Supply, wires.stop);
     for (n, lines) in wiring.outputs.channels.iter().enumerate() {
         let Some(lines) = lines else { continue };
-        let wire = "LED and 1 kOhm to GND, or analyser";
         for (direction, pin) in [("cathodic", lines.cathodic), ("anodic", lines.anodic)] {
             let usage = format!("channel {} {direction}", n + 1);
-            add(usage, pin, Connection::Output, wire);
+            add(usage, pin, Connection::Output, wires.line);
         }
     }
-    let wire = "analyser";
-    add(
-        "sync".to_owned(),
-        wiring.outputs.sync,
-        Connection::Output,
-        wire,
-    );
-    let signal = "pulses of 3.3 V (optional)";
-    add(
-        "trigger".to_owned(),
-        inputs.trigger.pin,
-        Connection::Signal,
-        signal,
-    );
-    let signal = "0 to 3.3 V (optional)";
-    add(
-        "joint sensor".to_owned(),
-        inputs.angle.pin,
-        Connection::Signal,
-        signal,
-    );
-    if wiring.breadboard.is_some() {
-        let open = "leave open";
-        let driven = "leave open: high at start is fault 24";
-        add("arm key".to_owned(), inputs.arm, Connection::Open, open);
-        add(
-            "over-current".to_owned(),
-            inputs.over_current,
-            Connection::Open,
-            driven,
-        );
-        add(
-            "pump".to_owned(),
-            wiring.outputs.pump.pin(),
-            Connection::Open,
-            "leave open: an input",
-        );
+    let open = match is_breadboard {
+        true => Connection::Open,
+        false => Connection::Signal,
+    };
+    let (sync, trigger) = (wiring.outputs.sync, inputs.trigger.pin);
+    add("sync".to_owned(), sync, Connection::Output, wires.sync);
+    let signal = Connection::Signal;
+    add("trigger".to_owned(), trigger, signal, wires.trigger);
+    let angle = "joint sensor".to_owned();
+    add(angle, inputs.angle.pin, signal, wires.angle);
+    if !is_breadboard {
+        let wire = "0 to 3.3 V for 0 to 120 mA; clamp";
+        add("current sense".to_owned(), inputs.current.pin, signal, wire);
     }
+    add("arm key".to_owned(), inputs.arm, open, wires.arm);
+    let over_current = "over-current".to_owned();
+    add(over_current, inputs.over_current, open, wires.over_current);
+    let pump = wiring.outputs.pump.pin();
+    add("pump".to_owned(), pump, open, wires.pump);
     rows
 }
 

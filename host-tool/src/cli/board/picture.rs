@@ -1,4 +1,4 @@
-//! Wiring picture of a breadboard.
+//! Wiring picture of a board.
 
 use super::packs::{Connection, Row, pack, rows};
 use host_core::plot::canvas::standalone;
@@ -34,10 +34,13 @@ pub fn picture(board: Board) -> String {
     let height = bottom + 24.0 + 18.0 * pack(board).notes.len() as f64 * 2.0;
     let title = pack(board).title;
     canvas.text((16.0, 24.0), title, Words::new(TITLE, INK).bold());
-    let warning = "breadboard: LEDs and analyser only, no output stage; never a person";
+    let warning = match board.pins().breadboard {
+        Some(_) => super::warning(),
+        None => "output stages: nobody is connected before all of docs/hardware.md is done".into(),
+    };
     canvas.text(
         (16.0, 48.0),
-        warning,
+        &warning,
         Words::new(LETTERS, PALETTE[1]).bold(),
     );
     let (left, right) = BOARD;

@@ -89,8 +89,8 @@ pub fn main(error_pct: f64, readings_hz: f64, output: Output) -> anyhow::Result<
                 ));
             }
             out.push_str(&format!(
-                "Use {} ({}). Worst of 140 trains, one muscle, read {measured_hz} times\n\
-                 per second; cycles counted by the chip simulator (docs/methods.md).",
+                "Use {} ({}).\nWorst of 140 trains, one muscle, read {measured_hz} times per \
+                 second; cycles counted by\nthe chip simulator (docs/methods.md).",
                 best.name(),
                 best.kind
             ));

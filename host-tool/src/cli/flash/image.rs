@@ -6,7 +6,7 @@ use firmware::board::image::{BREADBOARD_KIND, ImageRecord};
 use firmware::link::SCHEMA;
 use hal_sim::chip::image::Image as ElfImage;
 use hal_sim::images::sum;
-use host_core::record::RecordError;
+use host_core::record::{DeviceKind, RecordError};
 use host_core::run::{Board, board_image};
 use std::path::{Path, PathBuf};
 
@@ -95,7 +95,7 @@ impl BoardImage {
     pub fn describe(&self) -> String {
         let [major, minor, patch] = self.record.version;
         let kind = match self.record.kind {
-            BREADBOARD_KIND => "breadboard: LEDs and analyser only, no output stage",
+            BREADBOARD_KIND => DeviceKind::Breadboard.words(),
             _ => "board with output stages",
         };
         format!(

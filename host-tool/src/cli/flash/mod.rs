@@ -7,7 +7,7 @@ use super::board::pack;
 use super::chip::BoardName;
 use super::interrupt::{self, EndedBySignal};
 use super::{Output, usage_error};
-use clap::Args;
+use clap::{ArgGroup, Args};
 use dfu::chip::STM32F405;
 use dfu::flash::{
     ChipState, DeviceSummary, Finish, FlashError, FlashFailure, Progress, Report, Stage,
@@ -51,20 +51,23 @@ pub struct FlashArgs {
     simulated: bool,
 }
 
-/// Write an image into a file, for other tools
+/// Write an image into files, for other tools
+///
+/// Give one or several of --bin, --hex and --dfu.
 #[derive(Args, Debug)]
+#[command(group(ArgGroup::new("file").multiple(true).args(["bin", "hex", "dfu"])))]
 pub struct ImageArgs {
     /// Board whose image it is
     #[arg(long, value_enum)]
     board: BoardName,
     /// Raw binary for address 0x08000000
-    #[arg(long, group = "file")]
+    #[arg(long)]
     bin: Option<PathBuf>,
     /// Intel HEX
-    #[arg(long, group = "file")]
+    #[arg(long)]
     hex: Option<PathBuf>,
     /// DfuSe file, for dfu-util and ST's tools
-    #[arg(long, group = "file")]
+    #[arg(long)]
     dfu: Option<PathBuf>,
     /// Replace an existing file
     #[arg(long, requires = "file")]
@@ -84,8 +87,16 @@ pub fn image_main(args: &ImageArgs, output: Output) -> anyhow::Result<()> {
         .iter()
         .filter_map(|(format, path)| Some((*format, path.as_deref()?)))
         .collect();
-    for (format, path) in &files {
+    for (n, (_, path)) in files.iter().enumerate() {
+        if files.iter().take(n).any(|(_, other)| other == path) {
+            return usage_error(format!(
+                "{} is to have two formats; give each its own file",
+                path.display()
+            ));
+        }
         check_writable(path, args.overwrite, &[], None)?;
+    }
+    for (format, path) in &files {
         image.write(*format, path)?;
     }
     let names: Vec<String> = files.iter().map(|(_, p)| p.display().to_string()).collect();
@@ -126,12 +137,7 @@ pub fn main(args: &FlashArgs, output: Output) -> anyhow::Result<()> {
             output,
             &Interruption::default(),
         )?;
-        return print(
-            &image,
-            &report,
-            "simulated boot loader: nothing was written",
-            output,
-        );
+        return print(&image, &report, true, output);
     }
     let serial = args.serial.as_deref();
     let target = match &args.device {
@@ -150,7 +156,7 @@ pub fn main(args: &FlashArgs, output: Output) -> anyhow::Result<()> {
     let session = usb::open(&STM32F405, &chosen);
     let mut session = session.map_err(|error| explain_usb(&error, board))?;
     let report = write(&mut session, &image, board, output, &interruption)?;
-    print(&image, &report, report.ending.instruction(), output)
+    print(&image, &report, false, output)
 }
 
 /// Chip that is written.
@@ -234,12 +240,24 @@ const fn interrupted_at(chip: ChipState) -> &'static str {
     }
 }
 
-fn print(image: &BoardImage, report: &Report, end: &str, output: Output) -> anyhow::Result<()> {
+fn print(
+    image: &BoardImage,
+    report: &Report,
+    is_simulated: bool,
+    output: Output,
+) -> anyhow::Result<()> {
+    let (place, end) = match is_simulated {
+        true => (
+            " in a simulated boot loader",
+            "no board was connected or changed",
+        ),
+        false => ("", report.ending.instruction()),
+    };
     output.print(
         || {
             let sectors = report.sectors.len();
             format!(
-                "{}\nwritten and verified, {sectors} sectors\n{end}",
+                "{}\nwritten and verified{place}, {sectors} sectors\n{end}",
                 image.describe()
             )
         },
@@ -250,6 +268,7 @@ fn print(image: &BoardImage, report: &Report, end: &str, output: Output) -> anyh
                 "bytes": report.bytes,
                 "sectors": report.sectors.iter().map(|s| s.number).collect::<Vec<_>>(),
                 "transfers": report.transfers,
+                "simulated": is_simulated,
                 "message": end,
             })
         },

@@ -13,7 +13,7 @@ use hal_sim::chip::gdb::AfterDebugger;
 use hal_sim::wire::pty::PtyWire;
 use hal_sim::wire::{ByteStream, tcp::TcpWire};
 use host_core::link::Port;
-use host_core::record::{RecordError, check_writable};
+use host_core::record::{DeviceKind, RecordError, check_writable};
 use host_core::run::{DeviceName, SessionFile};
 use pace::Pace;
 use std::net::{SocketAddr, ToSocketAddrs};
@@ -115,9 +115,13 @@ impl Serve {
 /// Serves until a signal or `--seconds` ends the command.
 pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
     if !matches!(args.device, DeviceName::Native | DeviceName::Chip) {
+        let device = match &args.device {
+            DeviceName::Auto => "auto".to_owned(),
+            other => other.to_string(),
+        };
         bail!(
-            "E515 --device is {}; only the native and the chip simulator can be served",
-            args.device
+            "E515 {device} cannot be served, only a simulator of this program can; give --device \
+             native or chip"
         );
     }
     if let Some(seconds) = args.seconds.filter(|s| !(*s > 0.0 && s.is_finite())) {
@@ -155,7 +159,13 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
         _ => "native",
     };
     output.print(
-        || format!("a simulated board is at {place}; end with Ctrl-C"),
+        || {
+            let served = format!("a simulated board is at {place}; end with Ctrl-C");
+            match args.chip.is_breadboard() {
+                true => format!("{served}\n{}", DeviceKind::Breadboard.words()),
+                false => served,
+            }
+        },
         || serde_json::json!({ "device": name, "at": place, "image": image }),
     )?;
     let begin = Instant::now();
