@@ -57,6 +57,7 @@ const STEPS: &[(&str, Run)] = &[
     ("images", image::build),
     ("budgets", |at, _| budget::run(at)),
     ("tests", suite::run),
+    ("instructions", instructions),
     ("python", python::run),
     ("fresh", fresh::run),
     ("readme", readme),
@@ -208,6 +209,12 @@ fn lints(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
         console,
         &[&["clippy"][..], &selection, &denied].concat(),
     )
+}
+
+/// Counts the host's instructions of three sessions, and compares them with their budgets.
+fn instructions(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
+    let arguments = "run --package tests --no-default-features --bin instructions -- --dev";
+    cargo(at, console, &arguments.split(' ').collect::<Vec<_>>())
 }
 
 fn readme(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {

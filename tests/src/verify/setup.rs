@@ -8,7 +8,7 @@ use super::report::Report;
 use std::path::Path;
 
 /// System programs: name, package, description.
-const PROGRAMS: [[&str; 3]; 3] = [
+const PROGRAMS: [[&str; 3]; 4] = [
     ["qemu-system-arm", "qemu-system-arm", "QEMU for Arm systems"],
     [
         "python3",
@@ -19,6 +19,11 @@ const PROGRAMS: [[&str; 3]; 3] = [
         "gdb-multiarch",
         "gdb-multiarch",
         "gdb for Arm, for the chip simulator's debug server",
+    ],
+    [
+        "valgrind",
+        "valgrind",
+        "valgrind, which counts the host's instructions",
     ],
 ];
 

@@ -46,8 +46,10 @@ pub struct GapMetrics {
 /// `measure` window, or the whole trial without one; it is `None` if no force was wanted.
 #[must_use]
 pub fn force_limiting_share(trial: &Trial) -> Option<f64> {
-    let wanted = || samples_in_window(trial).filter(|s| s.wanted_n.iter().any(Option::is_some));
-    let (total, limiting) = (wanted().count(), wanted().filter(|s| s.limiting).count());
+    let wanted = samples_in_window(trial).filter(|s| s.wanted_n.iter().any(Option::is_some));
+    let (total, limiting) = wanted.fold((0, 0), |(total, limiting), s| {
+        (total + 1_usize, limiting + usize::from(s.limiting))
+    });
     (total > 0).then(|| limiting as f64 / total as f64)
 }
 

@@ -95,16 +95,17 @@ fn compute_metrics(trial: &Trial, searches_lag: bool) -> Option<Metrics> {
             limiting: s.limiting,
         })
     };
-    let judged = || {
-        trial
-            .samples
-            .iter()
-            .filter(inside)
-            .filter_map(judged_sample)
-    };
+    let judged = trial.samples.iter().filter(inside);
     let (mut measured, mut truth) = (Errors::default(), Errors::default());
     let mut limiting = 0.0;
-    for sample in judged() {
+    // Times, targets and measured angles for the search of the lag. One pass collects everything,
+    // because each pass decodes all samples.
+    let mut columns: [Vec<f64>; 3] = Default::default();
+    for sample in judged.filter_map(judged_sample) {
+        if searches_lag && columns[0].len() < LAG_SAMPLES {
+            let values = [sample.t_s, sample.target, sample.measured];
+            (columns.iter_mut().zip(values)).for_each(|(column, value)| column.push(value));
+        }
         measured.add(sample.measured - sample.target);
         if let Some(angle) = sample.truth {
             truth.add(angle - sample.target);
@@ -114,14 +115,8 @@ fn compute_metrics(trial: &Trial, searches_lag: bool) -> Option<Metrics> {
     if measured.count == 0 {
         return None;
     }
-    let search = || {
-        let column = |f: fn(&JudgedSample) -> f64| -> Vec<f64> {
-            let first = judged().take(LAG_SAMPLES);
-            first.map(|sample| f(&sample)).collect()
-        };
-        let (target, measured) = (column(|s| s.target), column(|s| s.measured));
-        lag_s(&column(|s| s.t_s), &target, &measured)
-    };
+    let [times, target, angles] = columns;
+    let search = || lag_s(&times, &target, &angles);
     Some(Metrics {
         from_s,
         to_s,

@@ -194,8 +194,12 @@ impl Iterator for Iter<'_> {
         }
         let (mask, rest) = self.bytes.split_at(self.cells.len().div_ceil(8));
         self.bytes = rest;
-        for place in 0..self.cells.len() {
-            if mask[place / 8] & 1 << (place % 8) != 0 {
+        // Most values stay from row to row, so this visits set bits only.
+        for (first, &byte) in (0..).step_by(8).zip(mask) {
+            let mut changed = byte;
+            while changed != 0 {
+                let place = first + changed.trailing_zeros() as usize;
+                changed &= changed - 1;
                 self.cells[place] = self.cell(self.cells[place]);
             }
         }
