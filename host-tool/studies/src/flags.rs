@@ -3,7 +3,7 @@
 //!
 //! In: a checkout, in which cargo builds the images `stimulator` and `bench` with each of
 //! [`DECLARED`]. Out: one [`Row`] for each, counted by the chip simulator. The choice follows a rule
-//! that was fixed before the rows were seen: [`chosen`].
+//! that was fixed before the rows were seen: [`choose`].
 
 use crate::bench::{self, BenchError};
 use hal_sim::chip::image::Image as ChipImage;
@@ -108,7 +108,7 @@ pub struct Load {
 /// Result of one set of flags.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// The flags.
+    /// Arguments of the compiler.
     pub flags: Flags,
     /// Flash of the stimulator's image, bytes.
     pub flash: u64,
@@ -217,7 +217,7 @@ fn measure(image: &ChipImage, session: &SessionFile) -> Result<Load, FlagsError>
 /// Returns the index of the chosen row: of those that play and are within [`FLASH_LIMIT`] the one with the fewest
 /// cycles on average over both interpretations, or the smallest image within [`SAME`] of it.
 #[must_use]
-pub fn chosen(rows: &[Row]) -> Option<usize> {
+pub fn choose(rows: &[Row]) -> Option<usize> {
     let fits = |row: &&Row| row.flash <= FLASH_LIMIT && row.load.is_some();
     let cost = |row: &Row| (row.cycles[0] * row.cycles[1]).sqrt();
     let least = rows
@@ -239,7 +239,7 @@ pub fn csv(rows: &[Row]) -> String {
         "opt_level,inline,unroll,flash_bytes,cycles,cycles_not_cached,load_percent,\
          refill_margin_cycles,tick_latency_cycles,usb_latency_cycles,stack_bytes,boot_cycles,chosen\n",
     );
-    let chosen = chosen(rows);
+    let chosen = choose(rows);
     for (n, row) in rows.iter().enumerate() {
         let Row {
             flags,
@@ -294,13 +294,13 @@ mod tests {
     fn the_choice_has_few_cycles_and_then_little_flash() {
         let rows = [(250, 1.0), (300, 0.9), (330, 0.895), (400, 0.5)];
         let rows = rows.map(|(kib, cycles)| row(kib * 1024, cycles));
-        assert_eq!(chosen(&rows), Some(1));
-        assert_eq!(chosen(&rows[..1]), Some(0));
-        assert_eq!(chosen(&rows[3..]), None);
+        assert_eq!(choose(&rows), Some(1));
+        assert_eq!(choose(&rows[..1]), Some(0));
+        assert_eq!(choose(&rows[3..]), None);
         let mut silent = rows;
         silent[1].load = None;
         assert_eq!(
-            chosen(&silent),
+            choose(&silent),
             Some(2),
             "a row that does not play is not chosen"
         );

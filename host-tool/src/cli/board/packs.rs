@@ -146,11 +146,11 @@ struct Wires {
     arm: &'static str,
     /// Over-current input.
     over_current: &'static str,
-    /// Pump.
+    /// Line that switches the high voltage of the output stages.
     pump: &'static str,
 }
 
-/// Wires of a breadboard.
+/// Texts for boards without output stages.
 const BREADBOARD: Wires = Wires {
     stop: "switch to 3.3 V; open stops",
     line: "LED and 1 kOhm to GND, or analyser",

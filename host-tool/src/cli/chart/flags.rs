@@ -7,7 +7,7 @@ use host_core::run::SessionFile;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use studies::figures::flags_picture;
-use studies::flags::{DECLARED, Row, SECONDS, chosen, compare, csv};
+use studies::flags::{DECLARED, Row, SECONDS, choose, compare, csv};
 
 /// Compare compiler flags of the device images; builds each anew
 #[derive(Args, Debug)]
@@ -63,7 +63,7 @@ fn table(rows: &[Row]) -> String {
         "waits",
         "bytes"
     );
-    let chosen = chosen(rows);
+    let chosen = choose(rows);
     for (n, row) in rows.iter().enumerate() {
         let [cached, not_cached] = row.cycles;
         let star = if chosen == Some(n) { " *" } else { "" };
@@ -89,7 +89,7 @@ fn table(rows: &[Row]) -> String {
 }
 
 fn json_report(rows: &[Row]) -> Value {
-    let chosen = chosen(rows);
+    let chosen = choose(rows);
     let all = rows.iter().enumerate().map(|(n, row)| {
         let load = row.load.as_ref();
         json!({

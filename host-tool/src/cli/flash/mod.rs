@@ -163,7 +163,7 @@ pub fn main(args: &FlashArgs, output: Output) -> anyhow::Result<()> {
 enum Target<'a> {
     /// The boot loader that this board is asked to start.
     Running(Running<'a>),
-    /// This boot loader.
+    /// A board whose boot loader runs already.
     BootLoader(DeviceSummary),
 }
 

@@ -75,7 +75,8 @@ pub struct HilArgs {
 }
 
 /// # Errors
-/// E505 if the board has no pins for a channel of the session; E820 to E822: a capture cannot be read or compared, or an edge is not where it should be.
+/// E505 if the board has no pins for a channel of the session; E820 to E822: a capture cannot be read
+/// or compared, or an edge is not where it should be.
 pub fn main(args: &HilArgs, output: Output) -> anyhow::Result<()> {
     let board = Board::from(args.board);
     check_range("--seconds", args.seconds, 0.05, 60.0)?;
@@ -145,7 +146,7 @@ fn judge(
         ..FitOptions::default()
     };
     let report = merge(expected, parts, &captures, &options);
-    let compared = print::Compared {
+    let measurement = print::Measurement {
         session,
         board: args.board.into(),
         seconds: args.seconds,
@@ -153,12 +154,12 @@ fn judge(
         common: &parts.common,
         is_simulated,
     };
-    let sheet = print::sheet(&report, &compared);
+    let sheet = print::sheet(&report, &measurement);
     if let Some(path) = &args.sheet {
         let text = serde_json::to_string_pretty(&sheet)?;
         std::fs::write(path, text + "\n").map_err(RecordError::write(path))?;
     }
-    output.print(|| print::report(&report, &compared), || sheet)?;
+    output.print(|| print::report(&report, &measurement), || sheet)?;
     match report.verdict {
         Verdict::Passed | Verdict::NotJudged => Ok(()),
         Verdict::Failed => anyhow::bail!(

@@ -65,12 +65,12 @@ fn push_wrapped(text: &mut String, indent: usize, paragraph: &str) {
 
 /// Returns the result for people.
 #[must_use]
-pub fn report(report: &MergedReport, compared: &Compared<'_>) -> String {
+pub fn report(report: &MergedReport, measurement: &Measurement<'_>) -> String {
     let mut text = format!("verdict: {}\n", report.verdict);
-    if compared.is_simulated {
+    if measurement.is_simulated {
         text.push_str("simulated captures: no evidence about a board\n");
     }
-    if compared.board.pins().breadboard.is_some() {
+    if measurement.board.pins().breadboard.is_some() {
         let _ = writeln!(text, "{}", DeviceKind::Breadboard.words());
     }
     for (n, capture) in report.captures.iter().enumerate() {
@@ -138,7 +138,7 @@ fn alignment(capture: &Report) -> String {
 }
 
 /// Inputs of a comparison.
-pub struct Compared<'a> {
+pub struct Measurement<'a> {
     /// Session that the board ran.
     pub session: &'a SessionFile,
     /// Board that was measured.
@@ -155,8 +155,8 @@ pub struct Compared<'a> {
 
 /// Returns the sheet: what was compared, and every number of the comparison.
 #[must_use]
-pub fn sheet(report: &MergedReport, compared: &Compared<'_>) -> Value {
-    let captures = compared.files.iter().zip(&report.captures);
+pub fn sheet(report: &MergedReport, measurement: &Measurement<'_>) -> Value {
+    let captures = measurement.files.iter().zip(&report.captures);
     let captures = captures.map(|(file, capture)| {
         let mut entry = capture_entry(capture);
         entry["file"] = json!(file.path);
@@ -179,19 +179,19 @@ pub fn sheet(report: &MergedReport, compared: &Compared<'_>) -> Value {
             "max_ns": statistics.max_ns,
         })
     });
-    let session = compared.session;
+    let session = measurement.session;
     json!({
-        "kind": if compared.is_simulated { "simulated" } else { "capture" },
+        "kind": if measurement.is_simulated { "simulated" } else { "capture" },
         "program": Program::current(),
-        "board": compared.board.reported_name(),
+        "board": measurement.board.reported_name(),
         "session": {
             "title": session.session.title,
             "file": session.name,
             "sha256": sha256(session.text.as_bytes()),
         },
-        "seconds": compared.seconds,
+        "seconds": measurement.seconds,
         "verdict": report.verdict.to_string().replace(' ', "_"),
-        "common_line": compared.common,
+        "common_line": measurement.common,
         "captures": captures.collect::<Vec<_>>(),
         "lines": lines.collect::<Vec<_>>(),
         "not_compared": report.not_covered,

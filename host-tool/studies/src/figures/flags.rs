@@ -1,6 +1,6 @@
 //! Figure of the compiler flags: cycles, load, margin and latency against flash.
 
-use crate::flags::{FLASH_LIMIT, Row, chosen};
+use crate::flags::{FLASH_LIMIT, Row, choose};
 use host_core::plot::ink::{INK, MUTED, PALETTE};
 use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Shape};
 
@@ -70,7 +70,7 @@ fn panel(rows: &[Row], title: &str, name: &str, value: fn(&Row) -> Option<f64>) 
         marks.push(Mark::Dot(at, Shape::SERIES[n], 4.5, paint));
         marks.push(Mark::Label(at, row.flags.inline.to_string(), MUTED));
     }
-    if let Some(at) = chosen(rows).and_then(|n| at(rows.get(n)?)) {
+    if let Some(at) = choose(rows).and_then(|n| at(rows.get(n)?)) {
         marks.push(Mark::Dot(at, Shape::Disc, 8.0, Paint::Ring(INK, 1.6)));
     }
     let values: Vec<f64> = rows.iter().filter_map(value).collect();
