@@ -47,7 +47,7 @@ fn two_digits(value: f64) -> String {
 fn grouped(value: u64) -> String {
     match value {
         0..1_000 => value.to_string(),
-        _ => format!("{},{:03}", value / 1_000, value % 1_000),
+        _ => format!("{},{:03}", grouped(value / 1_000), value % 1_000),
     }
 }
 
@@ -132,6 +132,100 @@ fn the_documents_tables_are_those_of_the_charts() {
             point.unwrap_or_else(|| panic!("{method} {step}")).words()
         });
         table.push_str(&format!("| {words} | {} | {} |\n", cells[0], cells[1]));
+    }
+    check(heading, &table);
+}
+
+/// Families of methods, and what each is good for.
+const FAMILIES: [(&str, &str, &str); 13] = [
+    (
+        "shipped",
+        "shipped",
+        "the cheapest when force is read every tick",
+    ),
+    (
+        "log_flow",
+        "log-C flow",
+        "few readings; a table of 1.5 kB for each muscle, slow to build",
+    ),
+    (
+        "log_table",
+        "log-C table",
+        "as the flow, with a larger table; constants must not change",
+    ),
+    (
+        "hermite_simpson",
+        "Hermite–Simpson",
+        "the best without a table; one division a step",
+    ),
+    (
+        "rk4_exact_c",
+        "RK4 along exact C",
+        "the same where floating point is at hand; long steps diverge",
+    ),
+    ("heun_exact_c", "Heun along exact C", "errors of a percent"),
+    (
+        "euler_exact_c",
+        "Euler along exact C",
+        "nothing: diverges beyond 2 τ1",
+    ),
+    (
+        "etd_midpoint",
+        "ETD midpoint",
+        "errors of a percent at steps that other methods cannot take",
+    ),
+    (
+        "etd1",
+        "ETD1",
+        "nothing: as cheap methods are ten times as exact",
+    ),
+    (
+        "gauss_exponential",
+        "Gauss exponential",
+        "stiff muscles and the smallest errors",
+    ),
+    (
+        "event_driven_3",
+        "event-driven, 3 nodes",
+        "one reading per pulse; each reading is an integral",
+    ),
+    ("rk4", "RK4 on C and F", "a reference: C needs no steps"),
+    (
+        "rk4_snapped",
+        "the paper's",
+        "a reference: pulses on the grid cost 0.47 %",
+    ),
+];
+
+/// Returns the cheapest cycles per second of `method` within `error_pct`, without double precision.
+fn cheapest(points: &[Point], method: &str, output_us: u32, error_pct: f64) -> String {
+    let matching = points.iter().filter(|p| {
+        p.method == method
+            && p.output_us == output_us
+            && p.error_pct <= error_pct
+            && p.arithmetic != "f64"
+    });
+    let least = matching.map(|p| p.cycles_per_s).min();
+    least.map_or("–".into(), |cycles| {
+        grouped(cycles.div_ceil(50) / 2 * 100)
+    })
+}
+
+#[test]
+fn every_family_says_what_it_is_good_for() {
+    let points: Vec<Point> = rows("accuracy.csv");
+    let heading = "| family | good for | read every 1 ms: 0.02 %; 1 % |";
+    let mut table = format!("{heading} every 20 ms: 0.02 %; 1 % |\n|---|---|---|---|\n");
+    for (method, name, purpose) in FAMILIES {
+        let cells = [1_000, 20_000].map(|output_us| {
+            [0.02, 1.0]
+                .map(|error| cheapest(&points, method, output_us, error))
+                .join("; ")
+        });
+        table.push_str(&format!(
+            "| {name} | {purpose} | {} | {} |\n",
+            cells[0], cells[1]
+        ));
     }
     check(heading, &table);
 }
