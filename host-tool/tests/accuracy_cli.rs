@@ -63,3 +63,15 @@ fn impossible_questions_are_refused() {
         assert!(out.is_empty());
     }
 }
+
+/// Building the images takes minutes, so only the arguments are tested here; `studies::flags` tests
+/// the rule and the table.
+#[test]
+fn flags_are_compared_from_the_first_on() {
+    for first in ["0", "10", "x"] {
+        let words = ["chart", "flags", "--first", first];
+        let (code, _, err) = run_flexor(&test_folder("accuracy"), &words);
+        assert_eq!(code, Some(2), "{err}");
+        assert!(err.contains("--first"), "{err}");
+    }
+}
