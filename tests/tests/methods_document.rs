@@ -3,6 +3,7 @@
 
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
+use studies::accuracy::table::ChartRow;
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
@@ -14,28 +15,19 @@ fn rows<T: for<'a> Deserialize<'a>>(name: &str) -> Vec<T> {
     reader.deserialize().map(|row| row.unwrap()).collect()
 }
 
-#[derive(Deserialize)]
-struct Point {
-    method: String,
-    arithmetic: String,
-    step_us: Option<u32>,
-    output_us: u32,
-    error_pct: f64,
-    cycles_per_s: u64,
-    reading: String,
-    worst_tick_cycles: u64,
+/// Returns error, cycles per second and worst tick as the document shows them.
+fn figures(row: &ChartRow) -> String {
+    format!(
+        "{} %, {}, {}",
+        two_digits(row.error_pct),
+        rounded(row.cycles_per_s),
+        row.worst_tick_cycles
+    )
 }
 
-impl Point {
-    /// Returns error, cycles per second and worst tick as the document shows them.
-    fn words(&self) -> String {
-        format!(
-            "{} %, {}, {}",
-            two_digits(self.error_pct),
-            grouped(self.cycles_per_s.div_ceil(50) / 2 * 100),
-            self.worst_tick_cycles
-        )
-    }
+/// Formats a number of cycles, rounded to hundreds.
+fn rounded(cycles: u64) -> String {
+    grouped(cycles.div_ceil(50) / 2 * 100)
 }
 
 /// Formats a number with two significant digits.
@@ -82,7 +74,7 @@ const NAMES: [(&str, &str); 6] = [
     ("log_flow", "log-C flow"),
 ];
 
-fn name(point: &Point) -> String {
+fn name(point: &ChartRow) -> String {
     let known = NAMES.iter().find(|(method, _)| *method == point.method);
     let name = known.map_or(point.method.as_str(), |(_, name)| name);
     let arithmetic = match point.arithmetic.as_str() {
@@ -96,7 +88,7 @@ fn name(point: &Point) -> String {
 
 #[test]
 fn the_documents_tables_are_those_of_the_charts() {
-    let points: Vec<Point> = rows("accuracy.csv");
+    let points: Vec<ChartRow> = rows("accuracy.csv");
     let heading = "| force read every | shipped: error, cycles/s, worst tick |";
     let mut table =
         format!("{heading} cheapest method within 0.02 % | shipped costs |\n|---|---|---|---|\n");
@@ -108,14 +100,14 @@ fn the_documents_tables_are_those_of_the_charts() {
         let (best, ratio) = match cheapest.method.as_str() {
             "shipped" => ("the shipped one".to_owned(), String::new()),
             _ => (
-                format!("{}: {}", name(cheapest), cheapest.words()),
+                format!("{}: {}", name(cheapest), figures(cheapest)),
                 format!(
                     "{:.1} times ",
                     shipped.cycles_per_s as f64 / cheapest.cycles_per_s as f64
                 ),
             ),
         };
-        let words = format!("| {words} | {} | {best} | {ratio}|\n", shipped.words());
+        let words = format!("| {words} | {} | {best} | {ratio}|\n", figures(shipped));
         table.push_str(&words);
     }
     check(heading, &table);
@@ -129,7 +121,7 @@ fn the_documents_tables_are_those_of_the_charts() {
                     == (*method, "f32", "cubic")
                     && (p.step_us, p.output_us) == (Some(step), 1_000)
             });
-            point.unwrap_or_else(|| panic!("{method} {step}")).words()
+            figures(point.unwrap_or_else(|| panic!("{method} {step}")))
         });
         table.push_str(&format!("| {words} | {} | {} |\n", cells[0], cells[1]));
     }
@@ -198,7 +190,7 @@ const FAMILIES: [(&str, &str, &str); 13] = [
 ];
 
 /// Returns the cheapest cycles per second of `method` within `error_pct`, without double precision.
-fn cheapest(points: &[Point], method: &str, output_us: u32, error_pct: f64) -> String {
+fn cheapest(points: &[ChartRow], method: &str, output_us: u32, error_pct: f64) -> String {
     let matching = points.iter().filter(|p| {
         p.method == method
             && p.output_us == output_us
@@ -213,7 +205,7 @@ fn cheapest(points: &[Point], method: &str, output_us: u32, error_pct: f64) -> S
 
 #[test]
 fn every_family_says_what_it_is_good_for() {
-    let points: Vec<Point> = rows("accuracy.csv");
+    let points: Vec<ChartRow> = rows("accuracy.csv");
     let heading = "| family | good for | read every 1 ms: 0.02 %; 1 % |";
     let mut table = format!("{heading} every 20 ms: 0.02 %; 1 % |\n|---|---|---|---|\n");
     for (method, name, purpose) in FAMILIES {

@@ -7,6 +7,7 @@
 
 #[cfg(all(target_os = "none", feature = "bench"))]
 pub mod bench;
+pub mod boot_failure;
 pub mod image;
 #[cfg(all(target_os = "none", any(feature = "bench", feature = "qemu")))]
 mod panic_handler;

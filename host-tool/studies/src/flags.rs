@@ -120,6 +120,15 @@ pub struct Row {
     pub load: Option<Load>,
 }
 
+impl Row {
+    /// Returns the geometric mean of the cycles over both interpretations of the prefetch.
+    #[must_use]
+    pub fn mean_cycles(&self) -> f64 {
+        let [cached, not_cached] = self.cycles;
+        (cached * not_cached).sqrt()
+    }
+}
+
 /// Reason why the comparison ended.
 #[derive(Debug, thiserror::Error)]
 pub enum FlagsError {
@@ -214,21 +223,20 @@ fn measure(image: &ChipImage, session: &SessionFile) -> Result<Load, FlagsError>
     })
 }
 
-/// Returns the index of the chosen row: of those that play and are within [`FLASH_LIMIT`] the one with the fewest
-/// cycles on average over both interpretations, or the smallest image within [`SAME`] of it.
+/// Returns the index of the chosen row: of those that play and are within [`FLASH_LIMIT`] the one
+/// with the fewest [cycles](Row::mean_cycles), or the smallest image within [`SAME`] of it.
 #[must_use]
 pub fn choose(rows: &[Row]) -> Option<usize> {
     let fits = |row: &&Row| row.flash <= FLASH_LIMIT && row.load.is_some();
-    let cost = |row: &Row| (row.cycles[0] * row.cycles[1]).sqrt();
     let least = rows
         .iter()
         .filter(fits)
-        .map(cost)
+        .map(Row::mean_cycles)
         .fold(f64::INFINITY, f64::min);
     let near = rows
         .iter()
         .enumerate()
-        .filter(|(_, row)| fits(row) && cost(row) <= least * (1.0 + SAME));
+        .filter(|(_, row)| fits(row) && row.mean_cycles() <= least * (1.0 + SAME));
     near.min_by_key(|(_, row)| row.flash).map(|(n, _)| n)
 }
 

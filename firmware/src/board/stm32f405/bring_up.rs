@@ -8,6 +8,7 @@
 use super::pac::RCC;
 use super::wait::within;
 use super::{clock, crystal, led, record, timebase};
+pub use crate::board::boot_failure::Failure;
 use crate::board::wiring::BOARD;
 use crate::safety::Fault;
 
@@ -24,21 +25,6 @@ const TRIES: u8 = 3;
 /// Largest difference between measured and nominal frequency of the crystal, %: 4 % of the HSI,
 /// the crystal's own error, and the measurement.
 const TOLERANCE_PERCENT: u32 = 6;
-
-/// A failure before USB can report it. The number is in the backup registers, and the diode blinks
-/// it (docs/faults.md).
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[repr(u8)]
-pub enum Failure {
-    /// The crystal does not start.
-    CrystalMissing = 1,
-    /// The crystal has another frequency than the board's.
-    CrystalWrong = 2,
-    /// RAM does not keep its content.
-    Ram = 3,
-    /// The supply is too low to start.
-    SupplyLow = 4,
-}
 
 /// Starts the crystal and measures its frequency. Returns the frequency, Hz, or 0 if it could not
 /// be measured; the check in each window finds that later, and USB reports it. Does not return if

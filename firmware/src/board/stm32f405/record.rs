@@ -2,6 +2,7 @@
 //! also reset cause and chip ID.
 
 use super::pac::{PWR, RCC, RTC, UID};
+use crate::board::boot_failure::{self, REGISTER, VALUE_REGISTER};
 use crate::link::message::ResetCause;
 use crate::pulse::CHANNELS;
 use crate::safety::{Fault, FaultRecord};
@@ -17,20 +18,13 @@ const CHECK: usize = DETAIL + 1;
 /// Word for events after the record. It is not part of the check word, so that an interrupted write
 /// costs only this word. Its lower bits hold [`FaultRecord::later_faults`].
 const LATER: usize = CHECK + 1;
-/// Word for a failure before USB can report it: [`BRING_UP_MAGIC`], the number of equal failures in
-/// a row (bits 8 to 15) and the code (bits 0 to 7); 0 after a boot without one.
-const BRING_UP: usize = LATER + 1;
-/// Word for the value that belongs to [`BRING_UP`].
-const BRING_UP_VALUE: usize = BRING_UP + 1;
 /// Word of a request to the next boot, which [`super::boot_loader`] reads and clears; only a
 /// breadboard has one.
-pub const REQUEST: usize = BRING_UP_VALUE + 1;
-/// "BU", in the upper half of a valid [`BRING_UP`].
-const BRING_UP_MAGIC: u32 = 0x4255_0000;
+pub const REQUEST: usize = VALUE_REGISTER + 1;
 const POWER_LOST: u32 = 1 << 31;
 const ACKNOWLEDGED: u32 = 1 << 30;
 const _: () = assert!(
-    BRING_UP_VALUE < REQUEST && REQUEST < 20,
+    LATER < REGISTER && VALUE_REGISTER < REQUEST && REQUEST < 20,
     "as many registers are there (RM0090 section 26.6.20)"
 );
 
@@ -97,20 +91,20 @@ pub fn keep_found_at_boot(fault: Fault, detail: u32) -> FaultRecord {
 /// a row, this time included.
 pub fn note_bring_up(code: u8, value: u32) -> u8 {
     unlock();
-    let word = BRING_UP_MAGIC | u32::from(code);
-    let before = read(BRING_UP);
-    let is_same = before & !0xFF00 == word && read(BRING_UP_VALUE) == value;
+    let word = boot_failure::MAGIC | u32::from(code);
+    let before = read(REGISTER);
+    let is_same = before & !0xFF00 == word && read(VALUE_REGISTER) == value;
     let count = if is_same { (before >> 8) as u8 } else { 0 };
     let count = count.saturating_add(1);
-    write(BRING_UP_VALUE, value);
-    write(BRING_UP, word | u32::from(count) << 8);
+    write(VALUE_REGISTER, value);
+    write(REGISTER, word | u32::from(count) << 8);
     count
 }
 
 /// Forgets the failures that [`note_bring_up`] stored.
 pub fn forget_bring_up() {
     unlock();
-    write(BRING_UP, 0);
+    write(REGISTER, 0);
 }
 
 /// Writes the check word last, so that an interrupted write leaves no valid record.

@@ -3,8 +3,8 @@
 
 use crate::cli::{Output, check_range};
 use anyhow::Context;
-use serde::Deserialize;
 use serde_json::json;
+use studies::accuracy::table::{self, ChartRow};
 
 /// The chart's table. It is compiled in, so that the program answers without a checkout.
 const TABLE: &str = include_str!("../../../../docs/charts/accuracy.csv");
@@ -15,33 +15,18 @@ const CORE_HZ: f64 = 168e6;
 /// Number of methods that are listed.
 const LISTED: usize = 5;
 
-#[derive(Clone, Debug, Deserialize)]
-struct Row {
-    method: String,
-    arithmetic: String,
-    step_us: Option<u32>,
-    output_us: u32,
-    error_pct: f64,
-    cycles_per_s: u64,
-    kind: String,
-    reading: String,
-    worst_tick_cycles: u64,
-}
-
-impl Row {
-    /// Returns method, arithmetic and step as the chart names them.
-    fn name(&self) -> String {
-        let step = match self.step_us {
-            Some(us) => format!("{us}us"),
-            None => "pulses".to_owned(),
-        };
-        let planned = if self.reading == "cubic" {
-            "/planned"
-        } else {
-            ""
-        };
-        format!("{}/{}/{step}{planned}", self.method, self.arithmetic)
-    }
+/// Returns method, arithmetic and step as the chart names them.
+fn name(row: &ChartRow) -> String {
+    let step = match row.step_us {
+        Some(us) => format!("{us}us"),
+        None => "pulses".to_owned(),
+    };
+    let planned = if row.reading == "cubic" {
+        "/planned"
+    } else {
+        ""
+    };
+    format!("{}/{}/{step}{planned}", row.method, row.arithmetic)
 }
 
 /// Prints the cheapest methods with an error of at most `error_pct`, % of peak, whose force is read
@@ -56,10 +41,7 @@ pub fn main(error_pct: f64, readings_hz: f64, output: Output) -> anyhow::Result<
     let is_fast = readings_hz * readings_hz > MEASURED_HZ[0] * MEASURED_HZ[1];
     let measured_hz = MEASURED_HZ[usize::from(!is_fast)];
     let output_us = (1e6 / measured_hz) as u32;
-    let rows: Result<Vec<Row>, _> = csv::Reader::from_reader(TABLE.as_bytes())
-        .deserialize()
-        .collect();
-    let mut rows = rows.context("docs/charts/accuracy.csv, which is compiled in")?;
+    let mut rows = table::rows(TABLE).context("docs/charts/accuracy.csv, which is compiled in")?;
     rows.retain(|row| row.output_us == output_us);
     let least = rows.iter().map(|row| row.error_pct);
     let least = least.fold(f64::INFINITY, f64::min);
@@ -81,7 +63,7 @@ pub fn main(error_pct: f64, readings_hz: f64, output: Output) -> anyhow::Result<
             for row in &rows {
                 out.push_str(&format!(
                     "{:<38}{:>9}{:>14}{:>8.3}{:>11}\n",
-                    row.name(),
+                    name(row),
                     row.error_pct,
                     row.cycles_per_s,
                     100.0 * row.cycles_per_s as f64 / CORE_HZ,
@@ -91,7 +73,7 @@ pub fn main(error_pct: f64, readings_hz: f64, output: Output) -> anyhow::Result<
             out.push_str(&format!(
                 "Use {} ({}).\nWorst of 140 trains, one muscle, read {measured_hz} times per \
                  second; cycles counted by\nthe chip simulator (docs/methods.md).",
-                best.name(),
+                name(best),
                 best.kind
             ));
             out

@@ -12,5 +12,6 @@ pub mod errors;
 mod front;
 pub mod range;
 pub mod study;
+pub mod table;
 
 pub use front::{Chart, Point, WANTED_PCT, all_errors, digits, measure};

@@ -22,7 +22,7 @@ pub fn picture(rows: &[Row]) -> String {
         (
             "Cycles of 36 algorithms",
             "mean, relative to before",
-            |row| Some((row.cycles[0] * row.cycles[1]).sqrt()),
+            |row| Some(row.mean_cycles()),
         ),
         ("Load at ten channels", "core awake (%)", |row| {
             Some(row.load.as_ref()?.load_percent)

@@ -2,16 +2,10 @@
 //! image keeps a failure before USB has a clock (docs/faults.md, Details of a fault).
 
 use super::{ChipError, LogFile};
+use firmware::board::boot_failure::{self, Failure, REGISTER, VALUE_REGISTER};
 use firmware::board::image::ImageRecord;
 use hal_sim::chip::board::{BoardError, Surroundings};
 use hal_sim::chip::image::Image;
-
-/// Register with the failure: [`MAGIC`] in the upper half, the code in bits 0 to 7.
-const FAILURE: usize = 15;
-/// Register with the value that belongs to the failure: the measured frequency, Hz.
-const VALUE: usize = 16;
-/// "BU".
-const MAGIC: u32 = 0x4255;
 
 /// Writes what the image logged until its boot failed with `error`, and returns the error with the
 /// cause that the image kept.
@@ -23,7 +17,7 @@ pub(super) fn explain(
 ) -> ChipError {
     // The failed boot matters more than a log that cannot be written.
     let _ = log.drain(chip);
-    let registers = [FAILURE, VALUE].map(|register| chip.soc.backup.word(register));
+    let registers = [REGISTER, VALUE_REGISTER].map(|register| chip.soc.backup.word(register));
     match (error, cause(registers, &image.flash)) {
         (BoardError::NoPort { .. }, Some(cause)) => BoardError::NoPort {
             why: format!(": {cause}"),
@@ -35,21 +29,20 @@ pub(super) fn explain(
 
 /// Returns the failure in the two registers in words.
 fn cause([failure, value]: [u32; 2], flash: &[u8]) -> Option<String> {
-    if failure >> 16 != MAGIC {
-        return None;
-    }
+    let code = boot_failure::code(failure)?;
     let mhz = |hz: u32| format!("{:.2} MHz", f64::from(hz) / 1e6);
     let expected = ImageRecord::from_image(flash).map(|record| mhz(record.crystal_hz));
     let expected = expected.unwrap_or_else(|| "another frequency".to_owned());
-    Some(match failure & 0xFF {
-        1 => "the crystal does not start".to_owned(),
-        2 => format!(
+    let known = Failure::ALL.into_iter().find(|known| *known as u8 == code);
+    Some(match known {
+        Some(Failure::CrystalMissing) => "the crystal does not start".to_owned(),
+        Some(Failure::CrystalWrong) => format!(
             "the crystal has {}, and the image is for a board with {expected}",
             mhz(value)
         ),
-        3 => "a cell of RAM is defective".to_owned(),
-        4 => "the supply is too low to start".to_owned(),
-        code => format!("the boot failed with code {code}"),
+        Some(Failure::Ram) => "a cell of RAM is defective".to_owned(),
+        Some(Failure::SupplyLow) => "the supply is too low to start".to_owned(),
+        None => format!("the boot failed with code {code}"),
     })
 }
 
