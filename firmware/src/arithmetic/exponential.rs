@@ -6,7 +6,7 @@
 //! tests verify the bound of each.
 
 /// Constant ln 2, Q32.
-const LN_2: u32 = 2_977_044_472;
+pub(crate) const LN_2: u32 = 2_977_044_472;
 /// Constant log2 e, Q31.
 const LOG2_E: u32 = 3_098_164_009;
 

@@ -3,9 +3,9 @@
 use super::{Bench, Checksum, Clock, Random};
 use crate::muscle::{
     CalciumForce, CalciumForceSpec, FatigueSpec, Gain, Model, MuscleLevel, MuscleModel,
-    Recruitment, RecruitmentSpec,
+    MuscleModelState, Recruitment, RecruitmentSpec, TablePlan, TabulatedForce,
 };
-use crate::units::{Amplitude, Micros, us};
+use crate::units::{Amplitude, Force, Micros, us};
 use fixed::types::{I16F16, U1F31};
 
 /// A muscle within the ranges of table 4 of Lee 2020 except for its strength, but not one of that
@@ -66,26 +66,82 @@ impl<M: Model> MovingMuscle<M> {
     }
 }
 
+/// A muscle with its table, as the controller runs it.
+#[derive(Clone)]
+struct TabledMuscle {
+    model: MuscleModel,
+    table: TabulatedForce,
+}
+
+impl Model for TabledMuscle {
+    type State = MuscleModelState;
+    fn at_rest(&self, at: Micros) -> MuscleModelState {
+        let mut state = self.model.at_rest(at);
+        if self.model.plan().is_some() {
+            self.model.adopt(&self.table, &mut state);
+        }
+        state
+    }
+    #[inline(always)]
+    fn pulse(&self, state: &mut MuscleModelState, at: Micros, gain: Gain) {
+        self.model.pulse_by(&self.table, state, at, gain);
+    }
+    #[inline(always)]
+    fn advance(&self, state: &mut MuscleModelState, to: Micros) {
+        self.model.advance_by(&self.table, state, to);
+    }
+    fn force(&self, state: &MuscleModelState) -> Force {
+        let force = self.model.predicted_force(&self.table, state);
+        force.unwrap_or_default()
+    }
+}
+
 pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     let active = MovingMuscle::new(CalciumForce::new(FORCE).ok()?);
     calcium_force(bench, active);
-    for (level, tick, tick_and_pulse) in [
+    let table = TabulatedForce::new(&FORCE)?;
+    let fatigue = FatigueSpec::scaled_to(FORCE.a_mn_per_s);
+    for (level, fatigue, tick, tick_and_pulse) in [
         (
             MuscleLevel::CalciumForce,
+            None,
             "rung_tick",
             "rung_tick_and_pulse",
         ),
         (
             MuscleLevel::CalciumForceFatigue,
+            Some(fatigue),
             "fatigue_tick",
             "fatigue_tick_and_pulse",
         ),
     ] {
-        let fatigue = Some(FatigueSpec::scaled_to(FORCE.a_mn_per_s));
-        let climbing = MovingMuscle::new(MuscleModel::new(FORCE, fatigue, level).ok()?);
+        let climbing = MovingMuscle::new(TabledMuscle {
+            model: MuscleModel::new(FORCE, fatigue, level).ok()?,
+            table: table.clone(),
+        });
         measure_model_level(bench, climbing, tick, tick_and_pulse);
     }
+    table_row(bench, table)?;
     recruitment(bench, Recruitment::new(RECRUITMENT).ok()?);
+    Some(())
+}
+
+/// Measures one row of a table, which the controller solves in one tick.
+fn table_row<C: Clock>(bench: &mut Bench<'_, C>, table: TabulatedForce) -> Option<()> {
+    let plan = TablePlan::new(&FORCE).ok()?;
+    bench.measure(
+        "tabulated_row",
+        100,
+        table,
+        |table, random| {
+            table.begin(plan);
+            for _ in 0..random.between(0, 16) {
+                table.solve_next();
+            }
+        },
+        |table, ()| table.solve_next(),
+        |_, is_complete, sum| sum.add_word(u32::from(*is_complete)),
+    );
     Some(())
 }
 
@@ -125,11 +181,11 @@ fn calcium_force<C: Clock>(bench: &mut Bench<'_, C>, active: MovingMuscle<Calciu
 /// Measures a muscle at one model level, as the device runs it.
 fn measure_model_level<C: Clock>(
     bench: &mut Bench<'_, C>,
-    climbing: MovingMuscle<MuscleModel>,
+    climbing: MovingMuscle<TabledMuscle>,
     tick: &'static str,
     tick_and_pulse: &'static str,
 ) {
-    let digest = |climbing: &MovingMuscle<MuscleModel>, (): &(), sum: &mut Checksum| {
+    let digest = |climbing: &MovingMuscle<TabledMuscle>, (): &(), sum: &mut Checksum| {
         sum.add_word(climbing.force());
     };
     bench.measure(

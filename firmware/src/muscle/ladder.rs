@@ -11,6 +11,7 @@ use super::fatigue::{Fatigue, FatigueSpec, FatigueState};
 use super::segment::TICK_US;
 use super::{
     CalciumForce, CalciumForceSpec, CalciumForceState, Gain, Recruitment, RecruitmentSpec,
+    TablePlan, TabulatedForce, TabulatedForceState,
 };
 use crate::range::OutOfRange;
 use crate::units::{Force, Micros, us};
@@ -120,9 +121,14 @@ impl MuscleSpec {
 }
 
 /// One muscle at any model level: validated parameters and the initial level.
+///
+/// A muscle without fatigue may have a [`TabulatedForce`], whose memory and time the caller has: one
+/// that is complete is [adopted](Self::adopt), and then goes with every call. Until then, and for a
+/// muscle without a table, [`CalciumForce`] integrates the force.
 #[derive(Clone, Copy, Debug)]
 pub struct MuscleModel {
     fresh: CalciumForce,
+    plan: Option<TablePlan>,
     fatigue: Option<Fatigue>,
     first: MuscleLevel,
 }
@@ -136,8 +142,10 @@ pub struct MuscleModelState {
     /// Gain of the last pulse that reached the muscle, before fatigue, Q31.
     gain: u32,
     level: MuscleLevel,
-    /// State of the calcium–force model; unchanged while no model runs.
+    /// State of the calcium–force model; unchanged while no model runs, and with a table.
     motion: CalciumForceState,
+    /// State by the table, once that is adopted.
+    tabulated: Option<TabulatedForceState>,
 }
 
 impl MuscleModelState {
@@ -180,11 +188,34 @@ impl MuscleModel {
         if first == MuscleLevel::CalciumForceFatigue && fatigue.is_none() {
             return Err(MuscleModelError::NoFatigue);
         }
+        // Fatigue changes K and τ1 once a second, and the whole table with them.
+        let plan = match fatigue {
+            None => TablePlan::new(&force).map_err(MuscleModelError::Range)?,
+            Some(_) => None,
+        };
         Ok(Self {
             fresh,
+            plan,
             fatigue,
             first,
         })
+    }
+
+    /// Returns the plan of the muscle's table; `None` for a muscle with fatigue, and where
+    /// [`TablePlan::new`] has none.
+    #[must_use]
+    pub const fn plan(&self) -> Option<TablePlan> {
+        self.plan
+    }
+
+    /// Lets a complete table of [`Self::plan`] compute the force from now on. Force and calcium stay
+    /// as they are.
+    pub fn adopt(&self, table: &TabulatedForce, state: &mut MuscleModelState) {
+        let at = state.motion.at();
+        let share = state.muscle.share(&state.motion);
+        let calcium = state.muscle.calcium(&state.motion).to_bits();
+        let gain = state.tired.fatigued_gain(state.gain);
+        state.tabulated = Some(table.state_of(at, share, calcium, gain));
     }
 
     /// Returns the model level at which a muscle starts.
@@ -213,18 +244,67 @@ impl MuscleModel {
         }
         if state.level == MuscleLevel::None {
             state.motion = CalciumForceState::at_rest(now);
+            state.tabulated = state.tabulated.map(|_| TabulatedForceState::at_rest(now));
         }
         state.level = level;
         Ok(())
     }
 
-    /// Returns the force at the state's time, or `None` while no model runs.
+    /// Returns the force at the state's time, or `None` while no model runs. `table` is the adopted
+    /// one, or any before that.
     #[must_use]
-    pub fn predicted_force(&self, state: &MuscleModelState) -> Option<Force> {
-        (state.level != MuscleLevel::None).then(|| state.muscle.force(&state.motion))
+    pub fn predicted_force(
+        &self,
+        table: &TabulatedForce,
+        state: &MuscleModelState,
+    ) -> Option<Force> {
+        let force = || match &state.tabulated {
+            Some(tabulated) => table.force(tabulated),
+            None => state.muscle.force(&state.motion),
+        };
+        (state.level != MuscleLevel::None).then(force)
+    }
+
+    /// Applies a pulse; a pulse with [`Gain::ZERO`] reaches no fibre and changes nothing. `table` is
+    /// as for [`Self::predicted_force`].
+    #[inline(always)]
+    pub fn pulse_by(
+        &self,
+        table: &TabulatedForce,
+        state: &mut MuscleModelState,
+        at: Micros,
+        gain: Gain,
+    ) {
+        if gain == Gain::ZERO || state.level == MuscleLevel::None {
+            return;
+        }
+        state.gain = gain.get().to_bits();
+        if let Some(tabulated) = &mut state.tabulated {
+            // The most common case; it has no fatigue.
+            return table.pulse_with(tabulated, at, state.gain);
+        }
+        let gain = state.tired.fatigued_gain(state.gain);
+        if state.level == MuscleLevel::CalciumForce {
+            state.muscle.pulse_with(&mut state.motion, at, gain);
+        } else {
+            self.pulse_with_fatigue(state, at, gain);
+        }
+    }
+
+    /// Advances the state to `to`; an earlier time has no effect. `table` is as for
+    /// [`Self::predicted_force`].
+    #[inline(always)]
+    pub fn advance_by(&self, table: &TabulatedForce, state: &mut MuscleModelState, to: Micros) {
+        match (state.level, &mut state.tabulated) {
+            (MuscleLevel::None, _) => {}
+            (_, Some(tabulated)) => table.advance(tabulated, to),
+            (MuscleLevel::CalciumForce, None) => state.muscle.advance(&mut state.motion, to),
+            (MuscleLevel::CalciumForceFatigue, None) => self.advance_with_fatigue(state, to),
+        }
     }
 }
 
+/// The model without a table.
 impl Model for MuscleModel {
     type State = MuscleModelState;
 
@@ -235,37 +315,22 @@ impl Model for MuscleModel {
             gain: 0,
             level: self.first,
             motion: CalciumForceState::at_rest(at),
+            tabulated: None,
         }
     }
 
-    /// Applies a pulse; a pulse with [`Gain::ZERO`] reaches no fibre and changes nothing.
-    #[inline(always)]
     fn pulse(&self, state: &mut MuscleModelState, at: Micros, gain: Gain) {
-        if gain == Gain::ZERO || state.level == MuscleLevel::None {
-            return;
-        }
-        state.gain = gain.get().to_bits();
-        let gain = state.tired.fatigued_gain(state.gain);
-        // The most common level comes first, without a call.
-        if state.level == MuscleLevel::CalciumForce {
-            state.muscle.pulse_with(&mut state.motion, at, gain);
-        } else {
-            self.pulse_with_fatigue(state, at, gain);
-        }
+        self.pulse_by(&TabulatedForce::NONE, state, at, gain);
     }
 
-    #[inline(always)]
     fn advance(&self, state: &mut MuscleModelState, to: Micros) {
-        match state.level {
-            MuscleLevel::CalciumForce => state.muscle.advance(&mut state.motion, to),
-            MuscleLevel::None => {}
-            MuscleLevel::CalciumForceFatigue => self.advance_with_fatigue(state, to),
-        }
+        self.advance_by(&TabulatedForce::NONE, state, to);
     }
 
     /// Returns [`Self::predicted_force`], or 0 N while no model runs.
     fn force(&self, state: &MuscleModelState) -> Force {
-        self.predicted_force(state).unwrap_or_default()
+        let force = self.predicted_force(&TabulatedForce::NONE, state);
+        force.unwrap_or_default()
     }
 }
 

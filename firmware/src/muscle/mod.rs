@@ -1,8 +1,8 @@
 //! Fixed-point models of a muscle's response to pulses.
 //!
 //! This module contains `recruitment` (amplitude ↔ active share of the muscle), the model levels in
-//! `ladder` (pulses → force over time) with `calcium_force` and `fatigue`, and the `inverse` (force
-//! → pulses) with the steady state of trains (`settled`). Limits of a pulse (`safety`), joints
+//! `ladder` (pulses → force over time) with `calcium_force`, its solution by a table (`tabulated`)
+//! and `fatigue`, and the `inverse` (force → pulses) with the steady state of trains (`settled`). Limits of a pulse (`safety`), joints
 //! (`control`) and the simulator's own floating-point muscles are elsewhere.
 //! Inputs are the effort or gain, and the pulses actually emitted, each with its microsecond.
 //! Outputs are amplitudes within the wearer's range and the predicted force.
@@ -15,6 +15,7 @@ pub mod recruitment;
 mod segment;
 mod settled;
 mod spec;
+pub mod tabulated;
 
 pub use calcium_force::{CalciumForce, CalciumForceState};
 pub use fatigue::FatigueSpec;
@@ -25,6 +26,7 @@ pub use ladder::{
 };
 pub use recruitment::{Recruitment, RecruitmentSpec};
 pub use spec::CalciumForceSpec;
+pub use tabulated::{MOST_ROWS, TablePlan, TabulatedForce, TabulatedForceState};
 
 /// Share of the reference strength with which a muscle is driven, 0…1: the factor on A in Lee 2020,
 /// eq. 6.

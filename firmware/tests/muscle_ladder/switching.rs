@@ -4,7 +4,7 @@
 use super::twins::{self, FatigueMode, Pulse};
 use super::{START, ladder, newtons, peak, run, subjects, train};
 use firmware::muscle::{
-    CalciumForceSpec, FatigueSpec, Gain, Model, MuscleLevel, MuscleModel, NoFatigue,
+    CalciumForceSpec, FatigueSpec, Gain, Model, MuscleLevel, MuscleModel, NoFatigue, TabulatedForce,
 };
 use firmware::units::{Micros, us};
 use fixed::types::U1F31;
@@ -67,10 +67,10 @@ proptest! {
             now += us(gap);
             ladder.advance(&mut state, now);
             if let Some(level) = level {
-                let before = ladder.predicted_force(&state);
+                let before = ladder.predicted_force(&TabulatedForce::NONE, &state);
                 ladder.switch(&mut state, level, now).unwrap();
                 prop_assert_eq!(state.model_level(), level);
-                let after = ladder.predicted_force(&state);
+                let after = ladder.predicted_force(&TabulatedForce::NONE, &state);
                 prop_assert_eq!(after.is_some(), level != MuscleLevel::None);
                 if let Some(after) = after {
                     prop_assert_eq!(after, before.unwrap_or_default());
