@@ -41,5 +41,6 @@ mod muscle_inverse;
 mod muscle_ladder;
 mod muscle_properties;
 mod muscle_recruitment;
+mod muscle_tabulated;
 mod safety_opposition;
 mod safety_sums;
