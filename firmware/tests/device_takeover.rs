@@ -3,7 +3,9 @@
 //! after the whole packet.
 
 use crate::device_desk::*;
-use firmware::device::{Controller, Identity, Mailboxes, Pulser, Session, WINDOWS_PER_TICK};
+use firmware::device::{
+    Controller, Identity, Mailboxes, MuscleTables, Pulser, Session, WINDOWS_PER_TICK,
+};
 use firmware::link::{Code, Request, SCHEMA, SetupSum};
 use firmware::pulse::{CHANNELS, Sample, WINDOW_US, WindowPlan};
 use firmware::safety::{
@@ -30,6 +32,7 @@ const STORE: Request = Request::StoreStages {
 struct Owners {
     pulser: Pulser,
     controller: Controller,
+    tables: MuscleTables,
     session: Session,
     mail: Mailboxes,
     plan: WindowPlan,
@@ -55,6 +58,7 @@ impl Owners {
         let mut owners = Self {
             pulser: Pulser::new(None, UsageAtBoot::default()),
             controller: Controller::new(),
+            tables: MuscleTables::NONE,
             session: Session::new(Identity {
                 stages,
                 ..identity(OWNER, None)
@@ -106,7 +110,8 @@ impl Owners {
         let done = (self.pulser).refill(now, self.start, &inputs, &mut pulser, plan);
         assert_eq!(done, Ok(()));
         if self.windows.is_multiple_of(WINDOWS_PER_TICK) {
-            self.controller.tick(now, None, &mut controller);
+            self.controller
+                .tick(now, None, &mut self.tables, &mut controller);
         }
         self.reading = self.sample.take().and_then(|sample| {
             let channel = usize::from(sample.channel);

@@ -2,7 +2,9 @@
 
 use super::{Bench, Checksum, Clock, Random, control, link, muscle, pulse};
 use crate::control::LawSpec;
-use crate::device::{Controller, Identity, Mailboxes, Pulser, Session, WINDOWS_PER_TICK};
+use crate::device::{
+    Controller, Identity, Mailboxes, MuscleTables, Pulser, Session, WINDOWS_PER_TICK,
+};
 use crate::link::message::ResetCause;
 use crate::link::{BROADCAST, Kind, MAX_FRAME, Request, SCHEMA, SetupSum, ToDevice, encode};
 use crate::muscle::MuscleSpec;
@@ -24,6 +26,7 @@ const CHECK_TICKS: u32 = 40;
 struct HostAndDevice {
     pulser: Pulser,
     controller: Controller,
+    tables: MuscleTables,
     session: Session,
     mail: Mailboxes,
     plan: WindowPlan,
@@ -60,6 +63,7 @@ impl HostAndDevice {
         Self {
             pulser: Pulser::new(None, UsageAtBoot::default()),
             controller: Controller::new(),
+            tables: MuscleTables::NONE,
             session: Session::new(identity),
             mail: Mailboxes::new(),
             plan: WindowPlan::new(),
@@ -199,7 +203,8 @@ impl HostAndDevice {
     fn control(&mut self) {
         let (_, mut mail, _) = self.mail.split();
         let now = self.start - us(WINDOW_US);
-        self.controller.tick(now, Some(self.code), &mut mail);
+        self.controller
+            .tick(now, Some(self.code), &mut self.tables, &mut mail);
     }
 
     /// Reads the session's output into the checksum.

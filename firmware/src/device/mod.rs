@@ -14,7 +14,7 @@ mod part;
 mod pulser;
 mod session;
 
-pub use controller::Controller;
+pub use controller::{Controller, MuscleTables};
 pub use draft::{Draft, validate_channel};
 pub use mail::{ControllerMail, Mailboxes, PulserMail, SessionMail};
 pub use mistake::{Mistake, Part, Rule};

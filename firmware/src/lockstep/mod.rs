@@ -10,7 +10,8 @@ mod sink;
 pub use sink::Sink;
 
 use crate::device::{
-    Controller, Identity, Mailboxes, Pulser, REFILL_OFFSET_US, Session, WINDOWS_PER_TICK,
+    Controller, Identity, Mailboxes, MuscleTables, Pulser, REFILL_OFFSET_US, Session,
+    WINDOWS_PER_TICK,
 };
 use crate::link::MAX_FRAME;
 use crate::pulse::{CHANNELS, Levels, Sample, WINDOW_US, WindowPlan};
@@ -122,6 +123,7 @@ impl Default for Sensors {
 pub struct Lockstep {
     pulser: Pulser,
     controller: Controller,
+    tables: MuscleTables,
     session: Session,
     mail: Mailboxes,
     /// Time up to which all events have happened.
@@ -158,6 +160,7 @@ impl Lockstep {
         Self {
             pulser: Pulser::new(identity.last_fault, UsageAtBoot::default()),
             controller: Controller::new(),
+            tables: MuscleTables::NONE,
             session: Session::new(identity),
             mail: Mailboxes::new(),
             now: boot,
@@ -183,7 +186,7 @@ impl Lockstep {
     pub fn boot(&mut self, identity: Identity, boot: Micros) {
         let found = self.memory.boot(identity.reset);
         self.pulser = Pulser::new(identity.last_fault, found);
-        self.controller = Controller::new();
+        self.controller = Controller::new(); // which begins the tables anew
         self.session = Session::new(identity);
         self.mail = Mailboxes::new();
         self.playing.reset(boot, Levels::ISOLATED);
@@ -384,7 +387,8 @@ impl Lockstep {
         let mut ready = done;
         if is_tick {
             let (_, mut mail, _) = self.mail.split();
-            self.controller.tick(now, sensors.joint, &mut mail);
+            self.controller
+                .tick(now, sensors.joint, &mut self.tables, &mut mail);
             ready = done + us(cost::CONTROL_US);
         }
         self.write_entries();

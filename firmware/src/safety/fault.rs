@@ -54,7 +54,8 @@ pub enum Fault {
     Access,
     /// 21: flash does not hold the image that was written; found at boot.
     Flash,
-    /// 22: RAM does not keep the values that are written; found at boot.
+    /// 22: RAM does not keep the values that are written; found at boot, or in the table of a muscle
+    /// while stimulating.
     Ram,
     /// 23: the watchdog's oscillator runs outside 17 to 47 kHz; found at boot.
     Oscillator,

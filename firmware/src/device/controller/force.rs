@@ -1,6 +1,6 @@
 //! Control of the channels under force control.
 
-use super::{Controller, Phase};
+use super::{Controller, MuscleTables, Phase};
 use crate::control::ForceOrders;
 use crate::device::mail::{ControlOrder, ControllerMail};
 use crate::safety::State;
@@ -8,15 +8,22 @@ use crate::units::Micros;
 
 impl Controller {
     /// Runs the channels under force control while stimulating.
-    pub(super) fn control_forces(&mut self, now: Micros, mail: &mut ControllerMail<'_>) {
+    pub(super) fn control_forces(
+        &mut self,
+        now: Micros,
+        tables: &MuscleTables,
+        mail: &mut ControllerMail<'_>,
+    ) {
         if self.phase != Phase::Running {
             return;
         }
-        let mut muscles = self.setup.muscles.iter().zip(&self.muscles);
+        let muscles = self.setup.muscles.iter().zip(&self.muscles);
+        let mut muscles = muscles.zip(tables.all());
         for (force, followed) in self.setup.forces.iter().zip(&mut self.forces) {
             // Both are sorted by channel, and every channel under force control has a muscle.
-            let muscle = muscles.find(|(muscle, _)| muscle.channel == force.channel);
-            let predicted = muscle.and_then(|(muscle, state)| muscle.force.predicted_force(state));
+            let muscle = muscles.find(|((muscle, _), _)| muscle.channel == force.channel);
+            let predicted = muscle
+                .and_then(|((muscle, state), table)| muscle.force.predicted_force(table, state));
             let orders = force.tick(&mut followed.state, now, predicted);
             let Some(ForceOrders { target, drive, gap }) = orders else {
                 continue;

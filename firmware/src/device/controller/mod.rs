@@ -5,8 +5,10 @@ mod endpoint;
 mod force;
 mod in_force;
 mod modulation;
+mod muscles;
 mod sample;
 mod setup;
+mod tables;
 
 use super::mail::{
     ControlEvent, ControlMessage, ControlOrder, ControlRequest, ControlVerdict, ControllerMail,
@@ -17,7 +19,7 @@ use crate::control::{
 };
 use crate::haptics::{ModulationsState, WallOrders, WallState};
 use crate::link::{Code, Event, Refusal, Request, WrenchSample};
-use crate::muscle::{Model, MuscleLevel, MuscleModelState};
+use crate::muscle::{Model, MuscleModelState};
 use crate::pulse::CHANNELS;
 use crate::safety::{Fault, State};
 use crate::units::{Amplitude, Angle, Micros};
@@ -25,6 +27,7 @@ use heapless::Vec;
 use in_force::CurrentPulses;
 use sample::Subscription;
 use setup::ControlSetup;
+pub use tables::MuscleTables;
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Phase {
@@ -125,8 +128,15 @@ impl Controller {
         }
     }
 
-    /// Runs one tick at `now`. `adc` is the joint sensor's reading, if the board has one.
-    pub fn tick(&mut self, now: Micros, adc: Option<u16>, mail: &mut ControllerMail<'_>) {
+    /// Runs one tick at `now`. `adc` is the joint sensor's reading, if the board has one. `tables` are
+    /// the same in every tick; a board places them, because they are too long for a stack.
+    pub fn tick(
+        &mut self,
+        now: Micros,
+        adc: Option<u16>,
+        tables: &mut MuscleTables,
+        mail: &mut ControllerMail<'_>,
+    ) {
         // A pulse is reported when it is rendered, up to two windows early. It stays in the
         // mailbox, with all messages behind it, until the tick that contains it is over. So no
         // muscle is ever ahead of `now`.
@@ -138,7 +148,7 @@ impl Controller {
             let Some(event) = mail.events.dequeue() else {
                 break;
             };
-            self.handle_event(event, now, mail);
+            self.handle_event(event, now, tables, mail);
         }
         let mut heard = None;
         let raised = mail.stop.count_raised();
@@ -152,16 +162,20 @@ impl Controller {
         }
         self.in_force.silence_overdue(now);
         let acted = self.run_joint_or_wall(now, adc, mail);
-        self.control_forces(now, mail);
+        self.control_forces(now, tables, mail);
         self.control_endpoint(now, mail);
         self.control_modulations(now, mail);
-        for (muscle, state) in self.setup.muscles.iter().zip(&mut self.muscles) {
-            muscle.force.advance(state, now);
-        }
-        self.post_sample(now, acted.as_ref(), mail);
+        self.advance_muscles(now, tables, mail);
+        self.post_sample(now, acted.as_ref(), tables, mail);
     }
 
-    fn handle_event(&mut self, event: ControlEvent, now: Micros, mail: &mut ControllerMail<'_>) {
+    fn handle_event(
+        &mut self,
+        event: ControlEvent,
+        now: Micros,
+        tables: &mut MuscleTables,
+        mail: &mut ControllerMail<'_>,
+    ) {
         match event {
             ControlEvent::Armed => {
                 // The session put all parts into the mailbox before it ordered, and puts in none
@@ -170,7 +184,7 @@ impl Controller {
                     self.setup.insert(part);
                 }
                 self.take_lines(mail);
-                self.reset_to_rest(now);
+                self.reset_to_rest(now, tables);
             }
             ControlEvent::Refused => {
                 while mail.lines.dequeue().is_some() {}
@@ -190,33 +204,20 @@ impl Controller {
                     joint.note_pulse(&mut self.joint, channel, is_delayed);
                 }
                 self.in_force.record_pulse(channel, at, stimulus);
-                self.handle_pulse(channel, at, stimulus.amplitude);
+                self.handle_pulse(channel, at, stimulus.amplitude, tables);
             }
             ControlEvent::Slowed => self.limiting = true,
         }
     }
 
-    /// Passes a pulse to the channel's muscle model and force control.
-    fn handle_pulse(&mut self, channel: u8, at: Micros, amplitude: Amplitude) {
-        let mut muscles = self.setup.muscles.iter().zip(&mut self.muscles);
-        let Some((muscle, state)) = muscles.find(|(muscle, _)| muscle.channel == channel) else {
-            return;
-        };
-        let gain = muscle.recruitment.gain(amplitude);
-        muscle.force.pulse(state, at, gain);
-        let mut forces = self.setup.forces.iter().zip(&mut self.forces);
-        if let Some((force, followed)) = forces.find(|(force, _)| force.channel == channel) {
-            force.note_pulse(&mut followed.state, gain, state.strength());
-        }
-    }
-
     /// Resets the state of every controller and muscle model in the setup, when it is armed.
-    fn reset_to_rest(&mut self, now: Micros) {
+    fn reset_to_rest(&mut self, now: Micros, tables: &mut MuscleTables) {
         self.muscles.clear();
         for muscle in &self.setup.muscles {
             // As many slots as muscles.
             let _ = self.muscles.push(muscle.force.at_rest(now));
         }
+        tables.begin(&self.setup.muscles);
         self.forces.clear();
         for _ in &self.setup.forces {
             let _ = self.forces.push(Default::default()); // as many slots
@@ -237,25 +238,6 @@ impl Controller {
         for followed in &mut self.forces {
             followed.reference_mn = None;
         }
-    }
-
-    fn change_model_level(
-        &mut self,
-        channel: u8,
-        level: MuscleLevel,
-        now: Micros,
-    ) -> Result<(), Refusal<'static>> {
-        if self.phase == Phase::Off {
-            return Err(Refusal::new(Code::NotArmed, "state"));
-        }
-        let mut muscles = self.setup.muscles.iter().zip(&mut self.muscles);
-        let (muscle, state) = muscles
-            .find(|(muscle, _)| muscle.channel == channel)
-            .ok_or(Refusal::new(Code::NoMuscle, "muscle").with_channel(channel))?;
-        muscle
-            .force
-            .switch(state, level, now)
-            .map_err(|_| Refusal::new(Code::NoFatigue, "fatigue").with_channel(channel))
     }
 
     /// Carries out a request; if `is_latest` is false, a stop came after it, and it may cause no

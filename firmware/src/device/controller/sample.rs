@@ -1,6 +1,6 @@
 //! Telemetry samples of the controller, at the period that a host asked for.
 
-use super::{Controller, Phase, TickResult};
+use super::{Controller, MuscleTables, Phase, TickResult};
 use crate::device::mail::ControllerMail;
 use crate::haptics::Wall;
 use crate::link::{ForceSample, Telemetry};
@@ -41,6 +41,7 @@ impl Controller {
         &mut self,
         now: Micros,
         acted: Option<&TickResult>,
+        tables: &MuscleTables,
         mail: &mut ControllerMail<'_>,
     ) {
         if !self.subscription.is_due() {
@@ -68,8 +69,9 @@ impl Controller {
                 }
             }
         }
-        for (muscle, state) in self.setup.muscles.iter().zip(&self.muscles) {
-            let force = muscle.force.predicted_force(state);
+        let muscles = self.setup.muscles.iter().zip(&self.muscles);
+        for ((muscle, state), table) in muscles.zip(tables.all()) {
+            let force = muscle.force.predicted_force(table, state);
             let _ = sample.forces_mn.push(force.map(Force::to_millinewton)); // same
         }
         for (force, followed) in self.setup.forces.iter().zip(&mut self.forces) {
