@@ -4,7 +4,7 @@
 use super::InterruptPriority;
 use super::pac::Interrupt;
 use super::watchdog::{self, Owner};
-use crate::device::{Controller, ControllerMail};
+use crate::device::{Controller, ControllerMail, MuscleTables};
 use crate::units::Micros;
 use cortex_m::peripheral::NVIC;
 use embassy_executor::{InterruptExecutor, SpawnError};
@@ -30,12 +30,13 @@ pub static TOLD: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
 static EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 
-/// Starts `controller` in the interrupt of TIM7, a timer that is not otherwise used.
+/// Starts `controller`, with its muscles' `tables`, in the interrupt of TIM7, a timer that is not otherwise used.
 ///
 /// # Errors
 /// Fails if the task exists already.
 pub fn start(
     controller: &'static mut Controller,
+    tables: &'static mut MuscleTables,
     mail: ControllerMail<'static>,
     nvic: &mut NVIC,
 ) -> Result<(), SpawnError> {
@@ -43,7 +44,7 @@ pub fn start(
     unsafe { nvic.set_priority(Interrupt::TIM7, InterruptPriority::Control as u8) };
     EXECUTOR
         .start(Interrupt::TIM7)
-        .spawn(run(controller, mail)?);
+        .spawn(run(controller, tables, mail)?);
     Ok(())
 }
 
@@ -54,10 +55,14 @@ fn TIM7() {
 }
 
 #[embassy_executor::task]
-async fn run(controller: &'static mut Controller, mut mail: ControllerMail<'static>) {
+async fn run(
+    controller: &'static mut Controller,
+    tables: &'static mut MuscleTables,
+    mut mail: ControllerMail<'static>,
+) {
     loop {
         let tick = TICK.wait().await;
-        controller.tick(tick.now, tick.angle, &mut mail);
+        controller.tick(tick.now, tick.angle, tables, &mut mail);
         watchdog::check_in(Owner::Controller);
         TOLD.signal(());
     }

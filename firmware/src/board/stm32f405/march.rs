@@ -1,4 +1,4 @@
-//! March test of all of SRAM1 and SRAM2 at each reset, before any variable is initialised: March C−
+//! March test of all of SRAM1, SRAM2 and CCM at each reset, before any variable is initialised: March C−
 //! (van de Goor 1991), {⇕(w0); ⇑(r0,w1); ⇑(r1,w0); ⇓(r0,w1); ⇓(r1,w0); ⇕(r0)}, by words. It finds
 //! stuck cells, cells that cannot change, wrong address decoding, and coupling between words. It
 //! does not find coupling between the bits of one word, which would take five more backgrounds, or
@@ -6,7 +6,7 @@
 //!
 //! The test uses registers only, no stack and no variables. Afterwards RAM is all 0. On a failure
 //! the program ends here: no pin was ever configured, so the outputs are disconnected as after
-//! reset. The fault is recorded with a stack in CCM, which has no other use.
+//! reset. The fault is recorded with a stack in the memory that did not fail.
 
 use super::bring_up::{self, Failure};
 use super::{pins, record};
@@ -43,12 +43,12 @@ global_asm!(
     "bne 8f",
     #[cfg(feature = "breadboard")]
     "bl enter_boot_loader",
-    "movs r4, #0x20000000", // SRAM1 and SRAM2: 128 KiB (RM0090 section 2.3.1)
+    "mov r4, #0x20000000", // SRAM1 and SRAM2: 128 KiB (RM0090 section 2.3.1)
     "add r5, r4, #0x20000",
     "movs r8, #0",
     "mvn r9, r8",
     // Upwards: write 0.
-    "mov r0, r4",
+    "6: mov r0, r4",
     "0: .rept 8",
     "str r8, [r0], #4",
     ".endr",
@@ -69,7 +69,12 @@ global_asm!(
     "mov r6, r8",
     "mov r7, r8",
     "bl 1f", // upwards: read 0
-    "bx r12",
+    "cmp r4, #0x10000000",
+    "it eq",
+    "bxeq r12",
+    "mov r4, #0x10000000", // CCM: 64 KiB, whose clock is on after reset (section 7.3.10)
+    "add r5, r4, #0x10000",
+    "b 6b",
     // Upwards: compares with R6, writes R7.
     "1: mov r0, r4",
     "2: .rept 8",
@@ -101,8 +106,12 @@ global_asm!(
     "str r3, [r2]",
     "dsb",
     "isb",
-    "movw r2, #0",
-    "movt r2, #0x1001", // first address after CCM, whose clock is on after reset (section 7.3.10)
+    // The stack: CCM, or, if the failure is there, SRAM1.
+    "tst r0, #0x20000000",
+    "ite ne",
+    "movne r2, #0x10000000",
+    "moveq r2, #0x20000000",
+    "add r2, #0x10000",
     "mov sp, r2",
     "b {failed}",
     // AIRCR: VECTKEY, SYSRESETREQ (ARMv7-M B3.2.6).

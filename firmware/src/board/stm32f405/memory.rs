@@ -34,7 +34,7 @@ const ENABLE: u32 = 1;
 
 /// Base address, log2 of the size in bytes, and attributes for MPU_RASR of each fixed region
 /// (memory map: RM0090 section 2.3).
-const REGIONS: [(u32, u32, u32); 5] = [
+const REGIONS: [(u32, u32, u32); 6] = [
     // Code, constants and the stage table, 1 MiB.
     (0x0800_0000, 20, READ_ONLY | FLASH),
     // SRAM1, 112 KiB: seven eighths of 128 KiB.
@@ -43,6 +43,8 @@ const REGIONS: [(u32, u32, u32); 5] = [
         17,
         READ_WRITE | NO_EXECUTE | RAM | LAST_EIGHTH_OFF,
     ),
+    // CCM, 64 KiB.
+    (0x1000_0000, 16, READ_WRITE | NO_EXECUTE | RAM),
     // APB1, APB2, and AHB1 up to OTG_HS, 256 KiB.
     (0x4000_0000, 18, READ_WRITE | NO_EXECUTE | DEVICE),
     // OTG_FS, 256 KiB.
@@ -77,7 +79,7 @@ pub fn protect(mpu: &mut MPU) {
             mpu.rasr.write(attributes | size(log2_bytes));
         }
     }
-    // Region 5, the tape's, stays selected for `set_tape`. PRIVDEFENA is 0.
+    // Region 6, the tape's, stays selected for `set_tape`. PRIVDEFENA is 0.
     // SAFETY: as above.
     unsafe {
         mpu.rnr.write(REGIONS.len() as u32); // the tape's region

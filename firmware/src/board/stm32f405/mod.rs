@@ -48,7 +48,7 @@ mod wait;
 mod watchdog;
 
 use crate::board::wiring::BOARD;
-use crate::device::{Controller, Identity, Mailboxes, Session, first_session_number};
+use crate::device::{Controller, Identity, Mailboxes, MuscleTables, Session, first_session_number};
 use crate::link::message::{OptionBytes, ResetCause};
 use crate::safety::{Fault, FaultRecord};
 use crate::units::Micros;
@@ -116,8 +116,13 @@ pub async fn run(spawner: Spawner) -> ! {
     // stack on the way there.
     static CONTROLLER: StaticCell<Controller> = StaticCell::new();
     let controller = CONTROLLER.init_with(Controller::new);
+    // SAFETY: only statics whose bits are all zero are in this section, and the RAM test at boot has
+    // left it zero.
+    #[unsafe(link_section = ".ccm")]
+    static TABLES: ConstStaticCell<MuscleTables> = ConstStaticCell::new(MuscleTables::NONE);
     // Proof: the task's one slot is free, because nothing else spawns the task.
-    control::start(controller, controller_mail, &mut core.NVIC).expect("spawned here only");
+    control::start(controller, TABLES.take(), controller_mail, &mut core.NVIC)
+        .expect("spawned here only");
     // SAFETY: this runs once, and no other context touches tape or pins.
     let latched = unsafe { refill::start(latched, used, pulser_mail, &mut core.NVIC, core.SYST) };
     log::note_start(latched.as_ref());
