@@ -200,8 +200,7 @@ impl Load {
                     muscle.pulse(pulse);
                     next = pulses.next();
                 }
-                muscle.advance(to);
-                muscle.force_bits()
+                muscle.read(to)
             });
             read = read.rotate_left(5) ^ word;
         }

@@ -45,6 +45,11 @@ pub trait Integrator {
     fn calcium(&self) -> f64;
     /// Returns the force at the latest time, N.
     fn force_n(&self) -> f64;
+    /// Advances to the time `to` and returns [`Self::force_bits`], in one call.
+    fn read(&mut self, to: Micros) -> u32 {
+        self.advance(to);
+        self.force_bits()
+    }
     /// Returns the bits of the force in the method's own arithmetic, folded to 32 bits; every NaN
     /// has the same bits. Machines are compared by these bits, and a benchmark reads the force
     /// without conversion.

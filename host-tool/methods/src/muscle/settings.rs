@@ -9,7 +9,7 @@ use super::log_flow::{FlowSteps, LogFlow};
 use super::log_table::LogTable;
 use super::planned::PlannedStep;
 use super::scheme::{Dense, Scheme};
-use super::shipped::Shipped;
+use super::shipped::{Integrated, Tabulated};
 use super::stepped::{Pulses, SteppedMuscle};
 use super::{Arithmetic, Fixed, Integrator};
 use crate::real::Micro;
@@ -53,13 +53,16 @@ pub enum Method {
     EventDriven3,
     /// Exact solution from pulse to pulse, by Gauss–Legendre quadrature with 4 nodes.
     EventDriven4,
-    /// The device's own method, `muscle::CalciumForce`, called as the device calls it.
+    /// The device's integrator of muscles without a table, `muscle::CalciumForce`, for every muscle.
+    Segments,
+    /// The device's own method, called as the device calls it: `muscle::TabulatedForce` where a
+    /// muscle has a table, else [`Self::Segments`].
     Shipped,
 }
 
 impl Method {
     /// Every method that can be combined with any arithmetic and any step; all except the device's
-    /// own.
+    /// own two.
     pub const ALL: [Self; 16] = [
         Self::Euler,
         Self::Heun,
@@ -99,6 +102,7 @@ impl Method {
             Self::EventDriven2 => "event_driven_2",
             Self::EventDriven3 => "event_driven_3",
             Self::EventDriven4 => "event_driven_4",
+            Self::Segments => "segments",
             Self::Shipped => "shipped",
         }
     }
@@ -107,7 +111,10 @@ impl Method {
     /// evaluates it, such as the density of a table, a number format or an approximation; the step
     /// does not count. All other methods are *generic*.
     pub const fn is_tuned(self) -> bool {
-        matches!(self, Self::LogTable | Self::LogFlow | Self::Shipped)
+        matches!(
+            self,
+            Self::LogTable | Self::LogFlow | Self::Segments | Self::Shipped
+        )
     }
 
     /// Returns whether the method integrates C by the same rule as F, instead of exactly. The chart
@@ -192,7 +199,7 @@ pub enum Reading {
 pub struct Setting {
     /// Integration method.
     pub method: Method,
-    /// Arithmetic. The device's own method has [`Number::Device`], and no other method has it.
+    /// Arithmetic. The device's own methods have [`Number::Device`], and no other method has it.
     pub number: Number,
     /// Length of a step, µs, 1…2,000,000. For an event-driven method, the longest time without a
     /// pulse that is covered in one computation; [`Setting::WHOLE_US`] then means no limit.
@@ -202,8 +209,11 @@ pub struct Setting {
 }
 
 impl Setting {
-    /// The device's choice: `muscle::CalciumForce` with steps of 1 ms.
+    /// The device's choice.
     pub const SHIPPED: Self = Self::new(Method::Shipped, Number::Device, 1000);
+
+    /// The device's integrator of muscles without a table.
+    pub const SEGMENTS: Self = Self::new(Method::Segments, Number::Device, 1000);
 
     /// The choice of Lee 2020: Runge–Kutta with steps of 0.2 ms in f32, and pulses that act at the
     /// beginning of a step.
@@ -243,7 +253,7 @@ impl Setting {
         });
         generic
             .filter(move |setting| setting.is_of_interest(output_us))
-            .chain([Self::SHIPPED])
+            .chain([Self::SEGMENTS, Self::SHIPPED])
     }
 
     /// Returns whether a setting is compared. Its steps must end at the readings, unless it is read
@@ -290,7 +300,7 @@ impl Setting {
             Number::Micromath => self.compute_in::<Micro, T>(spec, then),
             Number::Q15_16 => self.compute_in::<Fixed<16>, T>(spec, then),
             Number::Q7_24 => self.compute_in::<Fixed<24>, T>(spec, then),
-            Number::Device => Ok(then(&mut Shipped::new(spec)?)),
+            Number::Device => self.compute_on_device(spec, then),
         }
     }
 
@@ -324,8 +334,21 @@ impl Setting {
             Method::EventDriven2 => then(&mut EventDriven::<R, 2>::new(spec, step_us)),
             Method::EventDriven3 => then(&mut EventDriven::<R, 3>::new(spec, step_us)),
             Method::EventDriven4 => then(&mut EventDriven::<R, 4>::new(spec, step_us)),
-            Method::Shipped => then(&mut Shipped::new(spec)?),
+            Method::Segments | Method::Shipped => return self.compute_on_device(spec, then),
         })
+    }
+
+    fn compute_on_device<T>(
+        self,
+        spec: &CalciumForceSpec,
+        then: impl FnOnce(&mut dyn Integrator) -> T,
+    ) -> Result<T, OutOfRange> {
+        if self.method == Method::Shipped
+            && let Some(mut tabulated) = Tabulated::new(spec)
+        {
+            return Ok(then(&mut tabulated));
+        }
+        Ok(then(&mut Integrated::new(spec)?))
     }
 
     fn with_rule<M: Rule, R: Arithmetic, T>(

@@ -2,18 +2,39 @@
 //! as they occur, then time.
 
 use super::Integrator;
-use firmware::muscle::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain};
+use firmware::muscle::{
+    CalciumForce, CalciumForceSpec, CalciumForceState, Gain, TabulatedForce, TabulatedForceState,
+};
 use firmware::range::OutOfRange;
 use firmware::units::Micros;
 
-/// The device's own muscle model, `muscle::CalciumForce`, with its state.
+/// The device's muscle model where a muscle has a table, `muscle::TabulatedForce`, complete from the
+/// start.
+#[derive(Clone, Debug)]
+pub struct Tabulated {
+    muscle: TabulatedForce,
+    state: TabulatedForceState,
+}
+
+/// The device's muscle model where a muscle has no table, `muscle::CalciumForce`.
 #[derive(Clone, Copy, Debug)]
-pub struct Shipped {
+pub struct Integrated {
     muscle: CalciumForce,
     state: CalciumForceState,
 }
 
-impl Shipped {
+impl Tabulated {
+    /// Creates a muscle without calcium and force at time 0; `None` for a muscle without a table.
+    #[must_use]
+    pub fn new(spec: &CalciumForceSpec) -> Option<Self> {
+        Some(Self {
+            muscle: TabulatedForce::new(spec)?,
+            state: TabulatedForceState::at_rest(Micros::new(0)),
+        })
+    }
+}
+
+impl Integrated {
     /// Creates a muscle without calcium and force at time 0.
     ///
     /// # Errors
@@ -26,7 +47,7 @@ impl Shipped {
     }
 }
 
-impl Integrator for Shipped {
+impl Integrator for Tabulated {
     fn pulse(&mut self, at: Micros) {
         self.muscle.pulse(&mut self.state, at, Gain::FULL);
     }
@@ -40,10 +61,26 @@ impl Integrator for Shipped {
         self.muscle.force(&self.state).get().to_num()
     }
     fn force_bits(&self) -> u32 {
-        self.muscle
-            .force(&self.state)
-            .get()
-            .to_bits()
-            .cast_unsigned()
+        let force = self.muscle.force(&self.state).get();
+        force.to_bits().cast_unsigned()
+    }
+}
+
+impl Integrator for Integrated {
+    fn pulse(&mut self, at: Micros) {
+        self.muscle.pulse(&mut self.state, at, Gain::FULL);
+    }
+    fn advance(&mut self, to: Micros) {
+        self.muscle.advance(&mut self.state, to);
+    }
+    fn calcium(&self) -> f64 {
+        self.muscle.calcium(&self.state).to_num()
+    }
+    fn force_n(&self) -> f64 {
+        self.muscle.force(&self.state).get().to_num()
+    }
+    fn force_bits(&self) -> u32 {
+        let force = self.muscle.force(&self.state).get();
+        force.to_bits().cast_unsigned()
     }
 }

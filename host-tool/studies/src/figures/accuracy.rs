@@ -108,6 +108,7 @@ fn family(method: Method) -> (&'static str, Color, Shape) {
         Method::EventDriven2 | Method::EventDriven3 | Method::EventDriven4 => {
             ("event-driven", BROWN, Shape::Up)
         }
+        Method::Segments => ("segments", INK, Shape::Square),
         Method::Shipped => ("shipped", INK, Shape::Star),
     }
 }
