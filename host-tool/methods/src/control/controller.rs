@@ -5,6 +5,7 @@ use super::adaptation::{Adaptation, Integral};
 use super::delay::SmithPredictor;
 use super::derivative::{DerivativeKind, Differentiator};
 use super::feedback::Feedback;
+use super::twist::Push;
 use super::{Input, Law};
 
 /// Parts that can be added to a feedback law. Every law can have every combination of
@@ -95,6 +96,8 @@ pub struct Controller<R> {
     pub(super) smith: Option<SmithPredictor<R>>,
     pub(super) adaptation: Adaptation<R>,
     pub(super) integral: Integral<R>,
+    /// Whether the integral stops growing while the effort is clamped.
+    pub(super) has_anti_windup: bool,
 }
 
 impl<R: Real> Controller<R> {
@@ -102,6 +105,20 @@ impl<R: Real> Controller<R> {
     /// present, s.
     pub const fn lead_s(&self) -> R {
         self.lead_s
+    }
+
+    /// Returns the controller with or without anti-windup, whatever its feedback law has by default.
+    #[must_use]
+    pub fn with_anti_windup(self, has: bool) -> Self {
+        Self {
+            has_anti_windup: has,
+            ..self
+        }
+    }
+
+    /// Returns the answer of the feedback law to a constant error, rad, with an integral of 0.
+    pub fn feedback(&self, error: R) -> Push<R> {
+        self.feedback.push(error, R::ZERO, R::ZERO)
     }
 
     /// Returns the error, rad, and its rate, rad/s, with the compensation of the delay.
@@ -137,7 +154,7 @@ impl<R: Real> Law<R> for Controller<R> {
         let outward = |growth: R| {
             (effort > R::ONE && growth > R::ZERO) || (effort < -R::ONE && growth < R::ZERO)
         };
-        if !(self.feedback.has_anti_windup() && outward(growth)) {
+        if !(self.has_anti_windup && outward(growth)) {
             self.integral.accumulate(side, growth);
         }
         if input.target_rate != R::ZERO && !outward(error) {

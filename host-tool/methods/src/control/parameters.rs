@@ -191,6 +191,7 @@ impl<R: Real> Controller<R> {
                 h,
             ),
             integral: Integral::new(add_ons.adaptation),
+            has_anti_windup: feedback.has_anti_windup(),
         })
     }
 }

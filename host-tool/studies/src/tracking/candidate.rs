@@ -94,6 +94,11 @@ impl Candidate {
     /// Returns [`TrackingError`] if a parameter is missing or unusable, or the wearer's values are
     /// invalid.
     pub fn driver_of<R: Real>(&self, known: &KnownWearer) -> Result<Floating<R>, TrackingError> {
+        let law = self.controller(known)?;
+        Floating::new(law, self.period_ms, self.hold(), known)
+    }
+
+    fn controller<R: Real>(&self, known: &KnownWearer) -> Result<Controller<R>, TrackingError> {
         let wanted = parameters(self.form, self.add_ons);
         let value = |p: &Parameter| {
             let value = self.values.get(p.name).copied().unwrap_or(f64::NAN);
@@ -105,8 +110,24 @@ impl Candidate {
         };
         let values: Vec<R> = wanted.iter().map(|p| R::from_f64(value(p))).collect();
         let h = R::from_f64(f64::from(self.period_ms) / 1000.0);
-        let law = Controller::from_parameters(self.form, self.add_ons, h, &values)?;
-        Floating::new(law, self.period_ms, self.hold(), known)
+        Ok(Controller::from_parameters(
+            self.form,
+            self.add_ons,
+            h,
+            &values,
+        )?)
+    }
+
+    /// Returns the law's effort besides the integral, and the rate at which the integral grows,
+    /// 1/s, at a constant error, rad. The integral itself counts as 0.
+    ///
+    /// # Errors
+    /// Returns [`TrackingError::Law`] if a parameter is missing or unusable.
+    pub fn feedback_at(&self, error_rad: f64) -> Result<(f64, f64), TrackingError> {
+        let known = KnownWearer::nominal(Points::One);
+        let answer = self.controller::<f64>(&known)?.feedback(error_rad);
+        let per_s = 1000.0 / f64::from(self.period_ms);
+        Ok((answer.push, answer.growth * per_s))
     }
 }
 

@@ -185,6 +185,15 @@ impl<R: Real> Floating<R> {
             held: [0.0; 3],
         })
     }
+
+    /// Returns the driver with or without anti-windup, whatever its law has by default.
+    #[must_use]
+    pub fn with_anti_windup(self, has: bool) -> Self {
+        Self {
+            law: self.law.with_anti_windup(has),
+            ..self
+        }
+    }
 }
 
 impl<R: Real> Driver for Floating<R> {
