@@ -157,6 +157,15 @@ impl Cell {
 }
 
 impl Panel {
+    /// Creates a panel without cells.
+    pub fn blank(title: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            rows: Vec::new(),
+            remarks: Vec::new(),
+        }
+    }
+
     /// Returns the cells row by row.
     pub fn cells(&self) -> impl Iterator<Item = &Cell> {
         self.rows.iter().flatten()
@@ -192,11 +201,7 @@ impl<'a> Panels<'a> {
         columns: &[C],
         cell: impl Fn(&R, &C) -> Cell + Sync,
     ) {
-        let mut panel = Panel {
-            title,
-            rows: Vec::new(),
-            remarks: Vec::new(),
-        };
+        let mut panel = Panel::blank(title);
         for row in rows {
             let cells = columns.par_iter().map(|column| cell(row, column));
             panel.rows.push(cells.collect());

@@ -5,6 +5,7 @@
 //! simulated limbs in `hal-sim`, the figures in `figures`.
 
 mod chance;
+pub mod declaration;
 mod describing;
 mod finger;
 pub mod gain_delay;
@@ -18,6 +19,7 @@ pub mod wall;
 pub(crate) mod wall_loop;
 pub mod word_length;
 
+pub use declaration::{Declaration, Place};
 pub use map::{Axis, Cell, Class, Layout, Map, Panel, Panels};
 
 /// Function that computes a map from a seed, and reports the finished part, 0 to 1.
