@@ -8,6 +8,7 @@ use firmware::units::Micros;
 use hal_sim::body::FingerSpec;
 use hal_sim::body::wearer::recruitment;
 use std::f64::consts::TAU;
+use std::sync::OnceLock;
 
 type Complex = num_complex::Complex<f64>;
 
@@ -37,6 +38,34 @@ pub(super) struct Efforts {
     answers: Vec<Vec<Answer>>,
 }
 
+/// Responses of a joint's law that are measured when they are first needed.
+pub(super) struct LazyEfforts {
+    joint: JointSpec,
+    efforts: OnceLock<Option<Efforts>>,
+}
+
+impl LazyEfforts {
+    pub(super) const fn new(joint: JointSpec) -> Self {
+        Self {
+            joint,
+            efforts: OnceLock::new(),
+        }
+    }
+
+    pub(super) const fn joint(&self) -> &JointSpec {
+        &self.joint
+    }
+
+    /// Returns the responses, or `None` if the device refuses the joint.
+    pub(super) fn get(&self) -> Option<&Efforts> {
+        let measure = || {
+            let is_valid = Joint::with_full_gain(&self.joint).is_ok();
+            is_valid.then(|| Efforts::measure(&self.joint))
+        };
+        self.efforts.get_or_init(measure).as_ref()
+    }
+}
+
 /// Efforts of the law in each millisecond of whole periods, with their mean subtracted.
 struct Answer {
     amplitude_deg: f64,
@@ -53,8 +82,11 @@ pub(super) struct DescribingFunction {
 impl Efforts {
     /// Measures the response of the joint's law to every amplitude and period.
     pub(super) fn measure(joint: &JointSpec) -> Self {
+        let range_v = joint.flexors.first().map_or(1.0, |point| {
+            f64::from(point.max.get() - point.threshold.get()) * 1e-3
+        });
         let joint = Joint::with_full_gain(joint).expect("a valid joint");
-        let answer = |a, period| Answer::of(&joint, a, period);
+        let answer = |a, period| Answer::of(&joint, range_v, a, period);
         Self {
             answers: amplitudes()
                 .map(|a| periods().map(|period| answer(a, period)).collect())
@@ -76,7 +108,9 @@ impl Efforts {
 }
 
 impl Answer {
-    fn of(joint: &Joint, amplitude_deg: f64, period_ms: u32) -> Self {
+    /// Records the response. `range_v` converts an effort in volts into a fraction of the flexor's
+    /// range, for both muscles.
+    fn of(joint: &Joint, range_v: f64, amplitude_deg: f64, period_ms: u32) -> Self {
         let mut state = JointState::default();
         let zero = Micros::new(0);
         let taken = joint.accept_setpoint(&mut state, zero, zero, angle(MIDDLE_DEG), None);
@@ -89,9 +123,12 @@ impl Answer {
             let taken = joint.accept_measurement(&mut state, now, now, seen);
             taken.expect("measurements come in order");
             let orders = joint.tick(&mut state, now, None).expect("a fresh angle");
-            let (Effort::AboveThreshold(u) | Effort::Fraction(u)) = orders.effort;
+            let effort = match orders.effort {
+                Effort::AboveThreshold(volts) => volts.to_num::<f64>() / range_v,
+                Effort::Fraction(u) => u.to_num(),
+            };
             if ms >= SETTLING * period_ms {
-                efforts.push(u.to_num::<f64>());
+                efforts.push(effort);
             }
         }
         let mean = efforts.iter().sum::<f64>() / efforts.len() as f64;
@@ -142,6 +179,37 @@ impl DescribingFunction {
             }
         };
         amplitude / plant.sensor(TAU / period * 1e3).norm()
+    }
+
+    /// Returns the ratio of the true angle's standard deviation to that of a white sensor noise of
+    /// `noise_deg`, which is sampled every `frame_s` and held. The loop is linearised by the
+    /// describing function for a sine with the same standard deviation. At frequencies below the
+    /// tested ones the angle is assumed to follow the noise.
+    pub(super) fn noise_gain(&self, plant: &Plant, noise_deg: f64, frame_s: f64) -> f64 {
+        let wanted = noise_deg * std::f64::consts::SQRT_2;
+        let off = |a: f64| (a / wanted).ln().abs();
+        let nearest = self
+            .rows
+            .iter()
+            .min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
+        let Some((_, row)) = nearest else { return 0.0 };
+        // Power density of held noise of variance 1 times the squared gain, by frequency, Hz.
+        let density = |(period_ms, n): &(f64, Complex)| {
+            let frequency = 1e3 / period_ms;
+            let jw = Complex::new(0.0, TAU * frequency);
+            let half = std::f64::consts::PI * frequency * frame_s;
+            let held = if half > 0.0 { half.sin() / half } else { 1.0 };
+            let open = n * plant.frequency_response(TAU * frequency) * (-jw * frame_s / 2.0).exp();
+            let closed = open / (Complex::new(1.0, 0.0) + open);
+            let truly = closed / plant.sensor(TAU * frequency);
+            (frequency, 2.0 * frame_s * held * held * truly.norm_sqr())
+        };
+        let mut points: Vec<(f64, f64)> = row.iter().map(density).collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let slowest = points.first().map_or(0.0, |(frequency, _)| *frequency);
+        let between = |pair: &[(f64, f64)]| (pair[1].0 - pair[0].0) * (pair[0].1 + pair[1].1) / 2.0;
+        let variance = 2.0 * frame_s * slowest + points.windows(2).map(between).sum::<f64>();
+        variance.sqrt()
     }
 }
 
@@ -201,6 +269,16 @@ impl Plant {
             lag_s: m.tau1_s + m.tau2_s * x,
             spec: spec.clone(),
         }
+    }
+
+    /// Returns the effort with which the finger holds the angle, as a fraction of the range.
+    pub(super) fn effort(&self) -> f64 {
+        self.effort
+    }
+
+    /// Returns the time constant with which the force follows a change of recruitment, s.
+    pub(super) fn lag_s(&self) -> f64 {
+        self.lag_s
     }
 
     /// Returns the steady torque at an effort, N·m. Efforts above 0 recruit the flexor, efforts

@@ -2,10 +2,12 @@
 //! lost setpoints.
 
 use crate::tracking::wearer::{self, Points};
-use firmware::control::{HoldPolicy, Joint, JointSpec, JointState, LawSpec};
+use firmware::control::{HoldPolicy, Joint, JointSpec, JointState, LawSpec, SensorFault};
 use firmware::units::{Angle, Micros};
 use hal_sim::body::wearer::Participant;
 use hal_sim::body::{Body, Drive, Finger, FingerSpec, Pulse};
+use host_core::session::LawName;
+use std::f64::consts::TAU;
 
 /// Period of control ticks and of the simulated finger, 1 ms.
 const TICK_US: u64 = 1000;
@@ -36,6 +38,88 @@ pub(super) fn default_one_point(hold: HoldPolicy) -> JointSpec {
         hold,
         ..wearer::shipped(Points::One)
     }
+}
+
+/// Returns the device's controllers for one point of participant P, with their names, each with its
+/// own period and cutoff.
+pub(super) fn controllers(hold: HoldPolicy) -> [(&'static str, JointSpec); 4] {
+    [
+        (LawName::Recommended.title(), default_one_point(hold)),
+        ("super-twisting alone", one_point(LawSpec::ALONE, hold)),
+        (LawName::Paper.title(), one_point(LawSpec::PAPER, hold)),
+        (LawName::Pid.title(), one_point(LawSpec::PID, hold)),
+    ]
+}
+
+/// Sinusoidal reference angle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sine {
+    /// Mean angle, °.
+    pub middle_deg: f64,
+    /// Amplitude, °.
+    pub swing_deg: f64,
+    pub frequency_hz: f64,
+}
+
+impl Sine {
+    /// Returns the angle at `t`, s, in degrees.
+    pub(super) fn at(&self, t: f64) -> f64 {
+        self.middle_deg + self.swing_deg * (TAU * self.frequency_hz * t).sin()
+    }
+
+    /// Returns the largest rate of the reference, °/s.
+    pub(super) fn rate_deg_per_s(&self) -> f64 {
+        self.swing_deg * TAU * self.frequency_hz
+    }
+}
+
+/// Rate at which the maps of tracking send setpoints, Hz: that of the glove in Hamana 2022.
+const SETPOINTS_HZ: f64 = 90.0;
+
+/// Returns the RMSE of the finger's true angle against a reference, °, over the milliseconds
+/// `scored_ms` of a trial from rest; infinite if the device stops because of its sensor. The sensor
+/// is read at `frames_hz`, at most 1000.
+pub(super) fn tracking_rmse_deg(
+    mut device: Loop,
+    reference: &Sine,
+    scored_ms: std::ops::Range<u32>,
+    frames_hz: f64,
+) -> f64 {
+    let mut square = 0.0;
+    let is_new = |ms: u32, rate_hz: f64| {
+        let frame = |ms: f64| (ms * 1e-3 * rate_hz).floor();
+        ms == 0 || frame(f64::from(ms)) > frame(f64::from(ms) - 1.0)
+    };
+    for ms in 0..scored_ms.end {
+        let t = f64::from(ms) * 1e-3;
+        if is_new(ms, SETPOINTS_HZ) {
+            device.setpoint(reference.at(t));
+        }
+        if is_new(ms, frames_hz) {
+            device.measure();
+        }
+        let Ok(reached) = device.act() else {
+            return f64::INFINITY;
+        };
+        if scored_ms.contains(&ms) {
+            square += (reached - reference.at(t + 1e-3)).powi(2);
+        }
+    }
+    (square / scored_ms.len() as f64).sqrt()
+}
+
+/// Returns how far the true angle swings over the last `judged_ms` of a trial that holds
+/// `target_deg`, peak to peak, °.
+pub(super) fn swing_deg(mut device: Loop, target_deg: f64, trial_ms: u32, judged_ms: u32) -> f64 {
+    device.setpoint(target_deg);
+    let (mut low, mut high) = (f64::MAX, f64::MIN);
+    for ms in 0..trial_ms {
+        let angle = device.step();
+        if ms >= trial_ms - judged_ms {
+            (low, high) = (low.min(angle), high.max(angle));
+        }
+    }
+    high - low
 }
 
 /// Converts an angle in degrees to the fixed point that the device uses, rounded to hundredths of a
@@ -80,14 +164,25 @@ impl Loop {
     /// Simulates one millisecond: measurement, control, pulse and movement. Returns the true angle
     /// at its end, °.
     pub(super) fn step(&mut self) -> f64 {
+        self.measure();
+        self.act().expect("a fresh and believable angle")
+    }
+
+    /// Gives the joint the sensor's present reading.
+    pub(super) fn measure(&mut self) {
         let now = self.now();
         let seen = angle(self.finger.sensed_deg());
         let taken = self
             .joint
             .accept_measurement(&mut self.state, now, now, seen);
         taken.expect("measurements come in order");
-        let orders = self.joint.tick(&mut self.state, now, None);
-        let orders = orders.expect("a fresh and believable angle");
+    }
+
+    /// Simulates one millisecond without a measurement: control, pulse and movement. Returns the
+    /// true angle at its end, °.
+    pub(super) fn act(&mut self) -> Result<f64, SensorFault> {
+        let now = self.now();
+        let orders = self.joint.tick(&mut self.state, now, None)?;
         let t_us = self.tick * TICK_US;
         if t_us.is_multiple_of(PULSE_PERIOD_US) {
             for &(channel, amplitude) in &orders.amplitudes {
@@ -102,6 +197,6 @@ impl Loop {
         }
         self.tick += 1;
         self.finger.advance(self.tick * TICK_US);
-        self.finger.angle_deg()
+        Ok(self.finger.angle_deg())
     }
 }

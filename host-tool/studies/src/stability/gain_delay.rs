@@ -7,7 +7,7 @@
 //! the amplitude at which the loop's first harmonic sustains itself.
 
 use super::describing::{Efforts, Plant};
-use super::finger::{Loop, default_one_point, one_point, quiet_finger};
+use super::finger::{Loop, default_one_point, one_point, quiet_finger, swing_deg};
 use super::map::extremes;
 use super::{Axis, Cell, Class, Layout, Map, Panel, Panels};
 use firmware::control::{HoldPolicy, JointSpec, LawSpec};
@@ -140,16 +140,8 @@ fn plant(gain: f64, delay_ms: u32) -> Plant {
 
 /// Returns how far the true angle oscillates at the end of a trial, peak to peak, °.
 fn limit_cycle_swing_deg(finger: &FingerSpec, joint: &JointSpec) -> f64 {
-    let mut device = Loop::new(finger.clone(), joint, 0);
-    device.setpoint(TARGET_DEG);
-    let (mut low, mut high) = (f64::MAX, f64::MIN);
-    for ms in 0..TRIAL_MS {
-        let angle = device.step();
-        if ms >= TRIAL_MS - JUDGED_MS {
-            (low, high) = (low.min(angle), high.max(angle));
-        }
-    }
-    high - low
+    let device = Loop::new(finger.clone(), joint, 0);
+    swing_deg(device, TARGET_DEG, TRIAL_MS, JUDGED_MS)
 }
 
 #[cfg(test)]

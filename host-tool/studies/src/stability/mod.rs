@@ -5,16 +5,23 @@
 //! simulated limbs in `hal-sim`, the figures in `figures`.
 
 mod chance;
+pub mod control_period;
 pub mod declaration;
 mod describing;
+pub mod fatigue;
 mod finger;
 pub mod gain_delay;
 pub mod integrator;
 pub mod loss;
 pub mod map;
+pub mod muscle_lag;
 pub mod pulse_rate;
 pub mod rise;
+pub mod saturation;
+pub mod sensor;
+pub mod shipped_muscle;
 pub mod sigma;
+pub mod thresholds;
 pub mod wall;
 pub(crate) mod wall_loop;
 pub mod word_length;
