@@ -135,8 +135,7 @@ fn event_driven_methods_may_be_read_at_any_time() {
 }
 
 /// The test waits ten seconds in floating point, with frequent and with rare readings. (The
-/// remainder in fixed point depends on word length and rounding; `flexor chart stability` shows
-/// it.)
+/// remainder in fixed point depends on word length and rounding.)
 #[test]
 fn a_muscle_without_pulses_comes_to_rest() {
     let is_floating = |n| matches!(n, Number::F64 | Number::F32 | Number::Micromath);

@@ -1,206 +1,145 @@
-//! Map of the word length of C against the force that remains after the last pulse.
+//! Map of the shipped muscle model's error at small drives, where the length of its words matters.
 //!
-//! ETD midpoint with only C in fixed point and everything else in f64, so that every error comes
-//! from C's word. C ← round(C·e^(−h/τc)) once per step.
+//! The drive scales the force, but not the words: each halving of the drive takes a bit from force
+//! and answer. What remains of the force after the last pulse must come to exactly zero.
 
 use super::{Axis, Cell, Class, Layout, Map, Panels};
+use crate::subjects::spec;
+use firmware::muscle::{CalciumForce, CalciumForceState, Gain};
+use firmware::units::Micros;
+use hal_sim::body::muscle::reference::integrate;
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
 
-/// Step of the simulation, s: the device's control tick.
-const H: f64 = 1e-3;
-/// Number of steps between two pulses, for a rate of 40 Hz.
-const BETWEEN_PULSES: u32 = 25;
-/// Number of steps with pulses, and number of steps after them: 1 s and 6 s.
-const STEPS: [u32; 2] = [1000, 6000];
-const BITS: [u32; 25] = [
-    6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30,
-];
-/// Largest error allowed for the device's model, % of the peak force.
-const TOLERANCE: f64 = 0.02;
+/// Halvings of the drive in the columns. The device promises four digits down to 2^-16.
+const HALVINGS: [u32; 17] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16];
+/// Trains of the panels: title, and number of pulses at 40 Hz.
+const TRAINS: [(&str, u32); 2] = [("40 Hz for 1 s", 40), ("a single pulse", 1)];
+/// Period of 40 Hz, and time of the first pulse, µs.
+const PERIOD_US: u32 = 25_000;
+const FIRST_US: u32 = 137;
+/// Length of the compared part, s, and time between two readings, µs.
+const DURATION_S: f64 = 1.5;
+const READ_US: u32 = 1000;
+/// Time after which every force must be exactly zero, ms after the last pulse
+/// ([`CalciumForce::advance`]).
+const REST_MS: u32 = 7000;
+/// Error of the model for the subjects of Lee's table 4 at full drive, % of the peak
+/// ([`CalciumForce`]).
+const AT_FULL: f64 = 0.005;
 
-/// How C is rounded after each step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rounding {
-    /// To the nearest value; halves are rounded up.
-    Nearest,
-    Down,
-}
-
-/// Effect of one word length of C on one muscle. Forces are in % of the peak force.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outcome {
-    /// Force that remains 6 s after the last pulse.
-    pub residual: f64,
-    /// Time from the last pulse until C reaches 0 for good, ms; `None` if it never does.
-    pub zero_after_ms: Option<u32>,
-    /// Largest difference between the force and that of the same method with C in f64.
-    pub error: f64,
-}
-
-const CLASSES: [Class; 5] = [
-    Class::new(',', TOLERANCE, "error up to 0.02 %", 0),
-    Class::new('o', TOLERANCE, "remains forever, up to 0.02 %", 0),
-    Class::new('1', 1.0, "up to 1 %", 2),
-    Class::new('2', 10.0, "up to 10 %", 2),
+const CLASSES: [Class; 6] = [
+    Class::new('.', AT_FULL, "up to 0.005 %", 0),
+    Class::new(',', 0.02, "up to 0.02 %", 0),
+    Class::new('1', 0.1, "up to 0.1 %", 1),
+    Class::new('2', 1.0, "up to 1 %", 1),
+    Class::new('3', 10.0, "up to 10 %", 1),
     Class::new('X', f64::INFINITY, "more than 10 %", 2),
 ];
 
 /// Computes the map by simulating every cell; the seed is not used.
 pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
-    let mut panels = Panels::new(PANELS.len(), progress);
-    for (title, rounding, least, found, told) in PANELS {
-        panels.add(title.to_owned(), &SUBJECTS, &BITS, |p, bits| {
-            let found = found(run(p, *bits, rounding));
-            let cell = Cell::with_prediction(&CLASSES, found, Some(told(p, *bits, rounding)));
-            Cell {
-                class: cell.class.max(least),
-                ..cell
-            }
-        });
+    let mut panels = Panels::new(TRAINS.len(), progress);
+    for (title, pulses) in TRAINS {
+        let subjects = SUBJECTS.each_ref().map(|p| (p, truth(p, pulses)));
+        panels.add(
+            title.to_owned(),
+            &subjects,
+            &HALVINGS,
+            |(p, truth), halvings| {
+                let told = predicted(p, truth, *halvings);
+                Cell::with_prediction(&CLASSES, run(p, pulses, truth, *halvings).error, Some(told))
+            },
+        );
     }
-    let (ms, left) = slowest_to_zero();
     Map {
         name: "word_length",
-        title: "Word length of C: remaining force and error",
-        across: Axis::new("fraction bits of C", "", &BITS, u32::to_string),
+        title: "Words of the shipped muscle model: the error at small drives",
+        across: Axis::new("halvings of the drive", "", &HALVINGS, u32::to_string),
         down: Axis::new("subject and its K", "", &SUBJECTS, |p| {
             let n = SUBJECTS.iter().position(|q| q == p).unwrap_or(0);
             format!("K{:02} {:.3}", n + 1, p.k)
         }),
-        quantity: "force, % of the train's peak",
+        quantity: "worst error, % of the train's peak at this drive",
         classes: &CLASSES,
         panels: panels.made,
         layout: Layout::Beside(2),
-        theory: "C stops decaying where rounding undoes its decay, at n last bits, n being the \
-                 largest integer with n (1 − e^(−h/τc)) < 1/2; rounded down it loses up to \
-                 1/(1 − e^(−h/τc)) last bits. Both are multiplied by dF/dC of the steady force \
-                 A x (τ1 + τ2 x).",
+        theory: "0.005 % as at full drive, plus half the last bit of the answer (2^-17 N) and the \
+                 last bit of the force (2^-31 of A (τ1 + τ2)), both over the peak.",
         notes: vec![format!(
-            "ETD midpoint at 1 ms, 40 Hz for 1 s, then 6 s of rest; only C is in fixed point. \
-             Rounded down, C reaches 0 for every subject and word length at most {ms} ms after the \
-             last pulse, and then the force decays as that of a muscle: {left:.0e} % remains after \
-             6 s."
+            "Read every 1 ms, against the exact solution. The force is exactly zero, for every \
+             subject, drive and train, at most {} ms after the last pulse.",
+            slowest_to_zero()
         )],
     }
 }
 
-/// Definition of a panel: its title, the rounding of C, the smallest class index of its cells, a
-/// function for the plotted number, and one for theory's prediction of it. The smallest class is 1
-/// for a remaining force, which is not an error.
-type PanelOf = (
-    &'static str,
-    Rounding,
-    usize,
-    fn(Outcome) -> f64,
-    fn(&Parameters, u32, Rounding) -> f64,
-);
-
-/// Panels of the map: the force that remains, and the largest error with each rounding. There is no
-/// panel for the force that remains with rounding down, because none remains at any word length; a
-/// note and a test confirm this.
-#[rustfmt::skip]
-const PANELS: [PanelOf; 3] = [
-    ("force 6 s after the last pulse; C rounded to nearest", Rounding::Nearest, 1, |of| of.residual, |p, bits, _| predicted_residual(p, bits)),
-    ("worst error; C rounded to nearest", Rounding::Nearest, 0, |of| of.error, predicted_error),
-    ("worst error; C rounded down", Rounding::Down, 0, |of| of.error, predicted_error),
-];
-
-/// Returns, for C rounded down, the longest time that C takes to reach 0 after the last pulse, ms,
-/// and the largest force that remains at the end, % of the peak force. Both are over all muscles
-/// and word lengths.
-fn slowest_to_zero() -> (u32, f64) {
-    let all = SUBJECTS
-        .iter()
-        .flat_map(|p| BITS.map(|bits| run(p, bits, Rounding::Down)));
-    all.fold((0, 0.0), |(ms, left), of| {
-        // A C that never reaches 0 counts as the longest time.
-        let took = of.zero_after_ms.unwrap_or(u32::MAX);
-        (ms.max(took), left.max(of.residual))
-    })
+/// Result of one drive on one muscle.
+struct Outcome {
+    /// Largest error, % of the peak force.
+    error: f64,
+    /// Time from the last pulse until the model is at rest, ms; `None` if it is not within
+    /// [`REST_MS`].
+    zero_after_ms: Option<u32>,
 }
 
-/// Simulates one muscle whose C has `bits` fraction bits.
-pub fn run(p: &Parameters, bits: u32, rounding: Rounding) -> Outcome {
-    let one = 1u128 << bits;
-    let factor = ((-H / p.tau_c_s).exp() * (1u64 << 32) as f64) as u128;
-    let half = match rounding {
-        Rounding::Nearest => 1 << 31,
-        Rounding::Down => 0,
-    };
-    let (mut word, mut exact) = (0u128, 0.0);
-    let (mut force, mut exact_force) = (0.0, 0.0);
-    let (mut peak, mut error) = (0.0f64, 0.0f64);
-    let (mut last_pulse, mut zero_after_ms) = (0, None);
-    for step in 0..STEPS[0] + STEPS[1] {
-        if step < STEPS[0] && step.is_multiple_of(BETWEEN_PULSES) {
-            word += one;
-            exact += 1.0;
-            last_pulse = step;
+/// Returns the exact force at full drive at each reading, N.
+fn truth(p: &Parameters, pulses: u32) -> Vec<f64> {
+    let seconds = |n| f64::from(FIRST_US + n * PERIOD_US) * 1e-6;
+    let pulses: Vec<f64> = (0..pulses).map(seconds).collect();
+    let samples = integrate(p, &pulses, DURATION_S, f64::from(READ_US) * 1e-6);
+    samples.iter().map(|sample| sample.force_n).collect()
+}
+
+fn peak(truth: &[f64]) -> f64 {
+    truth.iter().copied().fold(0.0, f64::max)
+}
+
+fn run(p: &Parameters, pulses: u32, truth: &[f64], halvings: u32) -> Outcome {
+    let muscle = CalciumForce::new(spec(p)).expect("table 4 is within the device's ranges");
+    let mut state = CalciumForceState::at_rest(Micros::new(0));
+    let gain = Gain::new(Gain::FULL.get() >> halvings);
+    let drive = (-f64::from(halvings)).exp2();
+    let mut times = (0..pulses).map(|n| FIRST_US + n * PERIOD_US).peekable();
+    let last_us = FIRST_US + (pulses - 1) * PERIOD_US;
+    let mut error = 0.0f64;
+    let mut zero_after_ms = None;
+    for ms in 0..last_us / 1000 + REST_MS {
+        let now_us = ms * READ_US;
+        while let Some(at_us) = times.next_if(|at_us| *at_us <= now_us) {
+            muscle.pulse(&mut state, Micros::new(at_us), gain);
         }
-        force = after_step(p, force, word as f64 / one as f64);
-        exact_force = after_step(p, exact_force, exact);
-        word = (word * factor + half) >> 32;
-        exact *= (-H / p.tau_c_s).exp();
-        if word == 0 {
-            zero_after_ms = zero_after_ms.or(Some(step + 1 - last_pulse));
-        } else {
-            zero_after_ms = None;
+        muscle.advance(&mut state, Micros::new(now_us));
+        if let Some(true_n) = truth.get(ms as usize) {
+            let force_n: f64 = muscle.force(&state).get().to_num();
+            error = error.max((force_n - drive * true_n).abs());
         }
-        peak = peak.max(exact_force);
-        error = error.max((force - exact_force).abs());
+        if now_us > last_us && state.is_at_rest() {
+            zero_after_ms = zero_after_ms.or(Some(ms - last_us / 1000));
+        }
     }
     Outcome {
-        residual: force / peak * 100.0,
+        error: error / (drive * peak(truth)) * 100.0,
         zero_after_ms,
-        error: error / peak * 100.0,
     }
 }
 
-/// Returns the force after one step, given the force and the C at its start.
-fn after_step(p: &Parameters, force: f64, c: f64) -> f64 {
-    let middle = c * (-0.5 * H / p.tau_c_s).exp();
-    let x = middle / (middle + p.k);
-    let tau = p.tau1_s + p.tau2_s * x;
-    force + (1.0 - (-H / tau).exp()) * (p.a_n_per_s * x * tau - force)
+/// Returns the error that theory predicts, % of the peak force.
+fn predicted(p: &Parameters, truth: &[f64], halvings: u32) -> f64 {
+    let answer_n = (-17f64).exp2();
+    let force_n = (-31f64).exp2() * p.a_n_per_s * (p.tau1_s + p.tau2_s);
+    let peak_n = peak(truth) * (-f64::from(halvings)).exp2();
+    AT_FULL + (answer_n + force_n) / peak_n * 100.0
 }
 
-/// Returns the value of C at which rounding to nearest stops its decay, in units of its last bit.
-fn frozen(p: &Parameters) -> f64 {
-    (0.5 / (1.0 - (-H / p.tau_c_s).exp())).ceil() - 1.0
-}
-
-fn steady(p: &Parameters, c: f64) -> f64 {
-    let x = c / (c + p.k);
-    p.a_n_per_s * x * (p.tau1_s + p.tau2_s * x)
-}
-
-/// Returns the largest C of the train, and the steady force at its mean C.
-fn level(p: &Parameters) -> (f64, f64) {
-    let period = H * f64::from(BETWEEN_PULSES);
-    let top = 1.0 / (1.0 - (-period / p.tau_c_s).exp());
-    (top, steady(p, p.tau_c_s / period))
-}
-
-/// Returns the force that theory predicts to remain if C is rounded to nearest, % of the steady
-/// force.
-fn predicted_residual(p: &Parameters, bits: u32) -> f64 {
-    let c = frozen(p) * (-f64::from(bits)).exp2();
-    steady(p, c) / level(p).1 * 100.0
-}
-
-fn predicted_error(p: &Parameters, bits: u32, rounding: Rounding) -> f64 {
-    let last_bit = (-f64::from(bits)).exp2();
-    let off = last_bit
-        * match rounding {
-            Rounding::Nearest => frozen(p),
-            Rounding::Down => 1.0 / (1.0 - (-H / p.tau_c_s).exp()),
-        };
-    let (top, force) = level(p);
-    let at = |n: u32| {
-        let c = top * f64::from(n) / 400.0;
-        (steady(p, c + off) - steady(p, c)).abs()
-    };
-    (0..=400).map(at).fold(0.0, f64::max) / force * 100.0
+/// Returns the longest time from the last pulse until a muscle is at rest, ms, over all cells;
+/// the largest number if one never is.
+fn slowest_to_zero() -> u32 {
+    let cells = TRAINS.iter().flat_map(|(_, pulses)| {
+        let subjects = SUBJECTS.iter().map(|p| (p, *pulses));
+        subjects.flat_map(|of| HALVINGS.map(|halvings| (of, halvings)))
+    });
+    let times = cells.map(|((p, pulses), halvings)| run(p, pulses, &[1.0], halvings).zero_after_ms);
+    times.map(|ms| ms.unwrap_or(u32::MAX)).max().unwrap_or(0)
 }
 
 #[cfg(test)]
@@ -208,44 +147,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rounding_to_nearest_freezes_and_rounding_down_reaches_zero() {
-        for p in &SUBJECTS {
-            for bits in BITS {
-                let [down, nearest] =
-                    [Rounding::Down, Rounding::Nearest].map(|rounding| run(p, bits, rounding));
-                assert!(down.zero_after_ms.is_some() && nearest.zero_after_ms.is_none());
-                assert!(nearest.residual > 1e9 * down.residual);
-            }
-        }
-        let (ms, left) = slowest_to_zero();
-        println!("rounded down: C is 0 after {ms} ms at the latest, {left:.0e} % left after 6 s");
-        assert!(ms < 1000 && left < 1e-20);
+    fn every_force_comes_to_exactly_zero() {
+        let ms = slowest_to_zero();
+        println!("at rest {ms} ms after the last pulse at the latest");
+        assert!(ms < REST_MS);
     }
 
-    /// K = 0.012; the error with 18 bits is about half of that with 17.
     #[test]
-    fn k05_has_the_smallest_k_and_needs_the_longest_word() {
-        let bits = |p, rounding, most| {
-            let enough = |bits: &u32| run(p, *bits, rounding).error <= most;
-            BITS.into_iter().find(enough).expect("30 bits suffice")
-        };
-        let k05 = &SUBJECTS[4];
-        let [down, near] = [Rounding::Down, Rounding::Nearest];
-        for (rounding, most) in [
-            (down, 1.0),
-            (near, 1.0),
-            (down, TOLERANCE),
-            (near, TOLERANCE),
-        ] {
-            println!(
-                "K05, {rounding:?}: {} bits for {most} %",
-                bits(k05, rounding, most)
-            );
-        }
-        assert_eq!(bits(k05, down, TOLERANCE), 23);
-        assert_eq!(bits(k05, near, TOLERANCE), 20);
+    fn full_drive_is_as_accurate_as_documented() {
         for p in &SUBJECTS {
-            assert!(bits(p, down, TOLERANCE) <= 23 && bits(p, near, TOLERANCE) <= 20);
+            let truth = truth(p, 40);
+            assert!(run(p, 40, &truth, 0).error <= AT_FULL);
         }
     }
 }
