@@ -7,20 +7,23 @@ use clap::Args;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use studies::figures::map_picture;
-use studies::stability::{Draw, MAPS, Map, SEED};
+use studies::stability::{MAPS, Map, SEED, Source};
 
 /// Map where each method fails, and where theory predicts failure
 #[derive(Args, Debug)]
 pub struct Stability {
     /// Names of the maps; all maps if none is given
     names: Vec<String>,
-    /// Seed of `loss` and `pulse_rate`; the other maps are not random
+    /// Seed of `loss`, `pulse_rate`, `sensor`, `shipped_muscle`; the other maps are not random
     #[arg(long)]
     seed: Option<u64>,
-    /// Folder for the texts and pictures
+    /// Folder for the numbers, texts and pictures
     #[arg(long, default_value = "docs/maps")]
     out: PathBuf,
 }
+
+/// Maps with random numbers.
+const RANDOM: [&str; 4] = ["loss", "pulse_rate", "sensor", "shipped_muscle"];
 
 /// # Errors
 /// E518: no such map. E565: no such folder. E575: a file cannot be written.
@@ -31,37 +34,36 @@ pub fn main(args: &Stability, output: Output) -> anyhow::Result<()> {
         args.out.display()
     );
     let entries = selected_draws(&args.names)?;
-    let has_chance = |name: &String| matches!(&**name, "loss" | "pulse_rate");
+    let has_chance = |name: &String| RANDOM.contains(&&**name);
     if args.seed.is_some() && !args.names.is_empty() && !args.names.iter().any(has_chance) {
         return usage_error(
-            "--seed has an effect only on the maps `loss` and `pulse_rate`; name one of them, or \
-             leave it out",
+            "--seed has an effect only on the maps `loss`, `pulse_rate`, `sensor` and \
+             `shipped_muscle`; name one of them, or leave it out",
         );
     }
     let bar = output.bar("stability");
     let mut maps = Vec::new();
-    for (draw, n) in entries.iter().zip(0u32..) {
+    for (source, n) in entries.iter().zip(0u32..) {
         let done = |part| bar.set((f64::from(n) + part) / entries.len() as f64);
-        maps.push(draw(args.seed.unwrap_or(SEED), &mut { done }));
+        maps.push(source.draw(args.seed.unwrap_or(SEED), &mut { done }));
     }
     bar.finish();
     for map in &maps {
-        write(&args.out.join(format!("{}.txt", map.name)), &map.text())?;
-        write(
-            &args.out.join(format!("{}.svg", map.name)),
-            &map_picture(map),
-        )?;
+        let file = |extension| args.out.join(format!("{}.{extension}", map.name));
+        write(&file("csv"), &map.csv())?;
+        write(&file("txt"), &map.text())?;
+        write(&file("svg"), &map_picture(map))?;
     }
     output.print(|| text_report(&maps, &args.out), || json_report(&maps))?;
     Ok(())
 }
 
-fn selected_draws(names: &[String]) -> anyhow::Result<Vec<Draw>> {
+fn selected_draws(names: &[String]) -> anyhow::Result<Vec<Source>> {
     if names.is_empty() {
-        return Ok(MAPS.map(|(_, draw)| draw).to_vec());
+        return Ok(MAPS.map(|(_, source)| source).to_vec());
     }
     let find = |name: &String| match MAPS.iter().find(|(known, _)| known == name) {
-        Some((_, draw)) => Ok(*draw),
+        Some((_, source)) => Ok(*source),
         None => {
             let known = MAPS.map(|(known, _)| known).join(", ");
             usage_error(format!("there is no map `{name}`; the maps are {known}"))
@@ -83,8 +85,8 @@ fn text_report(maps: &[Map], out: &Path) -> String {
         ));
     }
     lines.push(format!(
-        "worse, better: number of cells that are worse or better than theory predicts\ntexts and \
-         pictures: {}",
+        "worse, better: number of cells that are worse or better than theory predicts\nnumbers, texts \
+         and pictures: {}",
         out.display()
     ));
     lines.join("\n")

@@ -85,14 +85,10 @@ impl Declaration {
                 };
                 let field = |value: &str, column: usize| line(value)?.get(3 + column);
                 let cell = |column| {
-                    let mark = field("mark", column)?;
-                    let class = map
-                        .classes
-                        .iter()
-                        .position(|c| c.mark.to_string() == mark)?;
+                    let number = field("number", column)?.parse().ok()?;
                     Some(Cell {
-                        class,
-                        number: field("number", column)?.parse().ok()?,
+                        class: class_of(map.classes, number),
+                        number,
                         predicted: field("predicted verdict", column).and_then(|t| t.parse().ok()),
                         told: field("predicted number", column).and_then(|t| t.parse().ok()),
                     })
@@ -108,8 +104,8 @@ impl Declaration {
 
 impl Map {
     /// Returns the cells as CSV. Each row of a panel has a line with its numbers, one with its
-    /// marks, and where theory predicts something, one with the predicted verdicts and one with the
-    /// predicted numbers.
+    /// verdicts, and where theory predicts something, one with the predicted verdicts and one with
+    /// the predicted numbers.
     pub fn csv(&self) -> String {
         let mut out = csv::Writer::from_writer(Vec::new());
         let mut write = |head: [&str; 3], cells: Vec<String>| {
@@ -129,7 +125,7 @@ impl Map {
                     }
                 };
                 line("number", &|cell| Some(shown(cell.number)));
-                line("mark", &|c| Some(self.classes[c.class].mark.to_string()));
+                line("verdict", &|cell| Some(self.verdict(cell).to_string()));
                 line("predicted verdict", &|c| Some(c.predicted?.to_string()));
                 line("predicted number", &|cell| Some(shown(cell.told?)));
             }

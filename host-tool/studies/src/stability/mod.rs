@@ -32,19 +32,38 @@ pub use map::{Axis, Cell, Class, Layout, Map, Panel, Panels};
 /// Function that computes a map from a seed, and reports the finished part, 0 to 1.
 pub type Draw = fn(u64, &mut dyn FnMut(f64)) -> Map;
 
+/// How a map is computed.
+#[derive(Clone, Copy)]
+pub enum Source {
+    /// All at once, in seconds.
+    Whole(Draw),
+    /// Cell by cell, in up to some minutes: [`Declaration`].
+    Cells(fn(u64) -> Declaration),
+}
+
+impl Source {
+    /// Computes the map from a seed, and reports the finished part, 0 to 1.
+    pub fn draw(self, seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
+        match self {
+            Self::Whole(draw) => draw(seed, progress),
+            Self::Cells(declare) => declare(seed).draw(progress),
+        }
+    }
+}
+
 /// Seed of the committed maps.
 pub const SEED: u64 = 1;
 
 /// Every map with the name of its files in docs/maps.
-pub const MAPS: [(&str, Draw); 10] = [
-    ("gain_delay", gain_delay::draw),
-    ("integrator", integrator::draw),
-    ("loss", loss::draw),
-    ("pulse_rate", pulse_rate::draw),
-    ("rise", rise::draw),
-    ("sigma_gains", sigma::gains),
-    ("sigma_order", sigma::order),
-    ("wall", wall::draw),
-    ("wall_classical", wall::draw_classical),
-    ("word_length", word_length::draw),
+pub const MAPS: [(&str, Source); 10] = [
+    ("gain_delay", Source::Whole(gain_delay::draw)),
+    ("integrator", Source::Whole(integrator::draw)),
+    ("loss", Source::Whole(loss::draw)),
+    ("pulse_rate", Source::Whole(pulse_rate::draw)),
+    ("rise", Source::Whole(rise::draw)),
+    ("sigma_gains", Source::Whole(sigma::gains)),
+    ("sigma_order", Source::Whole(sigma::order)),
+    ("wall", Source::Whole(wall::draw)),
+    ("wall_classical", Source::Whole(wall::draw_classical)),
+    ("word_length", Source::Whole(word_length::draw)),
 ];
