@@ -12,7 +12,7 @@ use hal_sim::body::FingerSpec;
 use std::f64::consts::TAU;
 
 /// Shares of the force that remain under sustained full activation, in the rows.
-const FLOORS: [f64; 10] = [1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1];
+const FLOORS: [f64; 10] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0];
 /// Time constants of fatigue in the columns, s.
 const TIMES_S: [f64; 8] = [2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 90.0, 180.0];
 const REFERENCE: Sine = Sine {

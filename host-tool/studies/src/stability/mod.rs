@@ -55,14 +55,18 @@ impl Source {
 pub const SEED: u64 = 1;
 
 /// Every map with the name of its files in docs/maps.
-pub const MAPS: [(&str, Source); 10] = [
+pub const MAPS: [(&str, Source); 14] = [
+    ("control_period", Source::Cells(control_period::declare)),
+    ("fatigue", Source::Cells(fatigue::declare)),
     ("gain_delay", Source::Whole(gain_delay::draw)),
     ("integrator", Source::Whole(integrator::draw)),
     ("loss", Source::Whole(loss::draw)),
+    ("muscle_lag", Source::Cells(muscle_lag::declare)),
     ("pulse_rate", Source::Whole(pulse_rate::draw)),
     ("rise", Source::Whole(rise::draw)),
     ("sigma_gains", Source::Whole(sigma::gains)),
     ("sigma_order", Source::Whole(sigma::order)),
+    ("thresholds", Source::Cells(thresholds::declare)),
     ("wall", Source::Whole(wall::draw)),
     ("wall_classical", Source::Whole(wall::draw_classical)),
     ("word_length", Source::Whole(word_length::draw)),
