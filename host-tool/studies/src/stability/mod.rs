@@ -55,7 +55,7 @@ impl Source {
 pub const SEED: u64 = 1;
 
 /// Every map with the name of its files in docs/maps.
-pub const MAPS: [(&str, Source); 14] = [
+pub const MAPS: [(&str, Source); 17] = [
     ("control_period", Source::Cells(control_period::declare)),
     ("fatigue", Source::Cells(fatigue::declare)),
     ("gain_delay", Source::Whole(gain_delay::draw)),
@@ -64,6 +64,9 @@ pub const MAPS: [(&str, Source); 14] = [
     ("muscle_lag", Source::Cells(muscle_lag::declare)),
     ("pulse_rate", Source::Whole(pulse_rate::draw)),
     ("rise", Source::Whole(rise::draw)),
+    ("saturation", Source::Cells(saturation::declare)),
+    ("sensor", Source::Cells(sensor::declare)),
+    ("shipped_muscle", Source::Cells(shipped_muscle::declare)),
     ("sigma_gains", Source::Whole(sigma::gains)),
     ("sigma_order", Source::Whole(sigma::order)),
     ("thresholds", Source::Cells(thresholds::declare)),

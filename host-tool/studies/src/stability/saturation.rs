@@ -60,12 +60,7 @@ pub fn declare(_seed: u64) -> Declaration {
         across: Axis::new("time beyond the reach", "s", &BEYOND_MS, |ms| {
             format!("{}", f64::from(*ms) * 1e-3)
         }),
-        down: Axis::new(
-            "reference beyond the reach",
-            "°",
-            &EXCESS_DEG,
-            f64::to_string,
-        ),
+        down: Axis::new("excess", "°", &EXCESS_DEG, f64::to_string),
         quantity: "time from the return of the reference until the finger has moved 2° back, s",
         classes: &CLASSES,
         panels: contenders.iter().map(panel).collect(),
@@ -76,8 +71,8 @@ pub fn declare(_seed: u64) -> Declaration {
                  minus 20°.",
         notes: vec![format!(
             "Finger of participant P with {STRENGTH} of the flexor's torque, one point, sensor \
-             without noise; it holds {LOW_DEG}° for 10 s, is asked for an angle beyond its reach \
-             of {:.1}°, then for {LOW_DEG}° again. The device's default controller has a correct \
+             without noise; it holds {LOW_DEG}° for 10 s, is asked for an angle that exceeds its \
+             reach of {:.1}°, then for {LOW_DEG}° again. The device's default controller has a correct \
              wearer file; the other control laws are in floating point, with the device's default \
              gains. The paper's controller has no anti-windup. The lag of the finger is its \
              delay, half a pulse period and the muscle's lag, {:.2} s; assumed: the integral \
