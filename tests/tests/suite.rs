@@ -38,4 +38,5 @@ mod qemu_instructions;
 mod qemu_parity;
 mod snapshots_of_sessions;
 mod trigger;
+mod where_methods_fail;
 mod widths;
