@@ -43,11 +43,21 @@ pub(super) fn default_one_point(hold: HoldPolicy) -> JointSpec {
 /// Returns the device's controllers for one point of participant P, with their names, each with its
 /// own period and cutoff.
 pub(super) fn controllers(hold: HoldPolicy) -> [(&'static str, JointSpec); 4] {
+    controllers_at(Points::One, hold)
+}
+
+/// Returns the device's controllers for one or two points of participant P, as [`controllers`].
+pub(super) fn controllers_at(points: Points, hold: HoldPolicy) -> [(&'static str, JointSpec); 4] {
+    let joint = |law| wearer::joint(law, points, hold);
+    let default = JointSpec {
+        hold,
+        ..wearer::shipped(points)
+    };
     [
-        (LawName::Recommended.title(), default_one_point(hold)),
-        ("super-twisting alone", one_point(LawSpec::ALONE, hold)),
-        (LawName::Paper.title(), one_point(LawSpec::PAPER, hold)),
-        (LawName::Pid.title(), one_point(LawSpec::PID, hold)),
+        (LawName::Recommended.title(), default),
+        ("super-twisting alone", joint(LawSpec::ALONE)),
+        (LawName::Paper.title(), joint(LawSpec::PAPER)),
+        (LawName::Pid.title(), joint(LawSpec::PID)),
     ]
 }
 
@@ -133,6 +143,8 @@ pub(super) struct Loop {
     joint: Joint,
     state: JointState,
     finger: Finger,
+    /// Whether the flexor points are pulsed as a conducted pair.
+    conducted: bool,
     tick: u64,
 }
 
@@ -144,6 +156,7 @@ impl Loop {
             joint: Joint::with_full_gain(joint).expect("a valid joint"),
             state: JointState::default(),
             finger: Finger::new(finger, seed).expect("a valid finger"),
+            conducted: joint.flexors.len() > 1,
             tick: 0,
         }
     }
@@ -191,7 +204,7 @@ impl Loop {
                     channel: channel.into(),
                     drive: Drive::Volts(f64::from(amplitude.get()) / 1000.0),
                     width_us: WIDTH_US,
-                    conducted: false,
+                    conducted: self.conducted,
                 });
             }
         }

@@ -15,6 +15,7 @@ pub mod integrator;
 pub mod loss;
 pub mod map;
 pub mod muscle_lag;
+pub mod point_thresholds;
 pub mod pulse_rate;
 pub mod rise;
 pub mod saturation;
