@@ -133,7 +133,7 @@ const CONTROLLERS: [&str; 4] = [
 /// A row of the table of controllers: what is limited, the map, and the limit of a panel.
 type Limit = (&'static str, &'static str, fn(&Numbers, &str) -> String);
 
-const LIMITS: [Limit; 15] = [
+const LIMITS: [Limit; 16] = [
     ("added delay at a hold, ms", "muscle_lag", |map, panel| {
         map.along(panel, "1", "0")
     }),
@@ -169,6 +169,11 @@ const LIMITS: [Limit; 15] = [
     ("the same, 40 ms added delay", "thresholds", |map, panel| {
         map.down(panel, "40", "0")
     }),
+    (
+        "threshold of B above the file's, % of the range",
+        "point_thresholds",
+        |map, panel| map.down(panel, "0", "0"),
+    ),
     (
         "frames per second without noise, Hz",
         "sensor",

@@ -86,6 +86,19 @@ fn the_statements_in_the_text_are_those_of_the_maps() {
     let rows = thresholds.rows(paper);
     assert!({ rows.iter() }.all(|row| delays.iter().all(|ms| !thresholds.holds(paper, row, ms))));
 
+    let points = Numbers::read("point_thresholds");
+    let [right, wrong] = ["0", "40"].map(|row| points.number(default, row, "0"));
+    says(format!(
+        "40 % of its range too late, the RMSE grows from {right:.2}° to {wrong:.2}°"
+    ));
+    let delays = columns(&points);
+    let late = first_failing(delays.iter().map(String::as_str), |ms| {
+        points.holds(default, "40", ms)
+    });
+    says(format!(
+        "and it fails from {late} ms of added delay on (`point_thresholds`)"
+    ));
+
     let sensor = Numbers::read("sensor");
     let noise = columns(&sensor);
     let noise: Vec<&str> = noise.iter().map(String::as_str).collect();

@@ -56,13 +56,14 @@ impl Source {
 pub const SEED: u64 = 1;
 
 /// Every map with the name of its files in docs/maps.
-pub const MAPS: [(&str, Source); 17] = [
+pub const MAPS: [(&str, Source); 18] = [
     ("control_period", Source::Cells(control_period::declare)),
     ("fatigue", Source::Cells(fatigue::declare)),
     ("gain_delay", Source::Whole(gain_delay::draw)),
     ("integrator", Source::Whole(integrator::draw)),
     ("loss", Source::Whole(loss::draw)),
     ("muscle_lag", Source::Cells(muscle_lag::declare)),
+    ("point_thresholds", Source::Cells(point_thresholds::declare)),
     ("pulse_rate", Source::Whole(pulse_rate::draw)),
     ("rise", Source::Whole(rise::draw)),
     ("saturation", Source::Cells(saturation::declare)),
