@@ -6,7 +6,7 @@ use super::{Axis, Cell, Class, Layout, Map, Panels};
 use crate::subjects::{forces, spec};
 use hal_sim::body::muscle::reference::integrate;
 use hal_sim::body::muscle::{Muscle, Parameters, Step};
-use methods::muscle::shipped::Shipped;
+use methods::muscle::{Integrator, Setting};
 
 const RATES_HZ: [f64; 12] = [
     5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 60.0, 80.0, 100.0, 150.0, 200.0,
@@ -155,14 +155,17 @@ fn error(p: &Parameters, train: &Train, call_us: u32, pulses: Pulses) -> f64 {
         Pulses::Snapped => us / call_us * call_us,
     };
     let pulses_us: Vec<u32> = train.pulses_us.iter().map(received).collect();
-    let mut muscle = Shipped::new(&spec(p)).expect("within the device's ranges");
-    let times = (0..truth.len() as u32).map(|n| n * call_us);
-    let (mut error, mut peak) = (0.0f64, 0.0f64);
-    for (force, sample) in forces(&mut muscle, &pulses_us, times).zip(&truth) {
-        error = error.max((force - sample.force_n).abs());
-        peak = peak.max(sample.force_n);
-    }
-    error / peak * 100.0
+    let error = |muscle: &mut dyn Integrator| {
+        let times = (0..truth.len() as u32).map(|n| n * call_us);
+        let (mut error, mut peak) = (0.0f64, 0.0f64);
+        for (force, sample) in forces(muscle, &pulses_us, times).zip(&truth) {
+            error = error.max((force - sample.force_n).abs());
+            peak = peak.max(sample.force_n);
+        }
+        error / peak * 100.0
+    };
+    let error = Setting::SHIPPED.with_integrator(&spec(p), error);
+    error.expect("within the device's ranges")
 }
 
 #[cfg(test)]

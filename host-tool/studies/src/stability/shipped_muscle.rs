@@ -4,10 +4,9 @@
 use super::chance::uniform;
 use super::{Axis, Cell, Class, Declaration, Layout, Map, Panel};
 use crate::subjects::{forces, spec};
-use firmware::muscle::CalciumForce;
 use hal_sim::body::muscle::Parameters;
 use hal_sim::body::muscle::reference::integrate;
-use methods::muscle::shipped::Shipped;
+use methods::muscle::{Integrator, Setting};
 
 /// K of the rows: the range that the device accepts.
 const K: [f64; 11] = [0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0];
@@ -93,9 +92,6 @@ fn is_refused(p: &Parameters) -> bool {
 
 /// Returns the largest error on a train, % of its peak; infinite if the device refuses the muscle.
 fn error(p: &Parameters, rate_hz: f64, seed: u64) -> f64 {
-    if CalciumForce::new(spec(p)).is_err() {
-        return f64::INFINITY;
-    }
     let at = |n: u32| {
         let place = f64::from(n) + JITTER * (1.0 + 2.0 * uniform(seed, n.into()));
         (place * 1e6 / rate_hz) as u32
@@ -103,12 +99,15 @@ fn error(p: &Parameters, rate_hz: f64, seed: u64) -> f64 {
     let pulses_us: Vec<u32> = (0..(TRAIN_S * rate_hz) as u32).map(at).collect();
     let seconds: Vec<f64> = pulses_us.iter().map(|us| f64::from(*us) * 1e-6).collect();
     let truth = integrate(p, &seconds, DURATION_S, f64::from(READ_US) * 1e-6);
-    let mut muscle = Shipped::new(&spec(p)).expect("checked above");
-    let times = (0..truth.len() as u32).map(|n| n * READ_US);
-    let (mut error, mut peak) = (0.0f64, 0.0f64);
-    for (force, sample) in forces(&mut muscle, &pulses_us, times).zip(&truth) {
-        error = error.max((force - sample.force_n).abs());
-        peak = peak.max(sample.force_n);
-    }
-    error / peak * 100.0
+    let error = |muscle: &mut dyn Integrator| {
+        let times = (0..truth.len() as u32).map(|n| n * READ_US);
+        let (mut error, mut peak) = (0.0f64, 0.0f64);
+        for (force, sample) in forces(muscle, &pulses_us, times).zip(&truth) {
+            error = error.max((force - sample.force_n).abs());
+            peak = peak.max(sample.force_n);
+        }
+        error / peak * 100.0
+    };
+    let error = Setting::SHIPPED.with_integrator(&spec(p), error);
+    error.unwrap_or(f64::INFINITY)
 }

@@ -5,7 +5,7 @@
 
 use super::{Axis, Cell, Class, Layout, Map, Panels};
 use crate::subjects::spec;
-use firmware::muscle::{CalciumForce, CalciumForceState, Gain};
+use firmware::muscle::{Gain, TabulatedForce, TabulatedForceState};
 use firmware::units::Micros;
 use hal_sim::body::muscle::reference::integrate;
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
@@ -21,10 +21,10 @@ const FIRST_US: u32 = 137;
 const DURATION_S: f64 = 1.5;
 const READ_US: u32 = 1000;
 /// Time after which every force must be exactly zero, ms after the last pulse
-/// ([`CalciumForce::advance`]).
+/// ([`TabulatedForce::advance`]).
 const REST_MS: u32 = 7000;
 /// Error of the model for the subjects of Lee's table 4 at full drive, % of the peak
-/// ([`CalciumForce`]).
+/// ([`TabulatedForce`]).
 const AT_FULL: f64 = 0.005;
 
 const CLASSES: [Class; 6] = [
@@ -64,7 +64,7 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         panels: panels.made,
         layout: Layout::Beside(2),
         theory: "0.005 % as at full drive, plus half the last bit of the answer (2^-17 N) and the \
-                 last bit of the force (2^-31 of A (τ1 + τ2)), both over the peak.",
+                 last bit of the force (2^-29 of A (τ1 + τ2)), both over the peak.",
         notes: vec![format!(
             "Read every 1 ms, against the exact solution. The force is exactly zero, for every \
              subject, drive and train, at most {} ms after the last pulse.",
@@ -95,8 +95,8 @@ fn peak(truth: &[f64]) -> f64 {
 }
 
 fn run(p: &Parameters, pulses: u32, truth: &[f64], halvings: u32) -> Outcome {
-    let muscle = CalciumForce::new(spec(p)).expect("table 4 is within the device's ranges");
-    let mut state = CalciumForceState::at_rest(Micros::new(0));
+    let muscle = TabulatedForce::new(&spec(p)).expect("every subject of table 4 has a table");
+    let mut state = TabulatedForceState::at_rest(Micros::new(0));
     let gain = Gain::new(Gain::FULL.get() >> halvings);
     let drive = (-f64::from(halvings)).exp2();
     let mut times = (0..pulses).map(|n| FIRST_US + n * PERIOD_US).peekable();
@@ -126,7 +126,7 @@ fn run(p: &Parameters, pulses: u32, truth: &[f64], halvings: u32) -> Outcome {
 /// Returns the error that theory predicts, % of the peak force.
 fn predicted(p: &Parameters, truth: &[f64], halvings: u32) -> f64 {
     let answer_n = (-17f64).exp2();
-    let force_n = (-31f64).exp2() * p.a_n_per_s * (p.tau1_s + p.tau2_s);
+    let force_n = (-29f64).exp2() * p.a_n_per_s * (p.tau1_s + p.tau2_s);
     let peak_n = peak(truth) * (-f64::from(halvings)).exp2();
     AT_FULL + (answer_n + force_n) / peak_n * 100.0
 }
