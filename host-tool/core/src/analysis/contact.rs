@@ -47,8 +47,8 @@ pub fn wall_contacts(trial: &Trial) -> Vec<WallContact> {
     };
     let course: Vec<(f64, f64)> = trial
         .samples
-        .iter()
-        .filter_map(|s| Some((s.t_s, penetration(&wall, &s)?)))
+        .map_each(|s| Some((s.t_s, penetration(&wall, s)?)))
+        .flatten()
         .collect();
     let is_near = |(_, depth): &(f64, f64)| *depth > -wall.pre_wall_deg;
     let mut visits: Vec<(usize, usize)> = Vec::new();

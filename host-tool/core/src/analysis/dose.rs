@@ -73,8 +73,9 @@ pub fn doses(trial: &Trial) -> Vec<ChannelDose> {
     let mut counters: Vec<DoseCounter> = channels
         .map(|(place, info)| DoseCounter::new(trial, (place, info), train(info.number)))
         .collect();
-    for sample in &trial.samples {
-        counters.iter_mut().for_each(|counter| counter.add(&sample));
+    let mut samples = trial.samples.reader();
+    while let Some(sample) = samples.next_sample() {
+        counters.iter_mut().for_each(|counter| counter.add(sample));
     }
     let finished = counters.into_iter().zip(&trial.channels);
     finished

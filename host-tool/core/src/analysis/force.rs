@@ -46,30 +46,46 @@ pub struct GapMetrics {
 /// `measure` window, or the whole trial without one; it is `None` if no force was wanted.
 #[must_use]
 pub fn force_limiting_share(trial: &Trial) -> Option<f64> {
-    let wanted = samples_in_window(trial).filter(|s| s.wanted_n.iter().any(Option::is_some));
-    let (total, limiting) = wanted.fold((0, 0), |(total, limiting), s| {
-        (total + 1_usize, limiting + usize::from(s.limiting))
-    });
+    let is_wanted = |s: &Sample| s.wanted_n.iter().any(Option::is_some);
+    let limiting = map_in_window(trial, |s| is_wanted(s).then_some(s.limiting));
+    let (total, limiting) = limiting
+        .flatten()
+        .fold((0, 0), |(total, limiting), is_limiting| {
+            (total + 1_usize, limiting + usize::from(is_limiting))
+        });
     (total > 0).then(|| limiting as f64 / total as f64)
 }
 
-/// Returns the samples to judge: those in the trial's `measure` window, or all.
-fn samples_in_window(trial: &Trial) -> impl Iterator<Item = Sample> {
+/// Returns the result of `read` for each sample to judge: those in the trial's `measure` window, or
+/// all.
+fn map_in_window<T>(trial: &Trial, mut read: impl FnMut(&Sample) -> T) -> impl Iterator<Item = T> {
     let (from_s, to_s) = window(trial).unwrap_or((f64::NAN, f64::NAN)); // none
-    let samples = trial.samples.iter();
-    samples.filter(move |s| (from_s..=to_s).contains(&s.t_s))
+    let inside = move |s: &Sample| (from_s..=to_s).contains(&s.t_s);
+    let results = trial.samples.map_each(move |s| inside(s).then(|| read(s)));
+    results.flatten()
 }
 
 /// Returns the numbers of the channels for which forces were wanted but never predicted, because no
 /// muscle model ran. Searches the trial's `measure` window, or the whole trial without one.
 #[must_use]
 pub fn channels_without_prediction(trial: &Trial) -> Vec<u8> {
-    let numbers = trial.channels.iter().filter(|c| c.force).map(|c| c.number);
-    let is_unpredicted = |&number: &u8| {
-        samples_in_window(trial).any(|s| trial.wanted_n(&s, number).is_some())
-            && samples_in_window(trial).all(|s| trial.force_n(&s, number).is_none())
-    };
-    numbers.filter(is_unpredicted).collect()
+    let controlled = trial.channels.iter().filter(|c| c.force);
+    // Number, whether a force was wanted, and whether one was predicted.
+    let mut channels: Vec<_> = controlled.map(|c| (c.number, false, false)).collect();
+    if channels.is_empty() {
+        return Vec::new();
+    }
+    map_in_window(trial, |s| {
+        for (number, is_wanted, is_predicted) in &mut channels {
+            *is_wanted |= trial.wanted_n(s, *number).is_some();
+            *is_predicted |= trial.force_n(s, *number).is_some();
+        }
+    })
+    .for_each(drop);
+    let unpredicted = channels
+        .into_iter()
+        .filter(|(_, is_wanted, is_predicted)| *is_wanted && !is_predicted);
+    unpredicted.map(|(number, ..)| number).collect()
 }
 
 /// Returns the metrics of every channel under force control, in channel order, over the trial's
@@ -80,53 +96,77 @@ pub fn force_metrics(trial: &Trial) -> Vec<ForceMetrics> {
         return Vec::new();
     };
     let controlled = trial.channels.iter().filter(|c| c.force);
-    let judged = controlled
-        .filter_map(|channel| channel_force_metrics(trial, channel.number, (from_s, to_s)));
-    judged.collect()
+    let mut sums: Vec<_> = controlled.map(|c| ForceSums::new(c.number)).collect();
+    if sums.is_empty() {
+        return Vec::new();
+    }
+    map_in_window(trial, |sample| {
+        sums.iter_mut().for_each(|sum| sum.add(trial, sample));
+    })
+    .for_each(drop);
+    let judged = sums.into_iter();
+    judged
+        .filter_map(|sum| sum.metrics((from_s, to_s)))
+        .collect()
 }
 
-/// Returns the metrics of one channel over a window; `None` where no force was both predicted and
-/// wanted.
-fn channel_force_metrics(
-    trial: &Trial,
+/// Sums over the samples of one channel, from which its metrics are computed.
+struct ForceSums {
     channel: u8,
-    (from_s, to_s): (f64, f64),
-) -> Option<ForceMetrics> {
-    let (mut errors, mut peak_n, mut seen_s) = (Errors::default(), 0.0_f64, None);
-    let (mut gap, mut gaps) = (None, 0);
-    for sample in samples_in_window(trial) {
-        if let Some(force_n) = trial.force_n(&sample, channel)
-            && let Some(wanted_n) = trial.wanted_n(&sample, channel)
-        {
-            errors.add(force_n - wanted_n);
-            peak_n = peak_n.max(wanted_n);
-            let (first_s, _) = seen_s.unwrap_or((sample.t_s, sample.t_s));
-            seen_s = Some((first_s, sample.t_s));
-        }
-        if let Some(own) = trial.nearest_forces_n(&sample, channel) {
-            gap = gap.or(Some(own));
-            gaps += 1;
+    errors: Errors,
+    peak_n: f64,
+    /// Times of the first and the last sample that were compared, s.
+    seen_s: Option<(f64, f64)>,
+    gap: Option<(f64, f64)>,
+    gaps: u32,
+}
+
+impl ForceSums {
+    fn new(channel: u8) -> Self {
+        Self {
+            channel,
+            errors: Errors::default(),
+            peak_n: 0.0,
+            seen_s: None,
+            gap: None,
+            gaps: 0,
         }
     }
-    let (first_s, end_s) = seen_s?;
-    Some(ForceMetrics {
-        channel,
-        from_s: if first_s > from_s + LATE_S {
-            first_s
-        } else {
-            from_s
-        },
-        to_s: if end_s < to_s - LATE_S { end_s } else { to_s },
-        samples: errors.count,
-        rmse_n: errors.root_mean_square(),
-        max_abs_n: errors.most,
-        peak_n,
-        gap: gap.map(|(below_n, above_n)| GapMetrics {
-            below_n,
-            above_n,
-            share: f64::from(gaps) / errors.count as f64,
-        }),
-    })
+
+    fn add(&mut self, trial: &Trial, sample: &Sample) {
+        if let Some(force_n) = trial.force_n(sample, self.channel)
+            && let Some(wanted_n) = trial.wanted_n(sample, self.channel)
+        {
+            self.errors.add(force_n - wanted_n);
+            self.peak_n = self.peak_n.max(wanted_n);
+            let (first_s, _) = self.seen_s.unwrap_or((sample.t_s, sample.t_s));
+            self.seen_s = Some((first_s, sample.t_s));
+        }
+        if let Some(own) = trial.nearest_forces_n(sample, self.channel) {
+            self.gap = self.gap.or(Some(own));
+            self.gaps += 1;
+        }
+    }
+
+    /// Returns the metrics over a window; `None` where no force was both predicted and wanted.
+    fn metrics(self, (from_s, to_s): (f64, f64)) -> Option<ForceMetrics> {
+        let (first_s, end_s) = self.seen_s?;
+        let is_late = first_s > from_s + LATE_S;
+        Some(ForceMetrics {
+            channel: self.channel,
+            from_s: if is_late { first_s } else { from_s },
+            to_s: if end_s < to_s - LATE_S { end_s } else { to_s },
+            samples: self.errors.count,
+            rmse_n: self.errors.root_mean_square(),
+            max_abs_n: self.errors.most,
+            peak_n: self.peak_n,
+            gap: self.gap.map(|(below_n, above_n)| GapMetrics {
+                below_n,
+                above_n,
+                share: f64::from(self.gaps) / self.errors.count as f64,
+            }),
+        })
+    }
 }
 
 #[cfg(test)]

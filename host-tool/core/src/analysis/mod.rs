@@ -84,9 +84,11 @@ fn compute_metrics(trial: &Trial, searches_lag: bool) -> Option<Metrics> {
         return None;
     }
     let (from_s, to_s) = window(trial)?;
-    let inside = |sample: &Sample| (from_s..=to_s).contains(&sample.t_s);
     // Only a sample with both angles can be judged.
-    let judged_sample = |s: Sample| {
+    let judged_sample = |s: &Sample| {
+        if !(from_s..=to_s).contains(&s.t_s) {
+            return None;
+        }
         Some(JudgedSample {
             t_s: s.t_s,
             target: s.target_deg?,
@@ -95,13 +97,13 @@ fn compute_metrics(trial: &Trial, searches_lag: bool) -> Option<Metrics> {
             limiting: s.limiting,
         })
     };
-    let judged = trial.samples.iter().filter(inside);
+    let judged = trial.samples.map_each(judged_sample).flatten();
     let (mut measured, mut truth) = (Errors::default(), Errors::default());
     let mut limiting = 0.0;
     // Times, targets and measured angles for the search of the lag. One pass collects everything,
     // because each pass decodes all samples.
     let mut columns: [Vec<f64>; 3] = Default::default();
-    for sample in judged.filter_map(judged_sample) {
+    for sample in judged {
         if searches_lag && columns[0].len() < LAG_SAMPLES {
             let values = [sample.t_s, sample.target, sample.measured];
             (columns.iter_mut().zip(values)).for_each(|(column, value)| column.push(value));

@@ -19,6 +19,28 @@ pub fn shorten(points: impl Iterator<Item = Point> + Clone, buckets: usize) -> V
     short.finish()
 }
 
+/// Reduces `N` signals as [`shorten`] does. Each item of the iterator has one point of each signal;
+/// `None` if the signal has none there. The iterator runs twice, however many signals there are.
+pub fn shorten_together<const N: usize>(
+    rows: impl Iterator<Item = [Option<Point>; N]> + Clone,
+    buckets: usize,
+) -> [Vec<Vec<Point>>; N] {
+    let is_finite = |(t, value): Point| t.is_finite() && value.is_finite();
+    let mut counts = [0; N];
+    for row in rows.clone() {
+        for (count, point) in counts.iter_mut().zip(row) {
+            *count += usize::from(point.is_some_and(is_finite));
+        }
+    }
+    let mut short = counts.map(|count| ShortenedSeries::new(count, buckets));
+    for row in rows {
+        for (short, point) in short.iter_mut().zip(row) {
+            point.into_iter().for_each(|point| short.push(point));
+        }
+    }
+    short.map(ShortenedSeries::finish)
+}
+
 /// Signal that is reduced as by [`shorten`] while its points arrive one by one.
 #[derive(Clone, Debug)]
 pub struct ShortenedSeries {

@@ -1,6 +1,6 @@
 //! Compares two runs row by row, to check that one repeats the other.
 
-use super::{Run, Trial, table};
+use super::{Run, Sample, Trial, table};
 use std::fmt;
 
 /// First place at which two runs differ.
@@ -89,12 +89,12 @@ pub fn compare_rows(record: &Run, again: &Run) -> Option<Difference> {
 fn lines(trial: &Trial) -> impl Iterator<Item = Vec<u8>> {
     let mut header = Vec::new();
     table::push_sample_header(&mut header, &trial.channels);
-    let row = |sample| {
+    let row = |sample: &Sample| {
         let mut row = Vec::new();
-        table::push_sample(&mut row, &sample, &trial.channels);
+        table::push_sample(&mut row, sample, &trial.channels);
         row
     };
-    std::iter::once(header).chain(trial.samples.iter().map(row))
+    std::iter::once(header).chain(trial.samples.map_each(row))
 }
 
 /// Returns the number of lines of `samples.csv`, header included, before the earliest event of a
@@ -102,7 +102,7 @@ fn lines(trial: &Trial) -> impl Iterator<Item = Vec<u8>> {
 fn lines_before_cut(trial: &Trial) -> usize {
     let times = trial.events.iter().map(|(t_s, _)| *t_s);
     let cut = times.fold(f64::NAN, f64::min);
-    let samples = trial.samples.iter();
-    let before = samples.take_while(|s| cut.is_nan() || s.t_s < cut);
+    let times = trial.samples.map_each(|sample| sample.t_s);
+    let before = times.take_while(|t_s| cut.is_nan() || *t_s < cut);
     before.count() + 1
 }

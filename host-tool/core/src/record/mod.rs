@@ -295,7 +295,11 @@ impl Trial {
             .identity
             .as_ref()
             .is_some_and(|identity| identity.simulated);
-        is_declared || self.samples.iter().any(|s| s.true_deg.is_some())
+        is_declared
+            || self
+                .samples
+                .map_each(|s| s.true_deg.is_some())
+                .any(|is_known| is_known)
     }
 
     /// Returns whether the trial has a reference or a wall: an angle to follow, a virtual wall, or

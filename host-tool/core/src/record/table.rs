@@ -118,8 +118,9 @@ pub fn write_samples(
 ) -> io::Result<()> {
     let mut text = Vec::new();
     push_sample_header(&mut text, channels);
-    for sample in samples {
-        push_sample(&mut text, &sample, channels);
+    let mut samples = samples.reader();
+    while let Some(sample) = samples.next_sample() {
+        push_sample(&mut text, sample, channels);
     }
     out.write_all(&text)
 }

@@ -78,7 +78,11 @@ pub(super) fn figure(trials: &[Trial], paper: &[PaperRow]) -> Svg {
 }
 
 fn trial_bars<'a>(trial: &Trial, paper: &'a [PaperRow]) -> Option<Vec<Bar<'a>>> {
-    let rows = paper.iter().filter(|row| row.trial == trial.name);
+    let mut rows = paper
+        .iter()
+        .filter(|row| row.trial == trial.name)
+        .peekable();
+    rows.peek()?;
     let printed = rows.filter_map(|row| {
         Some(Bar {
             label: &row.source,

@@ -21,14 +21,16 @@ const AXES: [&str; 3] = ["backward (N)", "to the right (N)", "upward (N)"];
 pub(super) fn figure(trials: &[Trial]) -> Svg {
     let driven = trials
         .iter()
-        .filter(|trial| trial.samples.iter().any(|s| is_wanted(&s)));
+        .filter(|trial| trial.samples.map_each(is_wanted).any(|is| is));
     let driven: Vec<&Trial> = driven.collect();
     if driven.is_empty() {
         return Svg::default();
     }
-    let samples = || driven.iter().flat_map(|trial| &trial.samples);
-    let forces = samples().flat_map(|s| [s.hand_n, s.hand_true_n].concat());
-    let (low, high) = range(forces.flatten()).unwrap_or((0.0, 1.0));
+    let forces = driven.iter().flat_map(|trial| {
+        let both = |s: &Sample| [&s.hand_n[..], &s.hand_true_n].concat();
+        trial.samples.map_each(both)
+    });
+    let (low, high) = range(forces.flatten().flatten()).unwrap_or((0.0, 1.0));
     let step = round_step((high - low).max(0.1), 3.0);
     let ends = (
         (low / step).floor() * step,
@@ -42,9 +44,9 @@ pub(super) fn figure(trials: &[Trial]) -> Svg {
             };
             let y = Axis::linear(AXES[axis], ends, 4.0);
             let lines = |select: fn(&Sample) -> &[Option<f64>], stroke| {
-                let values = trial.samples.iter();
-                let known = values.filter_map(|s| Some((s.t_s, (*select(&s).get(axis)?)?)));
-                let parts = shorten(known, BUCKETS).into_iter();
+                let known = move |s: &Sample| Some((s.t_s, (*select(s).get(axis)?)?));
+                let points = trial.samples.map_each(known).flatten();
+                let parts = shorten(points, BUCKETS).into_iter();
                 parts.map(move |part| Mark::Line(part, stroke))
             };
             let came = lines(|s| &s.hand_true_n, CAME);
@@ -56,7 +58,9 @@ pub(super) fn figure(trials: &[Trial]) -> Svg {
         (0..AXES.len()).map(panel).collect()
     };
     let mut legend = vec![(Key::Line(WANTED), "reference".to_owned())];
-    if samples().any(|s| !s.hand_true_n.is_empty()) {
+    let is_known = |s: &Sample| !s.hand_true_n.is_empty();
+    let mut trials = driven.iter();
+    if trials.any(|trial| trial.samples.map_each(is_known).any(|is| is)) {
         legend.push((Key::Line(CAME), "force of the simulated arm".to_owned()));
     }
     Figure {
@@ -71,14 +75,22 @@ pub(super) fn figure(trials: &[Trial]) -> Svg {
 /// Describes in one sentence the wanted force at the hand, how often the arm could not produce it,
 /// and how far the force of a simulated arm differed from it; `None` without an arm.
 pub(super) fn hand_result(run: &Run) -> Option<String> {
-    let samples = || run.trials.iter().flat_map(|trial| &trial.samples);
-    let wanted = samples()
-        .filter_map(|s| known_vector(&s.hand_n))
-        .map(length);
-    let most = wanted.reduce(f64::max)?;
+    let (mut most, mut unmade, mut total) = (None, 0_usize, 0_usize);
+    let mut pairs: Vec<([f64; 3], [f64; 3])> = Vec::new();
+    for trial in &run.trials {
+        let mut samples = trial.samples.reader();
+        while let Some(sample) = samples.next_sample() {
+            let wanted = known_vector(&sample.hand_n);
+            if let Some(length) = wanted.map(length) {
+                most = Some(most.map_or(length, |most: f64| most.max(length)));
+            }
+            unmade += usize::from(sample.hand_made.is_some_and(|made| made < 1.0));
+            total += usize::from(is_wanted(sample));
+            pairs.extend(wanted.zip(known_vector(&sample.hand_true_n)));
+        }
+    }
+    let most = most?;
     let mut text = format!("The reference force at the hand reached {most:.1} N");
-    let unmade = samples().filter(|s| s.hand_made.is_some_and(|made| made < 1.0));
-    let (unmade, total) = (unmade.count(), samples().filter(is_wanted).count());
     if unmade > 0 {
         let percent = 100.0 * unmade as f64 / total as f64; // one at least
         text += &format!(
@@ -86,9 +98,6 @@ pub(super) fn hand_result(run: &Run) -> Option<String> {
              produced no force"
         );
     }
-    let forces =
-        samples().filter_map(|s| Some((known_vector(&s.hand_n)?, known_vector(&s.hand_true_n)?)));
-    let pairs: Vec<_> = forces.collect();
     if pairs.is_empty() {
         return Some(text + "; the actual force was not measured.");
     }

@@ -87,9 +87,13 @@ fn surveys(trials: &[Trial], channels: &[u8], values: &[Value]) -> Vec<Vec<Surve
     let of_trial = |trial: &Trial| {
         let sources = Source::for_channels(trial, channels, values);
         let mut surveys = vec![Survey::default(); sources.len()];
-        for sample in trial.samples.iter().filter(|sample| sample.t_s.is_finite()) {
+        let mut samples = trial.samples.reader();
+        while let Some(sample) = samples.next_sample() {
+            if !sample.t_s.is_finite() {
+                continue;
+            }
             for (survey, source) in surveys.iter_mut().zip(&sources) {
-                if let Some(value) = source.value_in(&sample).filter(|value| value.is_finite()) {
+                if let Some(value) = source.value_in(sample).filter(|value| value.is_finite()) {
                     survey.count += 1;
                     let largest = survey.largest.unwrap_or(value);
                     survey.largest = Some(largest.max(value));
@@ -238,12 +242,13 @@ fn rows(trial: &Trial, lanes: &[Lane], values: &[Value], surveys: &[Survey]) -> 
     let begun = |survey: &Survey| ShortenedSeries::new(survey.count, BUCKETS);
     let mut short: Vec<ShortenedSeries> = surveys.iter().map(begun).collect();
     let per_lane = values.len().max(1);
-    for sample in trial.samples.iter() {
+    let mut samples = trial.samples.reader();
+    while let Some(sample) = samples.next_sample() {
         let lanes = (0..).map(f64::from).zip(lanes);
         let groups = lanes.zip(short.chunks_mut(per_lane).zip(sources.chunks(per_lane)));
         for ((row, lane), (short, sources)) in groups {
             for (short, source) in short.iter_mut().zip(sources) {
-                if let Some(value) = source.value_in(&sample) {
+                if let Some(value) = source.value_in(sample) {
                     short.push((sample.t_s, lane.height(row, value)));
                 }
             }

@@ -4,7 +4,7 @@
 
 use super::limb::draw_bones;
 use super::tables::degrees;
-use super::trajectory::course;
+use super::trajectory::{Angle, curves};
 use crate::analysis::metrics_without_lag;
 use crate::plot::canvas::standalone;
 use crate::plot::figure::draw_legend;
@@ -12,7 +12,7 @@ use crate::plot::ink::{Color, GRID, INK, MUTED, PALETTE, channel_mark, stroke};
 use crate::plot::panel::LetterScale;
 use crate::plot::series::range;
 use crate::plot::{At, Axis, Canvas, Key, Mark, Paint, Panel, Shape, Words};
-use crate::record::{Edge, Sample, State, Trial};
+use crate::record::{Edge, State, Trial};
 use crate::session::LawName;
 
 /// Size of the picture, CSS pixels. A phone with a screen 360 pixels wide shows a README 328 pixels
@@ -69,8 +69,11 @@ fn draw_arm(canvas: &mut Canvas, trial: &Trial) {
     let corners = corners.into_iter().chain([(40.0, wrist), (62.0, elbow)]);
     let arm: Vec<At> = corners.map(|(dx, y)| (ARM + dx, y)).collect();
     canvas.polygon(&arm, Paint::Ring(MUTED, 1.8));
-    let angles = shown_samples(trial).filter_map(|sample| sample.measured_deg);
-    let (least, most) = range(angles).unwrap_or((0.0, 90.0));
+    let angles = trial.samples.map_each(|sample| {
+        let is_shown = (SHOWN_S.0..=SHOWN_S.1).contains(&sample.t_s);
+        sample.measured_deg.filter(|_| is_shown)
+    });
+    let (least, most) = range(angles.flatten()).unwrap_or((0.0, 90.0));
     draw_finger(canvas, least, GRID);
     draw_finger(canvas, most, MUTED);
     for (words, down) in [
@@ -155,20 +158,17 @@ fn draw_angles(canvas: &mut Canvas, default: &Trial, paper: &Trial) {
     );
     let x = Axis::linear("time (s)", SHOWN_S, 5.0);
     let y = Axis::linear("angle (°)", (0.0, 100.0), 2.0);
-    let measured = |s: &Sample| s.measured_deg;
-    let marks = course(shown_samples(paper), measured, red, 400)
-        .chain(course(shown_samples(default), measured, blue, 400))
-        .chain(course(shown_samples(default), |s| s.target_deg, ink, 400));
+    let measured: Angle = |s| s.measured_deg;
+    let shown = [(blue, measured), (ink, |s| s.target_deg)];
+    let marks = curves(&paper.samples, SHOWN_S, [(red, measured)], 400).chain(curves(
+        &default.samples,
+        SHOWN_S,
+        shown,
+        400,
+    ));
     Panel {
         marks: marks.collect(),
         ..Panel::new("", Axis { grid: false, ..x }, y, 0.0)
     }
     .draw(canvas, LETTERS, 0.0, ANGLE);
-}
-
-/// Returns the samples of a trial in the part [`SHOWN_S`].
-fn shown_samples(trial: &Trial) -> impl Iterator<Item = Sample> + Clone {
-    let (from, to) = SHOWN_S;
-    let samples = trial.samples.iter();
-    samples.filter(move |sample| (from..=to).contains(&sample.t_s))
 }

@@ -11,7 +11,7 @@ use crate::analysis::{
 };
 use crate::html;
 use crate::plot::Svg;
-use crate::record::{Assumption, Role, Run, Trial};
+use crate::record::{Assumption, Role, Run, Sample, Trial};
 
 /// Returns the report as one HTML document of about 50 kB per trial. It needs no other file,
 /// contains no script and sends no request.
@@ -245,8 +245,9 @@ pub fn figure(svg: &Svg, caption: &str) -> Html {
 
 /// Returns the caption of the figure of forces, which depends on whether a muscle model ran.
 fn forces_caption(run: &Run) -> &'static str {
-    let mut samples = run.trials.iter().flat_map(|trial| &trial.samples);
-    if samples.any(|sample| sample.forces_n.iter().any(Option::is_some)) {
+    let has_force = |sample: &Sample| sample.forces_n.iter().any(Option::is_some);
+    let mut trials = run.trials.iter();
+    if trials.any(|trial| trial.samples.map_each(has_force).any(|has| has)) {
         "Force that the device's muscle model predicts from the output pulses. Dark line: \
          reference of each channel under force control."
     } else {

@@ -249,6 +249,9 @@ pub(super) fn paper_table(trials: &[Trial], paper: &[PaperRow]) -> Html {
     let mut rows = Html::default();
     for trial in trials {
         let own: Vec<_> = paper.iter().filter(|row| row.trial == trial.name).collect();
+        if own.is_empty() {
+            continue;
+        }
         let here = metrics_without_lag(trial).map_or("–".to_owned(), |m| degrees(m.rmse_deg));
         for (position, row) in own.iter().enumerate() {
             let mut group = Html::default();

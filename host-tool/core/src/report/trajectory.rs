@@ -3,9 +3,9 @@
 use super::tables::{degrees, seconds};
 use crate::analysis::{metrics_without_lag, wall_contacts};
 use crate::plot::ink::{INK, PALETTE, SHADE};
-use crate::plot::series::{range, round_step, shorten};
+use crate::plot::series::{range, round_step, shorten_together};
 use crate::plot::{At, Axis, Figure, Key, Mark, Paint, Panel, Stroke, Svg, ink::stroke};
-use crate::record::{Sample, Trial, WallPlace};
+use crate::record::{Sample, Samples, Trial, WallPlace};
 
 const HEIGHT: f64 = 130.0;
 /// Number of groups of points to which a curve is reduced; each group keeps at most two points.
@@ -31,17 +31,23 @@ pub(super) fn end_s(trials: &[Trial]) -> f64 {
         .max(0.01)
 }
 
-/// Returns the curve of an angle over time, as a line for each uninterrupted part. `buckets` limits
-/// its number of points.
-pub(super) fn course(
-    samples: impl Iterator<Item = Sample> + Clone,
-    angle: Angle,
-    stroke: Stroke,
+/// Returns the curves of angles over the time from `from_s` to `to_s`, each as a line for every
+/// uninterrupted part. `buckets` limits the number of points of each. Reads the samples twice,
+/// however many angles there are.
+pub(super) fn curves<const N: usize>(
+    samples: &Samples,
+    (from_s, to_s): (f64, f64),
+    lines: [(Stroke, Angle); N],
     buckets: usize,
 ) -> impl Iterator<Item = Mark> {
-    let points = samples.filter_map(move |s| Some((s.t_s, angle(&s)?)));
-    let parts = shorten(points, buckets).into_iter();
-    parts.map(move |part| Mark::Line(part, stroke))
+    let angles = |s: &Sample| lines.map(|(_, angle)| Some((s.t_s, angle(s)?)));
+    let points = samples.map_each(|sample| {
+        let is_shown = (from_s..=to_s).contains(&sample.t_s);
+        is_shown.then(|| angles(sample))
+    });
+    let parts = shorten_together(points.flatten(), buckets);
+    let drawn = parts.into_iter().zip(lines);
+    drawn.flat_map(|(parts, (stroke, _))| parts.into_iter().map(move |p| Mark::Line(p, stroke)))
 }
 
 /// Data of a trial that the figure needs. The samples themselves are not kept.
@@ -63,20 +69,21 @@ pub(super) struct TrialTrace {
 impl TrialTrace {
     /// Extracts the data of a trial that the figure needs.
     pub(super) fn from_trial(trial: &Trial) -> Self {
-        let curves = [
-            (MEASURED, (|s: &Sample| s.measured_deg) as Angle),
+        let lines: [(Stroke, Angle); 2] = [
+            (MEASURED, |s| s.measured_deg),
             // The reference is on top, because a joint that follows well would otherwise hide it.
             (TARGET, |s| s.target_deg),
         ];
         // Without joint or wall no row has an angle, so that the samples need not be read.
-        let count = match trial.joint || trial.wall.is_some() {
-            true => trial.samples.len(),
-            false => 0,
-        };
-        let samples = || trial.samples.iter().take(count);
-        let course = |(stroke, angle)| course(samples(), angle, stroke, BUCKETS);
-        let angles = samples();
-        let angles = angles.flat_map(|s| [s.target_deg, s.measured_deg]);
+        let has_angle = trial.joint || trial.wall.is_some();
+        let curves = has_angle.then(|| {
+            let always = (f64::NEG_INFINITY, f64::INFINITY);
+            curves(&trial.samples, always, lines, BUCKETS)
+        });
+        let angles = has_angle.then(|| {
+            let angles = |s: &Sample| [s.target_deg, s.measured_deg];
+            trial.samples.map_each(angles).flatten().flatten()
+        });
         Self {
             name: trial.name.clone(),
             result: result(trial),
@@ -84,8 +91,8 @@ impl TrialTrace {
             wall: trial.wall,
             measure: trial.measure,
             end_s: end_s(std::slice::from_ref(trial)),
-            angles: range(angles.flatten()),
-            curves: curves.into_iter().flat_map(course).collect(),
+            angles: range(angles.into_iter().flatten()),
+            curves: curves.into_iter().flatten().collect(),
         }
     }
 

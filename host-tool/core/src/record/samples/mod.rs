@@ -1,10 +1,13 @@
 //! The samples of a trial in memory, compressed: a day at a hundred rows per second takes tens of
 //! megabytes, whereas one [`Sample`] per row would take gigabytes.
 
+mod decode;
 #[cfg(test)]
 mod tests;
 
-use super::{DeviceState, Sample};
+pub use decode::{Iter, MapEach, Reader};
+
+use super::{DeviceState, Run, Sample};
 use crate::number::millionths;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -19,11 +22,23 @@ pub struct Samples {
     count: usize,
     last: Option<Sample>,
     /// Values of the latest row, from which the next row is encoded.
-    cells: Vec<Cell>,
+    cells: Vec<PreviousValue>,
     shape: Shape,
+    /// Largest number of values in the lists of a row.
+    longest_row: usize,
+    /// All samples uncompressed, for readers that follow [`Samples::decode_ahead`]; empty otherwise.
+    decoded: Vec<Sample>,
 }
 
 type Cell = Option<f64>;
+
+/// A value of the previous row, from which the next value at its place is encoded or decoded.
+#[derive(Clone, Copy, Default)]
+struct PreviousValue {
+    cell: Cell,
+    /// The value in millionths; 0 if it is missing or not a whole number of millionths.
+    millionths: i64,
+}
 
 /// Number of values of a sample that are not in a list.
 const SINGLE: usize = 7;
@@ -59,6 +74,7 @@ const DIFFERENCE: u64 = 2;
 impl Samples {
     /// Appends a row.
     pub fn push(&mut self, sample: Sample) {
+        self.decoded = Vec::new();
         let lists = lists(&sample);
         let shape = lists.map(|list| list.len());
         let singles = [
@@ -70,8 +86,6 @@ impl Samples {
             sample.hand_made,
             sample.held,
         ];
-        let values = lists.into_iter().flatten().copied();
-        let cells: Vec<Cell> = singles.into_iter().chain(values).collect();
         let is_reshaped = shape != self.shape || self.count == 0;
         let state = STATES.iter().position(|state| *state == sample.state);
         let mut head = (state.unwrap_or(0) as u8) << STATE_SHIFT;
@@ -81,21 +95,22 @@ impl Samples {
             for length in shape {
                 push_varint(&mut self.bytes, length as u64);
             }
-            self.cells = vec![None; cells.len()];
+            self.longest_row = self.longest_row.max(shape.iter().sum());
+            self.cells.clear();
+            let count = SINGLE + shape.iter().sum::<usize>();
+            self.cells.resize(count, PreviousValue::default());
             self.shape = shape;
         }
-        let bits = |cell: &Cell| cell.map(f64::to_bits);
-        let mut pairs = cells.iter().zip(&self.cells);
         let mask_at = self.bytes.len();
-        self.bytes.resize(mask_at + cells.len().div_ceil(8), 0);
-        for place in 0..cells.len() {
-            let Some((now, before)) = pairs.next().filter(|(a, b)| bits(a) != bits(b)) else {
-                continue;
-            };
-            self.bytes[mask_at + place / 8] |= 1 << (place % 8);
-            push_cell(&mut self.bytes, *now, *before);
+        self.bytes.resize(mask_at + self.cells.len().div_ceil(8), 0);
+        let bits = |cell: Cell| cell.map(f64::to_bits);
+        let values = singles.iter().chain(lists.into_iter().flatten());
+        for (place, (&now, before)) in values.zip(&mut self.cells).enumerate() {
+            if bits(now) != bits(before.cell) {
+                self.bytes[mask_at + place / 8] |= 1 << (place % 8);
+                *before = push_cell(&mut self.bytes, now, before.millionths);
+            }
         }
-        self.cells = cells;
         self.count += 1;
         self.last = Some(sample);
     }
@@ -124,15 +139,39 @@ impl Samples {
         self.last.as_ref()
     }
 
-    /// Returns an iterator over all samples, oldest first.
+    /// Returns an iterator over all samples, oldest first. It allocates the lists of each sample;
+    /// [`Self::reader`] and [`Self::map_each`] allocate none.
     #[must_use]
     pub fn iter(&self) -> Iter<'_> {
-        Iter {
-            bytes: &self.bytes,
-            left: self.count,
-            cells: Vec::new(),
-            shape: Shape::default(),
+        Iter::new(self.reader())
+    }
+
+    /// Returns a reader that decodes one sample after the other in place.
+    #[must_use]
+    pub fn reader(&self) -> Reader<'_> {
+        Reader::new(&self.bytes, self.count, &self.decoded)
+    }
+
+    /// Decodes all samples once for all later readers, if they take at most `bytes` of memory
+    /// uncompressed. Returns the bytes that they take; 0 if they stay compressed.
+    pub fn decode_ahead(&mut self, bytes: usize) -> usize {
+        // Every row is as long as the longest at most.
+        let longest = self.longest_row;
+        let row = size_of::<Sample>() + longest * size_of::<Cell>();
+        let needed = self.count.saturating_mul(row);
+        if needed > bytes {
+            return 0;
         }
+        if self.decoded.is_empty() {
+            self.decoded = self.iter().collect();
+        }
+        needed
+    }
+
+    /// Returns an iterator over the result of `read` for each sample, oldest first. Every sample is
+    /// decoded in place.
+    pub fn map_each<T, F: FnMut(&Sample) -> T>(&self, read: F) -> MapEach<'_, F> {
+        MapEach::new(self.reader(), read)
     }
 
     /// Keeps the first `count` samples and drops all later ones.
@@ -156,6 +195,21 @@ impl Samples {
     }
 }
 
+/// Memory that the decoded samples of a run may take, bytes: those of about 8 minutes with ten
+/// muscles at 100 rows per second.
+const DECODED_BYTES: usize = 1 << 25;
+
+impl Run {
+    /// Decodes the samples of short trials, so that metrics and report, which read them some thirty
+    /// times, do not decode them each time. The samples of longer trials stay compressed.
+    pub fn decode_ahead(&mut self) {
+        let mut left = DECODED_BYTES;
+        for trial in &mut self.trials {
+            left -= trial.samples.decode_ahead(left);
+        }
+    }
+}
+
 /// Returns the lists of a sample, in the order of the lengths in [`Shape`].
 fn lists(sample: &Sample) -> [&[Cell]; 11] {
     [
@@ -173,146 +227,26 @@ fn lists(sample: &Sample) -> [&[Cell]; 11] {
     ]
 }
 
-/// Iterator over samples that decodes one sample at a time.
-#[derive(Clone)]
-pub struct Iter<'a> {
-    bytes: &'a [u8],
-    left: usize,
-    cells: Vec<Cell>,
-    shape: Shape,
-}
-
-impl Iterator for Iter<'_> {
-    type Item = Sample;
-
-    fn next(&mut self) -> Option<Sample> {
-        self.left = self.left.checked_sub(1)?;
-        let head = self.byte();
-        if head & RESHAPED != 0 {
-            self.shape = std::array::from_fn(|_| self.varint() as usize);
-            self.cells = vec![None; SINGLE + self.shape.iter().sum::<usize>()];
-        }
-        let (mask, rest) = self.bytes.split_at(self.cells.len().div_ceil(8));
-        self.bytes = rest;
-        // Most values stay from row to row, so this visits set bits only.
-        for (first, &byte) in (0..).step_by(8).zip(mask) {
-            let mut changed = byte;
-            while changed != 0 {
-                let place = first + changed.trailing_zeros() as usize;
-                changed &= changed - 1;
-                self.cells[place] = self.cell(self.cells[place]);
-            }
-        }
-        Some(self.sample(head))
-    }
-
-    fn size_hint(&self) -> (usize, Option<usize>) {
-        (self.left, Some(self.left))
-    }
-}
-
-impl ExactSizeIterator for Iter<'_> {}
-
-impl Iter<'_> {
-    /// Returns the next byte; 0 at the end of the data, which is not reached because
-    /// [`Samples::push`] writes complete rows.
-    fn byte(&mut self) -> u8 {
-        let (first, rest) = self.bytes.split_first().unwrap_or((&0, &[]));
-        self.bytes = rest;
-        *first
-    }
-
-    fn varint(&mut self) -> u64 {
-        let (mut value, mut shift) = (0, 0);
-        loop {
-            let byte = self.byte();
-            value |= u64::from(byte & 0x7F) << shift;
-            shift += 7;
-            if byte & 0x80 == 0 {
-                return value;
-            }
-        }
-    }
-
-    /// Decodes a changed value; `before` is the value at the same place of the previous row.
-    fn cell(&mut self, before: Cell) -> Cell {
-        match self.varint() {
-            NOTHING => None,
-            RAW => {
-                let bytes: [u8; 8] = std::array::from_fn(|_| self.byte());
-                Some(f64::from_le_bytes(bytes))
-            }
-            code => {
-                let zigzag = code - DIFFERENCE;
-                let difference = (zigzag >> 1).cast_signed() ^ -(zigzag & 1).cast_signed();
-                Some((millionths_or_zero(before) + difference) as f64 / 1e6)
-            }
-        }
-    }
-
-    /// Assembles a sample from the decoded values and the row's first byte `head`.
-    fn sample(&self, head: u8) -> Sample {
-        let single = |place: usize| self.cells[place];
-        let mut lists = &self.cells[SINGLE..];
-        let [
-            amplitudes,
-            widths_us,
-            forces_n,
-            wanted_n,
-            rates_hz,
-            below_n,
-            above_n,
-            hand_n,
-            hand_true_n,
-            joint_deg,
-            phase,
-        ] = self.shape.map(|length| {
-            let (list, rest) = lists.split_at(length);
-            lists = rest;
-            list.to_vec()
-        });
-        Sample {
-            t_s: single(0).unwrap_or_default(),
-            target_deg: single(1),
-            measured_deg: single(2),
-            true_deg: single(3),
-            effort: single(4),
-            limiting: head & LIMITING != 0,
-            state: STATES[usize::from(head >> STATE_SHIFT)],
-            amplitudes,
-            widths_us,
-            forces_n,
-            wanted_n,
-            rates_hz,
-            below_n,
-            above_n,
-            hand_n,
-            hand_made: single(5),
-            hand_true_n,
-            held: single(6),
-            joint_deg,
-            phase,
-        }
-    }
-}
-
-/// Returns a value in millionths; 0 if it is missing or not a whole number of millionths.
-fn millionths_or_zero(cell: Cell) -> i64 {
-    cell.and_then(millionths).unwrap_or(0)
-}
-
-/// Encodes the changed value `now`; `before` is the value at the same place of the previous row.
-fn push_cell(bytes: &mut Vec<u8>, now: Cell, before: Cell) {
+/// Encodes the changed value `now` and returns it as the next row needs it; `before` is the value at
+/// the same place of the previous row, in millionths.
+fn push_cell(bytes: &mut Vec<u8>, now: Cell, before: i64) -> PreviousValue {
+    let of_cell = |millionths| PreviousValue {
+        cell: now,
+        millionths,
+    };
     let Some(value) = now else {
-        return push_varint(bytes, NOTHING);
+        push_varint(bytes, NOTHING);
+        return of_cell(0);
     };
     let Some(millionths) = millionths(value) else {
         push_varint(bytes, RAW);
-        return bytes.extend_from_slice(&value.to_le_bytes());
+        bytes.extend_from_slice(&value.to_le_bytes());
+        return of_cell(0);
     };
-    let difference = millionths - millionths_or_zero(before);
+    let difference = millionths - before;
     let zigzag = (difference << 1 ^ difference >> 63).cast_unsigned();
     push_varint(bytes, DIFFERENCE + zigzag);
+    of_cell(millionths)
 }
 
 /// Appends `value` in groups of seven bits, the lowest first. The top bit of a byte says that more

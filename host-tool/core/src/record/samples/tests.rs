@@ -65,6 +65,27 @@ fn rows_come_out_as_they_went_in() {
     assert!(read.is_empty() && read.first().is_none());
 }
 
+/// Samples that are decoded ahead read as before, and only while they fit the memory.
+#[test]
+fn rows_decoded_ahead_are_the_same() {
+    let mut random = Random::new(43);
+    let rows: Vec<Sample> = (0..500).map(|n| row(&mut random, n)).collect();
+    let mut samples = Samples::from(rows.clone());
+    let read = |samples: &Samples| -> Vec<String> {
+        samples.map_each(|sample| format!("{sample:?}")).collect()
+    };
+    let streamed = read(&samples);
+    assert_eq!(samples.decode_ahead(500 * size_of::<Sample>()), 0);
+    assert!(samples.decoded.is_empty());
+    let taken = samples.decode_ahead(1 << 20);
+    assert!(taken > 500 * size_of::<Sample>() && samples.decoded.len() == 500);
+    assert_eq!(read(&samples), streamed);
+    assert_eq!(format!("{:?}", samples.to_vec()), format!("{rows:?}"));
+    samples.push(rows[3].clone());
+    assert!(samples.decoded.is_empty());
+    assert_eq!(read(&samples).last(), Some(&streamed[3]));
+}
+
 #[test]
 fn a_day_takes_tens_of_megabytes() {
     let mut samples = Samples::default();

@@ -34,7 +34,8 @@ impl Course {
         let short = || ShortenedSeries::new(trial.samples.len(), BUCKETS);
         let mut lines: Vec<(ShortenedSeries, f64)> =
             trial.channels.iter().map(|_| (short(), 0.0)).collect();
-        for sample in &trial.samples {
+        let mut samples = trial.samples.reader();
+        while let Some(sample) = samples.next_sample() {
             for (place, (line, peak)) in lines.iter_mut().enumerate() {
                 let amplitude = sample.amplitudes.get(place).copied().flatten();
                 let amplitude = amplitude.unwrap_or(0.0);
