@@ -121,6 +121,7 @@ pub fn check_interrupted(
 /// # Errors
 /// Returns the file that could not be written.
 pub fn close_record(dir: &Path, run: &mut Run) -> Result<PathBuf, RecordError> {
+    run.decode_ahead();
     report::write(dir, &Report::from_run(run)).inspect_err(|lost| {
         if run.ending == Ending::complete() {
             run.ending = Ending::complete_with_loss(lost.to_string());
@@ -134,6 +135,7 @@ pub fn close_record(dir: &Path, run: &mut Run) -> Result<PathBuf, RecordError> {
 /// the error of the command.
 pub fn close_failed_record(dir: &Path, mut run: Run, error: anyhow::Error) -> anyhow::Error {
     run.ending = Ending::cut_short(format!("{error:#}"), super::exit_code(&error));
+    run.decode_ahead();
     let written = write_header(dir, &run);
     let written = report::write(dir, &Report::from_run(&run)).and(written);
     if let Err(lost) = written {

@@ -183,14 +183,17 @@ impl RunResult {
     /// # Errors
     /// Returns the first error of the run.
     pub fn print(self, output: Output) -> anyhow::Result<()> {
-        let result = self.to_json();
-        let people = self.to_text();
-        let Err(error) = self.ended else {
-            return output.print(|| people, || result);
-        };
-        if !output.json {
-            super::print_line(&people)?;
+        // Both read all samples, so that only the form that is printed is computed.
+        if self.ended.is_ok() {
+            return output.print(|| self.to_text(), || self.to_json());
         }
+        if !output.json {
+            super::print_line(&self.to_text())?;
+        }
+        let result = self.to_json();
+        let Err(error) = self.ended else {
+            return Ok(());
+        };
         super::print_record_place(self.place.dir());
         Err(Incomplete { error, result }.into())
     }

@@ -29,7 +29,8 @@ pub fn main(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
     load(&args.record)?; // a folder that is not a record gets no lock
     let _place = Place::open_existing(&args.record)?;
     // Read again, because the writing program may have ended in between.
-    let run = load(&args.record)?;
+    let mut run = load(&args.record)?;
+    run.decode_ahead();
     let page = report::write(&args.record, &Report::from_run(&run))?;
     let result = rebuild_page(&args.record, &run.trials)?;
     let complete = !run.ending.is_incomplete();
