@@ -73,6 +73,7 @@ fn what_a_file_leaves_out_is_nominal() {
         factor: 800.0,
         shift_m: [0.0; 2],
         channels: [0, 1, 2],
+        simulated_units: None,
     };
     assert_eq!(hand_of(&session), &expected);
     // Writing this hand and reading it back gives the same hand.
@@ -126,6 +127,7 @@ fn drawn(random: &mut Random) -> FittedHand {
         factor,
         shift_m,
         channels: [2, 0, 9],
+        simulated_units: None,
     }
 }
 

@@ -49,6 +49,7 @@ fn armed(population: &Population, index: u64) -> Option<Armed> {
         factor: hand.factor,
         shift_m: [0.0; 2],
         channels: [0, 1, 2],
+        simulated_units: None,
     };
     let loads = *fitted.to_moving_hand(0).unwrap().loads();
     let through = |point: usize| match loads[point] {

@@ -204,6 +204,19 @@ impl Forearm {
         &self.units
     }
 
+    /// Returns how strongly 1 A out of the forearm through each of A, B and E, which enters through
+    /// the return, drives a unit, relative to the unit's threshold.
+    pub(super) fn excitability(&self, unit: usize) -> [f64; RETURN] {
+        let (drives, threshold) = (&self.drives[unit], self.units[unit].threshold);
+        std::array::from_fn(|electrode| (drives[RETURN] - drives[electrode]) / threshold)
+    }
+
+    /// Keeps only these motor units, given by ascending index.
+    pub(super) fn keep_units(&mut self, kept: &[usize]) {
+        self.units = kept.iter().map(|unit| self.units[*unit]).collect();
+        self.drives = kept.iter().map(|unit| self.drives[*unit]).collect();
+    }
+
     /// Returns the load that `point` presents to its output stage while the other points float, Ω:
     /// voltage over current at `at_s` seconds into a pulse of `volts`.
     ///

@@ -4,11 +4,13 @@
 //! Submodules, from the skin inwards: `field` (currents in fat and muscle), `network` (skin, output
 //! stages and their current limiter as a circuit), `pools` and `membrane` (motor nerves), `forearm`
 //! (combines these three into spikes), `force`, `digits` (angles), `response` (a hand under a
-//! periodic stimulus), `moving` (a hand over time), `placement` (possible positions of electrodes),
+//! periodic stimulus), `moving` (a hand over time), `detail` (how much
+//! of it is simulated), `placement` (possible positions of electrodes),
 //! `spec`. Voltages, searches and experiments belong to `studies`. Input: the state of each point's
 //! terminal over time. Output: torques and angles of five digits. All numbers are simulated; most
 //! parameters are assumed, and each says so.
 
+mod detail;
 pub mod digits;
 pub mod field;
 pub mod force;

@@ -1,5 +1,6 @@
 //! A hand over time: leads that change, spikes, and the motion of the digits.
 
+use super::detail::{HandDetail, Pools, Representative, representatives};
 use super::digits::{INDEX, RANGES_DEG, REST_DEG, Torques};
 use super::field::Pad;
 use super::forearm::{Forearm, Memory};
@@ -37,6 +38,8 @@ struct Fibres {
     muscle: Muscle,
     /// Share of their force that fatigue leaves, 0 to 1.
     capacity: f64,
+    /// Number of units for which this unit is simulated.
+    count: f64,
     /// Bit n is set if a spike takes effect in part n of the next time step; see [`GRAINS`].
     due: u8,
     /// Whether the unit has spiked; before its first spike it is skipped.
@@ -81,18 +84,39 @@ pub struct FittedHand {
     pub shift_m: [f64; 2],
     /// Channels of A, B and E, from 0.
     pub channels: [usize; RETURN],
+    /// Largest number of motor units that are simulated for each pool; `None` for every unit.
+    pub simulated_units: Option<usize>,
 }
 
 impl FittedHand {
-    /// Creates the hand at rest. `seed` determines the noise of its sensor.
+    /// Creates the hand at rest with every pool. `seed` determines the noise of its sensor.
     ///
     /// # Errors
     /// Returns the reason why the hand is invalid.
     pub fn to_moving_hand(&self, seed: u64) -> Result<MovingHand, InvalidHand> {
-        let mut hand = Hand::new(self.spec.clone(), self.points)?;
+        self.with_pools(Pools::All, seed)
+    }
+
+    /// Creates the hand at rest with the pools of the index finger only: its index finger moves as
+    /// that of [`Self::to_moving_hand`], bit for bit, and the other digits stay at rest. `seed`
+    /// determines the noise of its sensor.
+    ///
+    /// # Errors
+    /// Returns the reason why the hand is invalid.
+    pub fn to_index_finger(&self, seed: u64) -> Result<MovingHand, InvalidHand> {
+        self.with_pools(Pools::Index, seed)
+    }
+
+    fn with_pools(&self, pools: Pools, seed: u64) -> Result<MovingHand, InvalidHand> {
+        let detail = HandDetail {
+            pools,
+            units: self.simulated_units,
+        };
+        let mut hand =
+            Hand::with_pools(self.spec.clone(), self.points, detail.pools, self.shift_m)?;
         hand.factor = self.factor;
-        hand.shift(0.0, self.shift_m);
-        Ok(MovingHand::new(&hand, self.channels, seed)?)
+        let kept = representatives(hand.forearm(), detail);
+        Ok(MovingHand::with_units(&hand, &kept, self.channels, seed)?)
     }
 }
 
@@ -103,7 +127,20 @@ impl MovingHand {
     /// # Errors
     /// Fails if the circuit cannot be solved.
     pub fn new(hand: &Hand, channels: [usize; RETURN], seed: u64) -> Result<Self, InvalidSegment> {
-        let (spec, forearm) = (hand.spec().clone(), hand.forearm().clone());
+        let kept = representatives(hand.forearm(), HandDetail::FULL);
+        Self::with_units(hand, &kept, channels, seed)
+    }
+
+    /// Creates a moving copy of `hand` that simulates only the motor units `kept`.
+    fn with_units(
+        hand: &Hand,
+        kept: &[Representative],
+        channels: [usize; RETURN],
+        seed: u64,
+    ) -> Result<Self, InvalidSegment> {
+        let (spec, mut forearm) = (hand.spec().clone(), hand.forearm().clone());
+        let units: Vec<usize> = kept.iter().map(|one| one.unit).collect();
+        forearm.keep_units(&units);
         let mut loads = [Load::NOMINAL; CHANNELS];
         for (point, &channel) in channels.iter().enumerate() {
             let ohm = hand.load_ohm(point)?;
@@ -120,9 +157,10 @@ impl MovingHand {
             rest_deg: REST_DEG[digit],
             stops_deg: RANGES_DEG[digit],
         };
-        let relaxed = Fibres {
+        let relaxed = |count: usize| Fibres {
             muscle: Muscle::new(parameters),
             capacity: 1.0,
+            count: count as f64,
             due: 0,
             is_awake: false,
         };
@@ -132,7 +170,7 @@ impl MovingHand {
             played_us: 0,
             under_way: Vec::new(),
             steps: [step(TICK_US), step(GRAIN_US)],
-            fibres: vec![relaxed; forearm.units().len()],
+            fibres: kept.iter().map(|one| relaxed(one.count)).collect(),
             torques: Torques::default(),
             joints: std::array::from_fn(|digit| Joint::new(&joint(digit), TICK_S)),
             sensor: AngleSensor::new(GLOVE, REST_DEG[INDEX], TICK_S, seed),
@@ -218,7 +256,7 @@ impl MovingHand {
             let floor = self.spec.motion.fatigue_floor;
             let goal = 1.0 - (1.0 - floor) * force.min(1.0);
             if let Some((torque, of_one)) = torques.unit_torque_mut(pool, &self.spec) {
-                *torque += of_one * fibres.capacity * force;
+                *torque += of_one * fibres.count * fibres.capacity * force;
             }
             fibres.capacity += tires * (goal - fibres.capacity);
         }

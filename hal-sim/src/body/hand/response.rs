@@ -1,5 +1,6 @@
 //! Steady response of a hand to a repeated period of stimulation: torques and angles of its digits.
 
+use super::detail::Pools;
 use super::digits::{INDEX, Torques, individuation, normalised};
 use super::field::{Field, InvalidTissue, Pad};
 use super::force::Forces;
@@ -106,10 +107,26 @@ impl Hand {
     /// # Errors
     /// Returns the reason why the hand is invalid.
     pub fn new(spec: HandSpec, points: [Pad; RETURN]) -> Result<Self, InvalidHand> {
+        Self::with_pools(spec, points, Pools::All, [0.0; 2])
+    }
+
+    /// Creates a hand with the motor units of these pools only, and with the skin displaced by
+    /// `shift_m` from rest, along and around.
+    ///
+    /// # Errors
+    /// Returns the reason why the hand is invalid.
+    pub(super) fn with_pools(
+        spec: HandSpec,
+        points: [Pad; RETURN],
+        pools: Pools,
+        shift_m: [f64; 2],
+    ) -> Result<Self, InvalidHand> {
         let field = Field::coarse(spec.tissue)?;
         let [a, b, e] = points;
         let pads = [a, b, e, spec.return_pad()];
-        let forearm = Forearm::new(&spec, &pads, spec.motor_units(), &field, [0.0; 2])?;
+        let mut units = spec.motor_units();
+        units.retain(|unit| pools.contains(unit.pool));
+        let forearm = Forearm::new(&spec, &pads, units, &field, shift_m)?;
         Ok(Self {
             field,
             pads,

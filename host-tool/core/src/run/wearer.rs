@@ -44,8 +44,9 @@ pub fn create_body(session: &Session, seed: u64) -> Result<Box<dyn Body>, BodyEr
         Some(BodySpec::Finger(spec)) => {
             Box::new(Finger::new((**spec).clone(), seed).map_err(BodyError::Finger)?)
         }
+        // Nothing in a session depends on the other digits.
         Some(BodySpec::Hand(fitted)) => {
-            Box::new(fitted.to_moving_hand(seed).map_err(BodyError::Hand)?)
+            Box::new(fitted.to_index_finger(seed).map_err(BodyError::Hand)?)
         }
         Some(BodySpec::Arm { spec, held }) => {
             // The session fixes which arm is simulated; `seed` determines the random part of its

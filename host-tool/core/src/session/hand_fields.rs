@@ -136,6 +136,7 @@ pub(super) fn nominal() -> FittedHand {
         factor: 1.0,
         shift_m: [0.0; 2],
         channels: [0, 1, 2],
+        simulated_units: None,
     }
 }
 

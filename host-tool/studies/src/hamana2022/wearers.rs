@@ -228,6 +228,7 @@ impl Wearer {
             factor: self.hand.factor,
             shift_m: [jitter_m * normal(1), jitter_m * normal(2)],
             channels: [0, 1, 2],
+            simulated_units: None,
         }
     }
 }
