@@ -184,3 +184,56 @@ fn a_reader_that_went_is_no_failure_and_a_full_disk_is_one() {
         assert!(!full.status.success() && error.contains("E523"), "{error}");
     }
 }
+
+/// The detail of a simulated hand is chosen within the tolerance, is recorded, and a rerun repeats
+/// the run byte for byte.
+#[test]
+fn a_hand_gets_no_more_motor_units_than_it_needs() {
+    let shipped = include_str!("../sessions/hamana_exp4_two_point.toml");
+    let short = shipped
+        .replace("duration_s = 30.0", "duration_s = 3.0")
+        .replace("from_s = 10.0\nto_s = 30.0", "from_s = 1.0\nto_s = 3.0");
+    let folder = program::test_folder("explained/hand");
+    write_file(&folder, "without.toml", &short);
+    let (exit, output, _) = run_flexor(&folder, &["explain-model", "without.toml"]);
+    assert_eq!(exit, Some(0), "{output}");
+    assert!(
+        output.contains("all 32 motor units of each pool"),
+        "{output}"
+    );
+    let chosen = |percent: f64| -> (u64, Value) {
+        let text = format!("{short}\n[fidelity]\ntolerance_percent = {percent}\n");
+        write_file(&folder, "hand.toml", &text);
+        let (exit, output, _) = run_flexor(&folder, &["explain-model", "hand.toml", "--json"]);
+        assert_eq!(exit, Some(0), "{output}");
+        let value: Value = serde_json::from_str(&output).unwrap();
+        let hand = value["hand"].clone();
+        (hand["chosen_units"].as_u64().unwrap(), hand)
+    };
+    let (fine, _) = chosen(0.01);
+    let (coarse, hand) = chosen(30.0);
+    assert_eq!(fine, 32, "only every unit has no error");
+    assert!(coarse < 8, "{hand}");
+    let tried = hand["tried"].as_array().unwrap();
+    let error = |units: u64| {
+        let found = tried.iter().find(|effect| effect["units"] == units);
+        found
+            .and_then(|effect| effect["change_pct"].as_f64())
+            .unwrap()
+    };
+    assert_eq!(error(32), 0.0);
+    assert!(error(coarse) > 0.0 && error(coarse) <= 30.0, "{hand}");
+    let (exit, output, _) = run_flexor(&folder, &["run", "hand.toml", "--out", "first"]);
+    assert_eq!(exit, Some(0), "{output}");
+    let (exit, output, _) = run_flexor(&folder, &["rerun", "first", "--out", "again"]);
+    assert_eq!(exit, Some(0), "{output}");
+    let trial = |record: &str| {
+        let mut trials = std::fs::read_dir(folder.join(record)).unwrap();
+        trials
+            .find_map(|entry| std::fs::read_to_string(entry.ok()?.path().join("trial.json")).ok())
+            .unwrap()
+    };
+    let recorded: Value = serde_json::from_str(&trial("first")).unwrap();
+    assert_eq!(recorded["fidelity"]["hand_units"], coarse);
+    assert_eq!(trial("first"), trial("again"));
+}

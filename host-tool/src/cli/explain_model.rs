@@ -3,7 +3,10 @@
 use super::{Output, usage_error};
 use anyhow::ensure;
 use clap::Args;
-use host_core::choice::{self, Choice, Cycles, Effect, LevelResult, ModelUses, Need, coarsest};
+use hal_sim::body::hand::FittedHand;
+use host_core::choice::{
+    self, Choice, Cycles, Effect, LevelResult, ModelUses, Need, coarsest, fewest_units,
+};
 use host_core::session::{Model, Session, Share, escape_control_chars, level_name};
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -32,7 +35,7 @@ pub fn main(args: &ExplainModel, output: Output) -> anyhow::Result<()> {
         eprintln!("note: {}", escape_control_chars(note));
     }
     ensure!(
-        session.channels.iter().any(|c| c.muscle.is_some()),
+        session.channels.iter().any(|c| c.muscle.is_some()) || session.hand().is_some(),
         "E554 {}: no channel has a `muscle`, so no force is predicted; add a `muscle` to a channel \
          (docs/sessions.md)",
         args.session.display()
@@ -96,6 +99,9 @@ fn text_report(session: &Session, choice: &Choice) -> String {
         write_channel(&mut out, session, need, choice.tolerance);
     }
     let tried = &choice.fidelity;
+    if let Some(hand) = session.hand() {
+        out.push_str(&hand_text(hand, choice));
+    }
     for (name, effects) in [
         ("controller", &tried.law),
         ("telemetry", &tried.telemetry),
@@ -115,6 +121,30 @@ fn text_report(session: &Session, choice: &Choice) -> String {
         ));
     }
     out.trim_end().to_owned()
+}
+
+/// Describes the level of detail of a simulated hand.
+fn hand_text(hand: &FittedHand, choice: &Choice) -> String {
+    let every = hand.spec.units;
+    let mut text =
+        "\nhand: the 3 muscle pools of the index finger; the session uses no other digit,\n  \
+                    so that leaving out 5 of 8 pools changes nothing\n"
+            .to_owned();
+    let tried = &choice.fidelity.hand;
+    let Some(own) = fewest_units(tried, choice.tolerance.fraction()) else {
+        return text
+            + &format!("  all {every} motor units of each pool; `[fidelity]` chooses fewer\n");
+    };
+    let errors = tried
+        .iter()
+        .map(|effect| format!("{} {:.2} %", effect.units, effect.error * 100.0));
+    text.push_str(&format!(
+        "  {} of {every} motor units of each pool; change of the angle (rms, in % of the\n  \
+         reference's range) at each number of units:\n  {}\n",
+        own.units,
+        errors.collect::<Vec<_>>().join(", ")
+    ));
+    text
 }
 
 /// Returns whether the session file names the channel's model.
@@ -240,6 +270,15 @@ fn json_report(session: &Session, choice: &Choice) -> Value {
         "law": effects(&fidelity.law),
         "telemetry": effects(&fidelity.telemetry),
         "finger": effects(&fidelity.step),
+        "hand": session.hand().map(|hand| json!({
+            "pools": 3,
+            "units": hand.spec.units,
+            "chosen_units": fewest_units(&fidelity.hand, choice.tolerance.fraction())
+                .map(|effect| effect.units),
+            "tried": fidelity.hand.iter().map(|effect| json!({
+                "units": effect.units, "change_pct": effect.error * 100.0,
+            })).collect::<Vec<_>>(),
+        })),
         "tolerance_pct": choice.tolerance.fraction() * 100.0,
         "models_at_s": 0.0,
         "tried_s": choice.tried_us as f64 / 1e6,

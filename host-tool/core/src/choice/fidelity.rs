@@ -2,6 +2,7 @@
 //! the period of telemetry, and the simulated finger's step. Each is found by playing the session
 //! with it.
 
+use super::hand::{UnitsEffect, fewest_units, try_units};
 use super::play::{PlayError, play_trial};
 use crate::analysis::limit_cycles;
 use crate::record::{Sample, Samples};
@@ -39,6 +40,8 @@ pub struct Fidelity {
     /// Errors of the finger's simulation steps: absolute change of the root mean square tracking
     /// error.
     pub step: Vec<Effect>,
+    /// Errors of the numbers of motor units of a simulated hand, largest number first.
+    pub hand: Vec<UnitsEffect>,
 }
 
 /// Returns the coarsest setting for which it and all finer settings have an error of at most
@@ -119,6 +122,7 @@ pub(super) fn try_settings(
             (value - finest).abs()
         });
     }
+    fidelity.hand = try_units(&finest, &[seed, seed.wrapping_add(1)])?;
     Ok(fidelity)
 }
 
@@ -215,6 +219,15 @@ impl Fidelity {
             note.push_str(&format!(
                 ", finger simulated in steps of {} ms",
                 effect.us / 1_000
+            ));
+        }
+        if let (Some(BodySpec::Hand(hand)), Some(effect)) =
+            (&mut session.body, fewest_units(&self.hand, tolerance))
+        {
+            hand.simulated_units = (effect.units < hand.spec.units).then_some(effect.units);
+            note.push_str(&format!(
+                ", hand simulated with {} of {} motor units per pool",
+                effect.units, hand.spec.units
             ));
         }
         if let (Some(joint), Some(effect)) = (&mut session.joint, coarsest(&self.law, tolerance)) {

@@ -1,6 +1,7 @@
 //! Chooses the cheapest muscle model that is accurate enough, by trying the session.
 //!
-//! The submodules are `fidelity` (control law, telemetry, body), `play` (a session in memory and
+//! The submodules are `fidelity` (control law, telemetry, body), `hand` (motor units
+//! of a simulated hand), `play` (a session in memory and
 //! the true forces of its pulses), `cost` (cycles), `stream` (the worst that a live client may
 //! send), `tried` (errors of the outputs in use) and `pulsed` (sessions where pulses alone decide).
 //! The models are in `firmware::muscle`, and `run` runs sessions. The input is a session with
@@ -9,6 +10,7 @@
 
 mod cost;
 mod fidelity;
+mod hand;
 mod play;
 mod pulsed;
 mod stream;
@@ -16,6 +18,7 @@ mod tried;
 
 pub use cost::{Cycles, cycles, measured_levels};
 pub use fidelity::{Effect, Fidelity, coarsest};
+pub use hand::{UNITS, UnitsEffect, fewest_units, try_units, with_units};
 pub use play::{PlayError, PlayedSession, Pulse, fatigue, muscle_forces};
 pub use stream::with_courses;
 pub use tried::{LevelResult, ModelUses};
@@ -298,6 +301,9 @@ pub fn restore_choice(session: &mut Session, trial: &Trial) -> bool {
             (&mut session.body, found.finger_step_us)
         {
             finger.step_us = us;
+        }
+        if let Some(BodySpec::Hand(hand)) = &mut session.body {
+            hand.simulated_units = found.hand_units.map(|units| units as usize);
         }
     }
     is_known

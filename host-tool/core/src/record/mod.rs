@@ -368,6 +368,10 @@ pub struct FidelityFound {
     pub law_period_ms: Option<u8>,
     /// Time step of the simulated finger, µs; `None` if there is no simulated finger.
     pub finger_step_us: Option<u32>,
+    /// Number of motor units that were simulated for each pool of the hand; `None` for every unit,
+    /// and if there is no simulated hand.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hand_units: Option<u32>,
 }
 
 /// A change of the switch state of one channel.

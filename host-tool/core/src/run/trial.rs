@@ -59,6 +59,10 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
             telemetry_ms: session.telemetry_ms,
             law_period_ms: session.joint.as_ref().map(|joint| joint.law_period_ms),
             finger_step_us: session.finger().map(|finger| finger.step_us),
+            hand_units: session
+                .hand()
+                .and_then(|hand| hand.simulated_units)
+                .map(|units| units as u32), // at most 256
         }),
         duration_s: seconds(session.duration_us),
         channels: channels.collect(),

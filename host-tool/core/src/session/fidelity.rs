@@ -27,7 +27,7 @@ impl fmt::Display for Share {
 }
 
 /// Reads `[fidelity]`: the tolerance, and the duration of the trial that chooses the models.
-/// Reports a `[fidelity]` in a session without muscles.
+/// Reports a `[fidelity]` in a session with neither muscles nor a simulated hand.
 pub(super) fn read(root: &Table<'_>, session: &mut Session) {
     let Some(table) = root.table("fidelity") else {
         return;
@@ -43,7 +43,8 @@ pub(super) fn read(root: &Table<'_>, session: &mut Session) {
         .as_ref()
         .is_some_and(|joint_spec| joint_spec.law == LawSpec::ALONE);
     session.law_is_free = is_own && !is_given;
-    if session.channels.iter().all(|c| c.muscle.is_none()) {
+    // A simulated hand has a level of detail to choose.
+    if session.channels.iter().all(|c| c.muscle.is_none()) && session.hand().is_none() {
         table.report(FIELD, Problem::NothingToFit {});
     }
 }

@@ -50,6 +50,7 @@ use firmware::pulse::GroupSpec;
 use firmware::safety::WearerSpec;
 use firmware::units::Amplitude;
 use hal_sim::body::FingerSpec;
+use hal_sim::body::hand::FittedHand;
 
 use crate::fields::document::Document;
 use crate::fields::table::Table;
@@ -384,6 +385,15 @@ impl Session {
     pub fn finger(&self) -> Option<&FingerSpec> {
         match &self.body {
             Some(BodySpec::Finger(finger)) => Some(finger),
+            _ => None,
+        }
+    }
+
+    /// Returns the simulated hand; `None` if the session simulates another wearer or none.
+    #[must_use]
+    pub fn hand(&self) -> Option<&FittedHand> {
+        match &self.body {
+            Some(BodySpec::Hand(hand)) => Some(hand),
             _ => None,
         }
     }
