@@ -6,6 +6,7 @@
 mod accuracy;
 mod control;
 mod cycles;
+mod detail;
 mod failure;
 mod flags;
 mod hands;
@@ -15,6 +16,7 @@ mod map;
 pub use accuracy::picture as accuracy_picture;
 pub use control::picture as control_picture;
 pub use cycles::picture as cycles_picture;
+pub use detail::{Cost, picture as detail_picture};
 pub use failure::picture as failure_picture;
 pub use flags::picture as flags_picture;
 pub use hands::picture as hands_picture;

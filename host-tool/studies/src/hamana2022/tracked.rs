@@ -119,11 +119,27 @@ impl Wearer {
         (method, law): (Method, &str),
         (device, number): (&DeviceName, u64),
     ) -> Result<Result<TrialTracking, String>, TwoPointsError> {
+        let file = self.session_file(population, (method, law), number, |_| Some(()))?;
+        Ok(file.and_then(|file| play_session(&file, device, number)))
+    }
+
+    /// Returns the session of trial `number` of experiment 4 with this method and controller, after
+    /// `change` has changed the table of its file. Returns the reason if there is no such session.
+    ///
+    /// # Errors
+    /// Fails if the program's own session is invalid or `change` returns `None`.
+    pub fn session_file(
+        &self,
+        population: &Population,
+        (method, law): (Method, &str),
+        number: u64,
+        change: impl FnOnce(&mut Table) -> Option<()>,
+    ) -> Result<Result<SessionFile, String>, TwoPointsError> {
         let ranges = match self.device_ranges_v(method)? {
             Ok(ranges) => ranges,
             Err(why) => return Ok(Err(why)),
         };
-        let text = adapt_session(method.session(), ranges, law).ok_or_else(|| {
+        let text = adapt_session(method.session(), ranges, law, change).ok_or_else(|| {
             TwoPointsError::Declaration(
                 "the session of experiment 4 cannot be adapted to the wearer".to_owned(),
             )
@@ -136,7 +152,7 @@ impl Wearer {
         };
         let fitted = self.fit_for_trial(population, number);
         file.session.body = Some(BodySpec::Hand(Box::new(fitted)));
-        Ok(play_session(&file, device, number))
+        Ok(Ok(file))
     }
 }
 
@@ -161,10 +177,16 @@ fn play_session(
     })
 }
 
-/// Enters a wearer's voltages and the controller `law` into the session `text`; `None` if the
-/// session lacks a field that is replaced.
-fn adapt_session(text: &str, ranges_v: [[f64; 2]; 3], law: &str) -> Option<String> {
+/// Enters a wearer's voltages and the controller `law` into the session `text`, after `change`;
+/// `None` if the session lacks a field that is replaced.
+fn adapt_session(
+    text: &str,
+    ranges_v: [[f64; 2]; 3],
+    law: &str,
+    change: impl FnOnce(&mut Table) -> Option<()>,
+) -> Option<String> {
     let mut table: Table = text.parse().ok()?;
+    change(&mut table)?;
     let range = |number: &Value| ranges_v.get(usize::try_from(number.as_integer()? - 1).ok()?);
     for channel in table.get_mut("channel")?.as_array_mut()? {
         let channel = channel.as_table_mut()?;
@@ -202,7 +224,7 @@ mod tests {
         // The extensor's voltages are below the `start` of the shipped session.
         let ranges = [[19.6, 28.0], [25.2, 36.0], [14.0, 20.0]];
         for (method, channels) in Method::ALL.into_iter().zip([2, 2, 3]) {
-            let text = adapt_session(method.session(), ranges, "paper").unwrap();
+            let text = adapt_session(method.session(), ranges, "paper", |_| Some(())).unwrap();
             let session = Session::parse("it", &text).unwrap();
             assert_eq!(session.channels.len(), channels);
             let joint = session.joint.unwrap();
