@@ -10,6 +10,7 @@ mod distributed;
 mod faults;
 mod hamana2022;
 mod hamana2022_cells;
+mod hand_detail;
 mod harris2017;
 mod laboratory;
 mod ladder_judge;
