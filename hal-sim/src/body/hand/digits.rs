@@ -21,10 +21,56 @@ pub const REST_DEG: [f64; DIGITS] = [-25.0, 10.0, 10.0, 10.0, 10.0];
 
 /// Share of a flexor's torque that is lost by shortening over the whole range. Assumed, as for the
 /// finger of `body::finger`.
-const LOST: f64 = 0.25;
+pub const LOST: f64 = 0.25;
 
 /// Smallest movement of a finger that an observer sees, °.
 pub const VISIBLE_DEG: f64 = 5.0;
+
+/// Individuation index above which the index finger counts as moving alone (Hamana 2022, III-A2).
+pub const SELECTIVE: f64 = 0.8;
+
+/// Force at which the wrist counts as barely extended, as a fraction of the full force of its
+/// extensors. Assumed.
+pub const WRIST_BARELY_EXTENDED: f64 = 0.1;
+
+/// Names of the flexion of each digit, thumb first.
+const FLEXIONS: [&str; DIGITS] = [
+    "thumb flexion",
+    INDEX_FLEXION,
+    "middle finger flexion",
+    "ring finger flexion",
+    "little finger flexion",
+];
+/// Name of the movement of the index finger's flexors.
+pub const INDEX_FLEXION: &str = "index flexion";
+/// Name of the movement of the index finger's extensor.
+pub const INDEX_EXTENSION: &str = "index extension";
+/// Name of the movement of the wrist's extensors.
+const WRIST_EXTENSION: &str = "wrist extension";
+
+/// Returns the names of the movements that an observer sees in a hand with these angles, thumb
+/// first, and this force of the wrist's extensors, as a fraction of their full force. The other
+/// digits are named only if the index finger does not move alone ([`SELECTIVE`]), which is the
+/// paper's rule.
+#[must_use]
+pub fn visible_movements(angles_deg: &[f64; DIGITS], wrist: f64) -> Vec<&'static str> {
+    let bent = |digit: usize| angles_deg[digit] - REST_DEG[digit];
+    let is_alone = bent(INDEX) >= VISIBLE_DEG
+        && individuation(&normalised(angles_deg)).is_some_and(|index| index > SELECTIVE);
+    let mut names = Vec::new();
+    for (digit, name) in FLEXIONS.into_iter().enumerate() {
+        if bent(digit) >= VISIBLE_DEG && (digit == INDEX || !is_alone) {
+            names.push(name);
+        }
+    }
+    if -bent(INDEX) >= VISIBLE_DEG {
+        names.push(INDEX_EXTENSION);
+    }
+    if wrist > WRIST_BARELY_EXTENDED {
+        names.push(WRIST_EXTENSION);
+    }
+    names
+}
 
 /// Isometric torques of the muscles of a hand, N·m.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -122,6 +168,20 @@ mod tests {
         assert!((shared - 0.6).abs() < 1e-12, "{shared}");
         assert_eq!(index([0.5, 0.1, 0.0, 0.0, 0.0]), None, "negative");
         assert_eq!(index([0.0; DIGITS]), None, "not calculable");
+    }
+
+    #[test]
+    fn an_observer_sees_what_moves_and_the_rule_of_the_paper() {
+        let at = |index: f64, middle: f64| [REST_DEG[0], index, middle, REST_DEG[3], REST_DEG[4]];
+        assert!(visible_movements(&REST_DEG, 0.0).is_empty());
+        assert!(visible_movements(&at(14.9, 10.0), 0.1).is_empty());
+        assert_eq!(visible_movements(&at(15.0, 10.0), 0.0), [FLEXIONS[1]]);
+        // Individuation 1 - 0.25 · 20/40, which is above 0.8.
+        assert_eq!(visible_movements(&at(50.0, 30.0), 0.0), FLEXIONS[1..2]);
+        assert_eq!(visible_movements(&at(30.0, 30.0), 0.0), FLEXIONS[1..3]);
+        assert_eq!(visible_movements(&at(10.0, 30.0), 0.0), FLEXIONS[2..3]);
+        let extended = visible_movements(&at(4.0, 10.0), 0.2);
+        assert_eq!(extended, [INDEX_EXTENSION, WRIST_EXTENSION]);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! A hand over time: leads that change, spikes, and the motion of the digits.
 
 use super::detail::{HandDetail, Pools, Representative, representatives};
-use super::digits::{INDEX, RANGES_DEG, REST_DEG, Torques};
+use super::digits::{INDEX, RANGES_DEG, REST_DEG, Torques, visible_movements};
 use super::field::Pad;
 use super::forearm::{Forearm, Memory};
 use super::network::{InvalidSegment, Terminal};
@@ -64,6 +64,9 @@ pub struct MovingHand {
     steps: [Step; 2],
     fibres: Vec<Fibres>,
     torques: Torques,
+    /// Force of the wrist's extensors over the last time step, including fatigue, as a fraction of
+    /// their full force.
+    wrist: f64,
     joints: [Joint; DIGITS],
     sensor: AngleSensor,
     tick: u64,
@@ -172,6 +175,7 @@ impl MovingHand {
             steps: [step(TICK_US), step(GRAIN_US)],
             fibres: kept.iter().map(|one| relaxed(one.count)).collect(),
             torques: Torques::default(),
+            wrist: 0.0,
             joints: std::array::from_fn(|digit| Joint::new(&joint(digit), TICK_S)),
             sensor: AngleSensor::new(GLOVE, REST_DEG[INDEX], TICK_S, seed),
             tick: 0,
@@ -245,7 +249,7 @@ impl MovingHand {
 
     fn step(&mut self) {
         self.deliver();
-        let mut torques = Torques::default();
+        let (mut torques, mut wrist) = (Torques::default(), 0.0);
         let tires = TICK_S / self.spec.motion.fatigue_time_s;
         let pools = self.forearm.units().iter().map(|unit| unit.pool);
         for (fibres, pool) in self.fibres.iter_mut().zip(pools) {
@@ -257,10 +261,12 @@ impl MovingHand {
             let goal = 1.0 - (1.0 - floor) * force.min(1.0);
             if let Some((torque, of_one)) = torques.unit_torque_mut(pool, &self.spec) {
                 *torque += of_one * fibres.count * fibres.capacity * force;
+            } else {
+                wrist += fibres.count * fibres.capacity * force / self.spec.units as f64;
             }
             fibres.capacity += tires * (goal - fibres.capacity);
         }
-        self.torques = torques;
+        (self.torques, self.wrist) = (torques, wrist);
         for (digit, joint) in self.joints.iter_mut().enumerate() {
             joint.step(torques.net_nm(digit, joint.progress()));
         }
@@ -325,6 +331,11 @@ impl Body for MovingHand {
 
     fn uncomputed_intervals(&self) -> u64 {
         self.unsettled
+    }
+
+    /// Names what an observer sees ([`visible_movements`]).
+    fn visible_movements(&self) -> Vec<&'static str> {
+        visible_movements(&self.angles_deg(), self.wrist)
     }
 
     fn angle_deg(&self) -> f64 {

@@ -10,6 +10,7 @@ mod reach;
 mod twitch;
 
 use super::finger::{A, B, EXTENSOR, Effect, Points};
+use super::hand::digits::{INDEX_EXTENSION, INDEX_FLEXION};
 use super::sensor::AngleSensor;
 use super::wearer::effective_voltage;
 use super::{Body, CHANNELS, FingerSpec, InvalidSpec, Load, Pulse};
@@ -38,6 +39,9 @@ impl ExternalTorque {
     }
 }
 
+/// Smallest movement of the finger that an observer sees, °. Assumed: as [`super::hand::digits`]
+/// has it, but no more than half of the way from rest to full extension.
+const VISIBLE_DEG: f64 = 2.0;
 const TICK_US: u64 = 1000;
 const TICK_S: f64 = 1e-3;
 
@@ -262,6 +266,16 @@ impl Body for RandomFinger {
                     effect,
                 });
             }
+        }
+    }
+
+    /// Names flexion or extension from the angle at which the relaxed finger rests.
+    fn visible_movements(&self) -> Vec<&'static str> {
+        let bent_deg = self.angle_deg() - self.spec.finger.rest_deg;
+        match bent_deg {
+            _ if bent_deg >= VISIBLE_DEG => vec![INDEX_FLEXION],
+            _ if -bent_deg >= VISIBLE_DEG => vec![INDEX_EXTENSION],
+            _ => Vec::new(),
         }
     }
 

@@ -2,7 +2,10 @@
 
 use super::error::TwoPointsError;
 use super::pattern::{PERIOD_US, Pattern, WIDTH_US};
-use hal_sim::body::hand::digits::{INDEX, REST_DEG, VISIBLE_DEG, normalised};
+pub use hal_sim::body::hand::digits::SELECTIVE;
+use hal_sim::body::hand::digits::{
+    INDEX, REST_DEG, VISIBLE_DEG, WRIST_BARELY_EXTENDED, normalised,
+};
 use hal_sim::body::hand::network::Terminal;
 use hal_sim::body::hand::pools::DIGITS;
 use hal_sim::body::hand::spec::{A, B, E};
@@ -14,13 +17,8 @@ pub(super) const STEP_V: f64 = 2.0;
 /// Largest voltage of the searches in random wearers, V. Assumed; the largest voltage in the paper
 /// is 40 V.
 pub(super) const MOST_V: f64 = 44.0;
-/// Individuation index above which the index finger counts as moving alone (III-A2).
-pub const SELECTIVE: f64 = 0.8;
 /// Number of steps in which the ratio r rises to 1 (III-C1).
 const RATIO_STEPS: u32 = 10;
-/// Force at which the wrist counts as barely extended, as a fraction of the full force of its
-/// extensors. Assumed.
-const WRIST_BARELY_EXTENDED: f64 = 0.1;
 /// Smallest and largest factor of all thresholds that [`calibrate`] considers.
 const FACTOR_RANGE: [f64; 2] = [1e-9, 1e9];
 /// Number of bisections of [`FACTOR_RANGE`] in [`calibrate`].
