@@ -67,6 +67,20 @@ pub fn compose_wearer(
     wearer
 }
 
+/// Amplitude at zero effort of a joint as a share of the motor threshold, thousandths.
+///
+/// A calibration finds the lowest level that moves the limb, so at this level the muscle already
+/// pulls. A joint gives its inactive muscle the amplitude at zero effort all the time: it has to be
+/// lower. Two points together even begin to act at 0.82 to 0.93 of their thresholds alone (Hamana
+/// 2022, table 7). Chosen on simulated wearers (docs/control.md).
+const JOINT_SHARE_MILLI: u64 = 850;
+
+/// Returns the amplitude at zero effort of a joint for this motor threshold.
+fn joint_threshold(motor_threshold: Amplitude) -> Amplitude {
+    let milli = u64::from(motor_threshold.get()) * JOINT_SHARE_MILLI / 1000;
+    Amplitude::new(milli as u32) // at most the threshold
+}
+
 /// Returns the electrode as the wearer file describes it; `None` if the electrode was left out or a
 /// step has no result.
 fn electrode(planned: &PlannedElectrode, found: &ElectrodeResult) -> Option<Electrode> {
@@ -87,6 +101,7 @@ fn electrode(planned: &PlannedElectrode, found: &ElectrodeResult) -> Option<Elec
         start: Amplitude::ZERO,
         minimum: Some(found.minimum?.amplitude()),
         maximum: Some(found.maximum?.amplitude()),
+        joint_threshold: Some(joint_threshold(found.threshold?.amplitude())),
         moves: found.moves.clone()?,
         strength_duration: None,
         muscle: None,

@@ -101,6 +101,14 @@ impl Channels {
         Some([least, most.min(channel.spec.limit)])
     }
 
+    /// Returns the amplitudes at zero and at full effort of a joint's point on a channel, as the
+    /// wearer file has them. The amplitude at zero effort may be below [`Self::usable_range`].
+    pub(super) fn joint_range(&self, channel: &Channel) -> Option<[Amplitude; 2]> {
+        let [least, most] = self.usable_range(channel)?;
+        let zero = self.electrode(channel.number)?.joint_threshold;
+        Some([zero.unwrap_or(least), most])
+    }
+
     /// Returns the channel whose number is in the field `name`, if the channel has no errors.
     /// Reports an error at the field if the file has no channel of this number. A channel with
     /// errors of its own is not reported a second time here.

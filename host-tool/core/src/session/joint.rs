@@ -110,14 +110,14 @@ fn read_response(r: &Table<'_>, wearer: Option<WearerModel>) -> ResponseSpec {
 }
 
 /// Reads a point: a channel, with its amplitudes at zero and at full effort. If the file leaves the
-/// amplitudes out, they are the operator's minimum and maximum in the wearer file, or else the
-/// motor threshold and the limit.
+/// amplitudes out, they are the `joint_threshold` of the wearer file, or else the operator's minimum
+/// or the motor threshold; and the operator's maximum, or else the limit.
 fn read_point(t: &Table<'_>, channels: &Channels) -> Option<PointSpec> {
     let channel = channels.find(t, "channel")?;
     if !t.is_valid() {
         return None;
     }
-    let known = channels.usable_range(channel);
+    let known = channels.joint_range(channel);
     let threshold = amplitude_or(t, "threshold", known.map(|[least, _]| least));
     let max = amplitude_or(t, "max", known.map(|[_, most]| most));
     Some(PointSpec {

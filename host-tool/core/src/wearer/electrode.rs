@@ -36,6 +36,9 @@ pub struct Electrode {
     pub minimum: Option<Amplitude>,
     /// Largest amplitude that a session uses by default, as an operator set it.
     pub maximum: Option<Amplitude>,
+    /// Amplitude at zero effort of a joint, at which the muscle does not yet move it; `None` if it
+    /// is `minimum`, or else the motor threshold.
+    pub joint_threshold: Option<Amplitude>,
     /// Movements that the electrode causes, in words.
     pub moves: Vec<String>,
     /// Curve of the thresholds over pulse width; `None` if the thresholds are known at one width
@@ -161,6 +164,7 @@ impl Electrode {
             start: lower(self.start).min(limit),
             minimum: self.minimum.map(|amplitude| scaled(amplitude).min(limit)),
             maximum: self.maximum.map(|amplitude| scaled(amplitude).min(limit)),
+            joint_threshold: (self.joint_threshold).map(|amplitude| scaled(amplitude).min(limit)),
             muscle,
             ..self.clone()
         })

@@ -120,6 +120,7 @@ fn electrode() -> Section {
         field("start", amplitude("at most `limit`"), OrTold("0".into()), "largest amplitude that the wearer accepts at once, without a rise (`rise_ms`)"),
         field("minimum", amplitude("at most `maximum`"), Optional, "smallest amplitude to be used, as an operator set it"),
         field("maximum", amplitude("at most `limit`"), Optional, "largest amplitude to be used, as an operator set it"),
+        field("joint_threshold", amplitude("at most `maximum`"), OrTold("`minimum`, else `motor_threshold`".into()), "amplitude at zero effort of a joint, at which the muscle does not yet move it"),
         field("moves", Kind::Texts(LONGEST), Optional, "movements that the electrode causes, in words"),
         field("strength_duration", Kind::Table(strength_duration), Optional, "thresholds at other pulse widths: rheobase · (1 + chronaxie / width)"),
         field("muscle", Kind::Table(muscle()), Optional, "muscle under the electrode; it has the electrode's `motor_threshold` and `limit`"),

@@ -35,6 +35,10 @@ pub(super) fn check_order(t: &Table<'_>, electrode: &Electrode) {
         let than = ["maximum", "limit"][usize::from(electrode.maximum.is_none())];
         disordered("minimum", reason(than));
     }
+    if electrode.joint_threshold.is_some_and(|zero| zero > most) {
+        let than = ["maximum", "limit"][usize::from(electrode.maximum.is_none())];
+        disordered("joint_threshold", reason(than));
+    }
     let [from, to] = electrode.holds_hz;
     if from > electrode.frequency_hz {
         disordered("from_hz", reason("frequency_hz"));

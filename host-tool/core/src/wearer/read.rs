@@ -192,6 +192,7 @@ fn read_electrode(t: &Table<'_>, draft: &mut Draft) -> Option<Electrode> {
         start: optional_amplitude(t, "start").unwrap_or_default(),
         minimum: optional_amplitude(t, "minimum"),
         maximum: optional_amplitude(t, "maximum"),
+        joint_threshold: optional_amplitude(t, "joint_threshold"),
         moves: t
             .texts("moves")
             .iter()

@@ -255,6 +255,7 @@ fn write_electrode(out: &mut Lines, electrode: &Electrode) {
     );
     out.optional_field("minimum", electrode.minimum.map(milli));
     out.optional_field("maximum", electrode.maximum.map(milli));
+    out.optional_field("joint_threshold", electrode.joint_threshold.map(milli));
     if !electrode.moves.is_empty() {
         let moves: Vec<String> = electrode.moves.iter().map(|text| quoted(text)).collect();
         out.field("moves", format!("[{}]", moves.join(", ")));

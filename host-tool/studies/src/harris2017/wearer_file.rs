@@ -139,6 +139,7 @@ fn electrode(
         start: Amplitude::ZERO,
         minimum: is_triceps.then(|| milli(PRE_WALL_MA)),
         maximum: is_triceps.then(|| milli(limit_ma)),
+        joint_threshold: None,
         moves: vec![moves.to_owned()],
         strength_duration: Some(StrengthDuration {
             rheobase: milli(fitted.rheobase_ma),

@@ -109,6 +109,7 @@ impl Study {
             start: Amplitude::ZERO,
             minimum: None,
             maximum: None,
+            joint_threshold: None,
             moves: vec!["wrist extension".to_owned()],
             strength_duration: None,
             muscle: Some(Muscle {
