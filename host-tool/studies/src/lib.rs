@@ -6,7 +6,8 @@
 //! share: declarations, draws, the runner, pages; `catalog` lists the studies and `experiments` the
 //! declarations of the program. A paper's study is named after its authors and year: `hamana2022`,
 //! `lee2020`, `harris2017`, `sierotowicz2023`, `buatier2024`; `distributed` is a muscle under
-//! several electrodes. `faults` injects faults; `flags` compares compiler flags
+//! several electrodes. `wearer_files` compares what a controller does with different
+//! wearer files; `faults` injects faults; `flags` compares compiler flags
 //! of the images; `figures` draws charts. `subjects` are the muscles
 //! on which models are compared. Declarations are in `host-tool/experiments/`.
 
@@ -30,3 +31,4 @@ pub mod sierotowicz2023;
 pub mod stability;
 mod subjects;
 pub mod tracking;
+pub mod wearer_files;

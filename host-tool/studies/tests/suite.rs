@@ -28,3 +28,4 @@ mod sierotowicz2023_electrodes;
 mod sweeps;
 mod thresholds_found;
 mod tracking_causes;
+mod wearer_files;

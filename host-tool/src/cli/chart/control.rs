@@ -1,6 +1,6 @@
 //! `flexor chart control`: charts the errors of controllers on random plants against their cycles.
 
-use super::{hands, write};
+use super::{files, hands, write};
 use crate::cli::wearer_args::WearerArgs;
 use crate::cli::{Output, usage_error};
 use anyhow::ensure;
@@ -52,11 +52,15 @@ pub struct Control {
     /// control_ablation.csv
     #[arg(long, conflicts_with_all = ["quick", "course", "wearers", "optimum", "wearer", "participant"])]
     ablate: bool,
+    /// Compare the default controller without a wearer file, with true ones and with those that
+    /// `flexor calibrate` writes, on all three populations; write control_files.csv
+    #[arg(long, conflicts_with_all = ["course", "wearers", "ablate", "optimum", "wearer", "participant"])]
+    files: bool,
     /// Number of the earlier plants on which the offline optimum is searched; default: 40
     #[arg(long)]
     optimum: Option<u64>,
     /// Search the gains of every controller again, and write control_gains.csv
-    #[arg(long, conflicts_with_all = ["seed", "plants", "course", "wearers", "quick", "ablate", "optimum", "wearer", "participant"])]
+    #[arg(long, conflicts_with_all = ["seed", "plants", "course", "wearers", "quick", "ablate", "optimum", "wearer", "participant", "files"])]
     search: bool,
     /// Number of candidates that the search tries for each controller
     #[arg(long, default_value_t = 100, requires = "search")]
@@ -94,6 +98,13 @@ pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
     );
     if args.search {
         return search(args, output);
+    }
+    if args.files {
+        let out = (!args.quick).then_some(&*args.out);
+        return match args.plants.map(|_| plant_count(args, PLANTS)).transpose() {
+            Ok(draws) => files::main((args.seed, draws), out, output),
+            Err(refused) => usage_error(refused),
+        };
     }
     if args.wearer.name().is_some() || matches!(args.wearers, WearersName::Hands) {
         let out = (!args.quick).then_some(&*args.out);

@@ -5,6 +5,7 @@ mod choice;
 mod control;
 mod detail;
 mod flags;
+mod files;
 mod hands;
 mod ladder;
 mod limb;

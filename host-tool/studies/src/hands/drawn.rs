@@ -13,7 +13,7 @@ use crate::tracking::trial::{Attempt, Frames, SCORED_FROM_MS, TRIAL_MS, device_t
 use crate::tracking::wearer::{Points, Volts};
 use hal_sim::body::Body;
 use hal_sim::body::hand::digits::{INDEX, REST_DEG};
-use hal_sim::body::hand::spec::{A, B, E, RETURN};
+use hal_sim::body::hand::spec::{A, B, E, HandSpec, RETURN};
 use hal_sim::body::hand::{Hand, InvalidHand, MovingHand};
 use std::f64::consts::TAU;
 
@@ -257,7 +257,37 @@ impl DrivenHand {
         Ok(sums.map(|sum| sum / HELD_MS as f64))
     }
 
-    fn moving(&self) -> Result<MovingHand, TwoPointsError> {
+    /// Returns the parameters of the hand, which no control law knows.
+    pub const fn spec(&self) -> &HandSpec {
+        self.hand.spec()
+    }
+
+    /// Returns the torques of flexors and extensor of the index finger while these voltages are
+    /// applied to a rested hand: means over the third second, N·m.
+    ///
+    /// # Errors
+    /// Fails if the circuit cannot be solved.
+    pub fn torques_nm(&self, way: &Actuation, volts: Volts) -> Result<[f64; 2], TwoPointsError> {
+        let (mut hand, leads) = (self.moving()?, way.leads());
+        leads.ground_used(&mut hand);
+        let mut sums = [0.0; 2];
+        for ms in 0..FRESH_MS {
+            leads.pulse(&mut hand, ms, volts);
+            hand.advance((ms as u64 + 1) * 1000);
+            if ms >= FRESH_MS - HELD_MS {
+                let torques = hand.torques();
+                sums[0] += torques.flexors_nm[INDEX];
+                sums[1] += torques.extensor_nm;
+            }
+        }
+        Ok(sums.map(|sum| sum / HELD_MS as f64))
+    }
+
+    /// Returns the rested hand with its electrodes A, B and E on channels 0, 1 and 2.
+    ///
+    /// # Errors
+    /// Fails if the circuit cannot be solved.
+    pub fn moving(&self) -> Result<MovingHand, TwoPointsError> {
         let moving = MovingHand::new(&self.hand, CHANNELS, self.seed);
         moving.map_err(|e| TwoPointsError::Hand(InvalidHand::Segment(e)))
     }
