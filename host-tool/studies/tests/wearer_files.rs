@@ -48,7 +48,9 @@ fn a_comparison_repeats_to_the_bit_and_leaves_nobody_out() {
         assert_eq!(compared, run());
         assert!(!compared.cases.is_empty());
         for case in &compared.cases {
-            let known = Files::ALL.into_iter().filter(|files| population.has(*files));
+            let known = Files::ALL
+                .into_iter()
+                .filter(|files| population.has(*files));
             assert!(case.outcomes.keys().copied().eq(known));
             assert!(case.calibrated.presentations > 20);
         }
@@ -57,7 +59,10 @@ fn a_comparison_repeats_to_the_bit_and_leaves_nobody_out() {
         let all = [compared];
         let text = table::text(&all);
         println!("{text}");
-        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+        assert!(
+            text.lines().all(|line| line.chars().count() <= 80),
+            "{text}"
+        );
         let rows = table::csv(&all).lines().count() - 1;
         assert_eq!(table::json(&all)["files"].as_array().unwrap().len(), rows);
     }

@@ -270,6 +270,8 @@ fn outcomes(
     population: Population,
     drive: impl Fn(Files) -> Result<Outcome, FilesError>,
 ) -> Result<BTreeMap<Files, Outcome>, FilesError> {
-    let files = Files::ALL.into_iter().filter(|files| population.has(*files));
+    let files = Files::ALL
+        .into_iter()
+        .filter(|files| population.has(*files));
     files.map(|files| Ok((files, drive(files)?))).collect()
 }

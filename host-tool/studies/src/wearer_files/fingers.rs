@@ -53,7 +53,9 @@ pub(super) fn drive(
             let model = true_model(&exercise.plant.finger, points);
             let law = LawSpec::RECOMMENDED.for_wearer(&model);
             let ranges = true_ranges_v(&exercise.plant.finger, points);
-            let joint = with_ranges(wearer::joint(law, points, SHIPPED_HOLD), |n| Some(ranges[n]));
+            let joint = with_ranges(wearer::joint(law, points, SHIPPED_HOLD), |n| {
+                Some(ranges[n])
+            });
             files.joint_of(joint.unwrap_or_else(alone), model)
         }
         Files::Calibrated => {
@@ -112,7 +114,12 @@ fn true_ranges_v(spec: &RandomFingerSpec, points: Points) -> [[f64; 2]; 3] {
         thresholds_v[..2].copy_from_slice(&pair.threshold_v);
     }
     let maxima_v = nominal().sites().map(|site| site.max_v);
-    [0, 1, 2].map(|n| [thresholds_v[n].min(MOST_THRESHOLD * maxima_v[n]), maxima_v[n]])
+    [0, 1, 2].map(|n| {
+        [
+            thresholds_v[n].min(MOST_THRESHOLD * maxima_v[n]),
+            maxima_v[n],
+        ]
+    })
 }
 
 /// Returns the share of its torque that each point exerts at the nominal wearer's maximum.

@@ -64,7 +64,8 @@ pub(super) fn drive(
         }
         Files::Calibrated => {
             let found = |point: usize| calibrated.ranges_v[point];
-            if (way.ranges_v.iter().enumerate()).any(|(n, used)| used.is_some() && found(n).is_none())
+            if (way.ranges_v.iter().enumerate())
+                .any(|(n, used)| used.is_some() && found(n).is_none())
             {
                 return Ok(Outcome::refused(drawn.at_rest_deg(), Files::NOT_CALIBRATED));
             }

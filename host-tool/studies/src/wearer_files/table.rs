@@ -23,9 +23,10 @@ fn files(comparison: &Comparison) -> impl Iterator<Item = Files> {
 
 /// Formats the results as plain text of at most 80 columns.
 pub fn text(comparisons: &[Comparison]) -> String {
-    let mut out = "The default controller with different wearer files; RMSE in degrees. Simulated\n\
+    let mut out =
+        "The default controller with different wearer files; RMSE in degrees. Simulated\n\
                    wearers, not people.\n"
-        .to_owned();
+            .to_owned();
     for comparison in comparisons {
         for points in Points::ALL {
             out += &format!(
@@ -67,7 +68,8 @@ pub fn text(comparisons: &[Comparison]) -> String {
 
 /// Formats the results as CSV, with a row for each population, number of points and file.
 pub fn csv(comparisons: &[Comparison]) -> String {
-    let mut out = "wearers,points,file,seed,drawn,driven,refused".to_owned() + &names(&NUMBERS) + "\n";
+    let mut out =
+        "wearers,points,file,seed,drawn,driven,refused".to_owned() + &names(&NUMBERS) + "\n";
     for comparison in comparisons {
         for points in Points::ALL {
             for files in files(comparison) {
