@@ -30,7 +30,7 @@ pub(super) fn main(
         };
         let usual = if out.is_none() { quick } else { chart };
         let plan = (seed, draws.unwrap_or(usual));
-        let shown = |part| bar.set((n as f64 + part) / Population::ALL.len() as f64);
+        let shown = |part: f64| bar.set((n as f64 + part) / Population::ALL.len() as f64);
         comparisons.push(Comparison::run(population, plan, shown)?);
     }
     bar.finish();
