@@ -292,6 +292,24 @@ fn points_are_the_files_from_least_to_most() {
     );
 }
 
+/// A joint begins below the operator's range if the file says so.
+#[test]
+fn a_joint_begins_at_the_joint_threshold_of_the_file() {
+    let file = builtin_wearer("P").unwrap();
+    let least = "minimum = 20\n";
+    assert!(file.contains(least));
+    let file = file.replacen(least, "minimum = 20\njoint_threshold = 18.7\n", 1);
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../sessions/hamana_exp4_two_point_wearer.toml"
+    );
+    let text = std::fs::read_to_string(path).unwrap();
+    let session = Session::parse_with_wearers("it.toml", &text, &|_| Ok(file.clone())).unwrap();
+    let thresholds = session.joint.unwrap().flexors;
+    let thresholds: Vec<u32> = thresholds.iter().map(|p| p.threshold.get()).collect();
+    assert_eq!(thresholds, [18_700, 25_000]);
+}
+
 /// Tests of the haptic range: text, replacement, and number of errors.
 #[rustfmt::skip]
 const HAPTIC: [(&str, &str, usize); 6] = [

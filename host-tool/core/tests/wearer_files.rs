@@ -194,7 +194,7 @@ fn what_cannot_be_written_leaves_what_was() {
 
 /// Mistakes: text, replacement, and error number.
 #[rustfmt::skip]
-const WRONG: [(&str, &str, u16); 22] = [
+const WRONG: [(&str, &str, u16); 23] = [
     ("schema = 1", "schema = 2", 651),
     ("schema = 1\n", "", 404),
     ("schema = 1", "schema = \"1\"", 403),
@@ -203,6 +203,7 @@ const WRONG: [(&str, &str, u16); 22] = [
     ("motor_threshold = 10\n", "motor_threshold = 15\n", 653),
     ("minimum = 10.5", "minimum = 14.5", 653),
     ("maximum = 14", "maximum = 15.5", 653),
+    ("maximum = 14", "maximum = 14\njoint_threshold = 14.5", 653),
     ("rheobase = 6.5", "rheobase = 11", 653),
     ("value = 25", "value = 16", 653),
     ("from_hz = 20", "from_hz = 31", 653),
