@@ -393,7 +393,7 @@ impl TabulatedForce {
 
     /// Returns the muscle's force, 0…12,000 N, at [`TabulatedForceState::at`].
     #[must_use]
-    #[inline]
+    #[inline(always)]
     pub fn force(&self, state: &TabulatedForceState) -> Force {
         // Below 1 in Q31, as F is below 24/(K + 24). Below 2^31 · 2^31, so the upper half fits.
         let share = state.force.at(self.t(state)).wrapping_shl(2);

@@ -51,6 +51,7 @@ impl Integrator for Tabulated {
     fn pulse(&mut self, at: Micros) {
         self.muscle.pulse(&mut self.state, at, Gain::FULL);
     }
+    #[inline(always)] // as in the device
     fn advance(&mut self, to: Micros) {
         self.muscle.advance(&mut self.state, to);
     }
@@ -60,6 +61,7 @@ impl Integrator for Tabulated {
     fn force_n(&self) -> f64 {
         self.muscle.force(&self.state).get().to_num()
     }
+    #[inline(always)] // as in the device
     fn force_bits(&self) -> u32 {
         let force = self.muscle.force(&self.state).get();
         force.to_bits().cast_unsigned()
@@ -70,6 +72,7 @@ impl Integrator for Integrated {
     fn pulse(&mut self, at: Micros) {
         self.muscle.pulse(&mut self.state, at, Gain::FULL);
     }
+    #[inline(always)] // as in the device
     fn advance(&mut self, to: Micros) {
         self.muscle.advance(&mut self.state, to);
     }
@@ -79,6 +82,7 @@ impl Integrator for Integrated {
     fn force_n(&self) -> f64 {
         self.muscle.force(&self.state).get().to_num()
     }
+    #[inline(always)] // as in the device
     fn force_bits(&self) -> u32 {
         let force = self.muscle.force(&self.state).get();
         force.to_bits().cast_unsigned()
