@@ -15,6 +15,7 @@ mod owners;
 mod pulse;
 
 use crate::control::Amplitudes;
+use crate::device::MuscleTables;
 use core::fmt;
 use core::hint::black_box;
 
@@ -154,23 +155,28 @@ pub fn measure_empty<C: Clock, N>(bench: &mut Bench<'_, C, N>, name: N, runs: u3
 type Rows<C> = fn(&mut Bench<'_, C>) -> Option<()>;
 
 /// Runs all algorithms and passes on each row when it is complete. All inputs are constants within
-/// their ranges; a row with a refused input would be missing.
-pub fn run<C: Clock>(clock: &C, mut row: impl FnMut(&Row)) {
+/// their ranges; a row with a refused input would be missing. `tables` may be any.
+pub fn run<C: Clock>(clock: &C, tables: &mut MuscleTables, mut row: impl FnMut(&Row)) {
     let mut bench = Bench::new(clock, &mut row);
     measure_empty(&mut bench, "empty", 100);
-    let rooms: [Rows<C>; 10] = [
+    let algorithms: [Rows<C>; 6] = [
         muscle::run_benchmarks,
         inverse::run_benchmarks,
         control::run_benchmarks,
         haptics::run_benchmarks,
         pulse::run_benchmarks,
         link::run_benchmarks,
-        owners::run_benchmarks,
+    ];
+    for rows in algorithms {
+        let _ = rows(&mut bench);
+    }
+    owners::run_benchmarks(&mut bench, tables);
+    let slow: [Rows<C>; 3] = [
         inverse::run_slow_benchmarks,
         limb::run_benchmarks,
         haptics::run_lift_benchmarks,
     ];
-    for rows in rooms {
+    for rows in slow {
         let _ = rows(&mut bench);
     }
 }

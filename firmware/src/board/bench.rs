@@ -5,10 +5,12 @@
 
 use super::wiring::BOARD;
 use crate::bench::Clock;
+use crate::device::MuscleTables;
 use core::fmt::{Display, Write};
 use cortex_m::Peripherals;
 use cortex_m::peripheral::DWT;
 use cortex_m_semihosting::{debug, hio};
+use static_cell::ConstStaticCell;
 
 /// Address of FLASH_ACR (RM0090, section 3.9.1).
 const FLASH_ACR: *mut u32 = 0x4002_3C00 as *mut u32;
@@ -44,7 +46,15 @@ impl Clock for CycleCounter {
 
 /// Runs every algorithm, prints one line for each, and ends the program.
 pub fn run() -> ! {
-    print(|clock, row| crate::bench::run(clock, |r| row(r)))
+    /// First address and length of CCM (RM0090, section 2.3).
+    const CCM: (*mut u8, usize) = (0x1000_0000 as *mut u8, 0x1_0000);
+    // SAFETY: only statics whose bits are all zero are in this section, and none is in use yet.
+    unsafe { CCM.0.write_bytes(0, CCM.1) };
+    // SAFETY: as above.
+    #[unsafe(link_section = ".ccm")]
+    static TABLES: ConstStaticCell<MuscleTables> = ConstStaticCell::new(MuscleTables::NONE);
+    let tables = TABLES.take();
+    print(|clock, row| crate::bench::run(clock, tables, |r| row(r)))
 }
 
 /// Prints a heading and the lines that `all` emits, and ends the program.

@@ -7,9 +7,9 @@ use crate::pulse::CHANNELS;
 
 /// Tables of the muscles of a setup, in the order of these.
 ///
-/// All bits of [`Self::NONE`] are zero. Solving a table takes longer than the session may be away, and
-/// passing it on would take the memory of a second one. A row takes 1 % of a tick, all tables of a setup together at most 0.8 s.
-/// Until its table is complete, a muscle is integrated.
+/// Solving a table takes longer than the session may be away, and passing it on would take the memory
+/// of a second one. A row takes 2 % of a tick, all tables of a setup together at most 0.8 s. Until its
+/// table is complete, a muscle is integrated. All bits of [`Self::NONE`] are zero.
 #[derive(Clone, Debug)]
 pub struct MuscleTables {
     tables: [TabulatedForce; CHANNELS],

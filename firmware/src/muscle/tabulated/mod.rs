@@ -183,7 +183,7 @@ impl TabulatedForce {
 
     /// Solves one row. Returns whether the table is complete.
     ///
-    /// A row takes some 2,000 cycles (`tabulated_row` of docs/charts/cycles.csv).
+    /// A row takes some 4,000 cycles (`tabulated_row` of docs/charts/cycles.csv).
     pub fn solve_next(&mut self) -> bool {
         if let Some(row) = self.rows.get_mut(self.solved as usize)
             && self.solved <= self.plan.last

@@ -13,6 +13,7 @@ pub use coremark::{CoreMark, PUBLISHED, Reading, coremark};
 pub use row::{Deadline, Row, RowError, csv};
 
 use firmware::bench::NoClock;
+use firmware::device::MuscleTables;
 use hal_sim::chip::alone::{self, AloneError, FlashWait};
 use hal_sim::chip::image::{self, ImageError};
 use hal_sim::chip::soc::flash::Prefetched;
@@ -157,7 +158,8 @@ pub fn bench(step: impl Fn(f64)) -> Result<Bench, BenchError> {
     let elf = images::find(Image::Bench)?;
     step(0.3);
     let mut host = Vec::new();
-    firmware::bench::run(&NoClock, |row| host.push(Row::from(row)));
+    let mut tables = Box::new(MuscleTables::NONE);
+    firmware::bench::run(&NoClock, &mut tables, |row| host.push(Row::from(row)));
     step(0.4);
     let chip = run_on_chip(&elf)?;
     step(0.8);
