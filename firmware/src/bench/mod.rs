@@ -258,7 +258,8 @@ mod tests {
     fn rows_repeat_and_have_names_of_their_own() {
         let collect_rows = || {
             let mut rows = Vec::new();
-            run(&NoClock, |row| rows.push(*row));
+            let mut tables = std::boxed::Box::new(MuscleTables::NONE);
+            run(&NoClock, &mut tables, |row| rows.push(*row));
             rows
         };
         let rows = collect_rows();

@@ -46,12 +46,6 @@ impl Clock for CycleCounter {
 
 /// Runs every algorithm, prints one line for each, and ends the program.
 pub fn run() -> ! {
-    /// First address and length of CCM (RM0090, section 2.3).
-    const CCM: (*mut u8, usize) = (0x1000_0000 as *mut u8, 0x1_0000);
-    // SAFETY: only statics whose bits are all zero are in this section, and none is in use yet.
-    unsafe { CCM.0.write_bytes(0, CCM.1) };
-    // SAFETY: as above.
-    #[unsafe(link_section = ".ccm")]
     static TABLES: ConstStaticCell<MuscleTables> = ConstStaticCell::new(MuscleTables::NONE);
     let tables = TABLES.take();
     print(|clock, row| crate::bench::run(clock, tables, |r| row(r)))

@@ -8,7 +8,7 @@ use crate::pulse::CHANNELS;
 /// Tables of the muscles of a setup, in the order of these.
 ///
 /// Solving a table takes longer than the session may be away, and passing it on would take the memory
-/// of a second one. A row takes 2 % of a tick, all tables of a setup together at most 0.8 s. Until its
+/// of a second one. A row takes 2 % of a tick, all tables of a setup together at most 0.64 s. Until its
 /// table is complete, a muscle is integrated. All bits of [`Self::NONE`] are zero.
 #[derive(Clone, Debug)]
 pub struct MuscleTables {
@@ -54,11 +54,11 @@ impl MuscleTables {
         }
     }
 
-    /// Checks one row of each table, and all rows within 80 calls. Returns whether memory has kept
+    /// Checks one row of each table, and all rows within 64 calls. Returns whether memory has kept
     /// them; the force that another row predicts would be wrong.
     pub(super) fn is_row_intact(&mut self) -> bool {
         let row = self.checked;
-        self.checked = (row + 1) % MOST_ROWS; // below 80
+        self.checked = (row + 1) % MOST_ROWS; // below 64
         self.tables.iter().all(|table| table.is_row_intact(row))
     }
 }
@@ -78,7 +78,7 @@ mod tests {
     use std::boxed::Box;
 
     /// A muscle's table is complete after as many ticks as it has rows. A row that memory changes
-    /// afterwards is a fault within 80 ticks.
+    /// afterwards is a fault within 64 ticks.
     #[test]
     fn a_changed_row_of_a_table_is_a_fault() {
         let spec = CalciumForceSpec {

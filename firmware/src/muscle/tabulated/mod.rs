@@ -30,7 +30,7 @@ pub use plan::TablePlan;
 use rows::{DEGREE, Row};
 
 /// Most intervals that a table has.
-pub const MOST_ROWS: usize = 80;
+pub const MOST_ROWS: usize = 64;
 
 /// Largest calcium C, 24 ([`super::CalciumForce::CALCIUM_END`]), in octaves below 32, 2^-27, rounded down.
 const CALCIUM_END_OCTAVES: u32 = 55_706_149;
@@ -189,7 +189,7 @@ impl TabulatedForce {
             && self.solved <= self.plan.last
         {
             (*row, self.calcium) = self.plan.solve(self.solved, self.calcium);
-            self.solved = self.solved.wrapping_add(1); // up to 80
+            self.solved = self.solved.wrapping_add(1); // up to 64
         }
         self.solved > self.plan.last
     }

@@ -86,7 +86,7 @@ impl TablePlan {
         if rise < u64::from(tau_m_us) * u64::from(spec.k_micro + 1_000_000) {
             return None;
         }
-        // The least, 13 octaves, would need more than 80 intervals.
+        // The least, 13 octaves, would need more than 64 intervals.
         if spec.tau_c_us > 10 * spec.tau1_us {
             return None;
         }
