@@ -48,6 +48,7 @@ fn the_table_is_for_people_and_machines() {
     assert_eq!(exit, Some(0), "{output}");
     assert!(output.contains("channel 1, one: calcium-force"), "{output}");
     assert!(output.contains("uses: the reported force"), "{output}");
+    assert!(output.contains("\n  by a table of "), "{output}");
     let widest = output.lines().map(|line| line.chars().count()).max();
     assert!(widest <= Some(80), "{output}");
     let tiring = session("frequency_hz = 50.0", ", fatigue = {}");
@@ -59,6 +60,7 @@ fn the_table_is_for_people_and_machines() {
     // 20 s of work fatigue the muscle by more than 10 % and less than 60 %.
     let item = channel("machines.toml", &["--json"]);
     assert_eq!(item["model"], "calcium-force-fatigue");
+    assert!(item["table_rows"].is_null(), "{item}");
     let models = item["models"].as_array().unwrap();
     let error = |name: &str| {
         let found = models.iter().find(|value| value["model"] == name).unwrap();

@@ -3,11 +3,12 @@
 use super::{Output, usage_error};
 use anyhow::ensure;
 use clap::Args;
+use firmware::muscle::{MuscleLevel, TablePlan};
 use hal_sim::body::hand::FittedHand;
 use host_core::choice::{
     self, Choice, Cycles, Effect, LevelResult, ModelUses, Need, coarsest, fewest_units,
 };
-use host_core::session::{Model, Session, Share, escape_control_chars, level_name};
+use host_core::session::{Model, Muscle, Session, Share, escape_control_chars, level_name};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -182,6 +183,17 @@ fn write_channel(out: &mut String, session: &Session, need: &Need, tolerance: Sh
         ));
     }
     let muscle = channel.muscle.as_ref();
+    if let Some(muscle) = muscle
+        && need.level == MuscleLevel::CalciumForce
+    {
+        out.push_str(&match (muscle.fatigue, table_rows(muscle)) {
+            (Some(_), _) => "  integrated: fatigue changes the muscle once a second\n".to_owned(),
+            (None, Some(rows)) => format!("  by a table of {rows} rows\n"),
+            (None, None) => {
+                "  integrated: the muscle is too fast or too weak for a table\n".to_owned()
+            }
+        });
+    }
     for (at_us, level) in muscle.iter().flat_map(|muscle| &muscle.changes) {
         let at_s = *at_us as f64 / 1e6;
         let name = level_name(*level);
@@ -195,6 +207,14 @@ fn write_channel(out: &mut String, session: &Session, need: &Need, tolerance: Sh
     if is_given(session, need) {
         out.push_str("  the session file sets this model\n");
     }
+}
+
+/// Returns the number of rows of the table by which the device computes the muscle's force; `None` if
+/// it integrates the muscle.
+fn table_rows(muscle: &Muscle) -> Option<u32> {
+    let plan = TablePlan::new(&muscle.force).ok().flatten();
+    plan.filter(|_| muscle.fatigue.is_none())
+        .map(|plan| plan.row_count())
 }
 
 /// Describes how the session uses the channel's force.
@@ -253,6 +273,7 @@ fn json_report(session: &Session, choice: &Choice) -> Value {
             "model": level_name(need.level),
             "enough": need.enough.map(level_name),
             "raised": need.raised,
+            "table_rows": channel.muscle.as_ref().and_then(table_rows),
             "changes": changes.collect::<Vec<_>>(),
             "together_pct": need.together * 100.0,
             "models": need.tried.iter().map(level).collect::<Vec<_>>(),

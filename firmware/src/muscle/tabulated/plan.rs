@@ -78,6 +78,12 @@ impl TablePlan {
         Ok(Self::of_checked(spec))
     }
 
+    /// Returns the number of rows of the table.
+    #[must_use]
+    pub const fn row_count(&self) -> u32 {
+        self.last + 1 // at most 64
+    }
+
     /// Implements [`Self::new`].
     fn of_checked(spec: &CalciumForceSpec) -> Option<Self> {
         let tau_m_us = spec.tau1_us + spec.tau2_us;
