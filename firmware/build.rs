@@ -23,11 +23,14 @@ fn main() {
     // Puts strings last. Some of them are source paths, whose length depends on where cargo keeps
     // the sources; the tables before them, and so the cycle counts, stay in place.
     println!("cargo:rustc-link-arg-bins=--sort-section=alignment");
-    // The device of the benchmark and its muscles' tables fill SRAM1, and no pulse tape is in SRAM2:
-    // the stack begins at the end of SRAM2, which follows SRAM1 (RM0090 section 2.3).
-    if var("CARGO_PKG_NAME").as_deref() == Ok("firmware") && var_os("CARGO_FEATURE_BENCH").is_some()
-    {
-        println!("cargo:rustc-link-arg-bin=bench=--defsym=_stack_start=0x20020000");
+    // In the benchmark and in QEMU a whole device with its muscles' tables is on the stack, and no
+    // pulse tape is in SRAM2: the stack begins at the end of SRAM2, which follows SRAM1 (RM0090
+    // section 2.3).
+    for (feature, image) in [("BENCH", "bench"), ("QEMU", "qemu")] {
+        let is_built = var_os(format!("CARGO_FEATURE_{feature}")).is_some();
+        if is_built && var("CARGO_PKG_NAME").as_deref() == Ok("firmware") {
+            println!("cargo:rustc-link-arg-bin={image}=--defsym=_stack_start=0x20020000");
+        }
     }
     if var_os("CARGO_FEATURE_STM32F405").is_some() {
         println!("cargo:rustc-link-arg-bins=-Tdefmt.x");

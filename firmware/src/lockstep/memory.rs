@@ -1,5 +1,6 @@
 //! Model of a board's backup SRAM, which resets leave unchanged.
 
+use crate::device::Mailboxes;
 use crate::link::message::ResetCause;
 use crate::safety::{AllowanceWords, Entry, Ledger, UsageAtBoot};
 
@@ -36,8 +37,15 @@ impl Memory {
         found
     }
 
+    /// Writes the entries that the pulser has posted.
+    pub fn write_entries(&mut self, mail: &mut Mailboxes) {
+        while let Some(entry) = mail.split().2.take_entry() {
+            self.write(&entry);
+        }
+    }
+
     /// Writes `entry` to both copies, one after the other.
-    pub fn write(&mut self, entry: &Entry) {
+    fn write(&mut self, entry: &Entry) {
         let (order, words) = self.ledger.write(entry);
         for copy in order {
             if let Some(slot) = self.copies.get_mut(copy) {

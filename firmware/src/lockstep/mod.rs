@@ -186,7 +186,8 @@ impl Lockstep {
     pub fn boot(&mut self, identity: Identity, boot: Micros) {
         let found = self.memory.boot(identity.reset);
         self.pulser = Pulser::new(identity.last_fault, found);
-        self.controller = Controller::new(); // which begins the tables anew
+        self.controller = Controller::new();
+        self.tables.clear();
         self.session = Session::new(identity);
         self.mail = Mailboxes::new();
         self.playing.reset(boot, Levels::ISOLATED);
@@ -209,13 +210,6 @@ impl Lockstep {
     /// Returns the memory that a reset leaves unchanged, so that tests can damage it.
     pub const fn allowance_copies_mut(&mut self) -> &mut [AllowanceWords; 2] {
         &mut self.memory.copies
-    }
-
-    /// Writes the entries of the allowance that the pulser has posted.
-    fn write_entries(&mut self) {
-        while let Some(entry) = self.mail.split().2.take_entry() {
-            self.memory.write(&entry);
-        }
     }
 
     /// Returns the device time.
@@ -391,7 +385,7 @@ impl Lockstep {
                 .tick(now, sensors.joint, &mut self.tables, &mut mail);
             ready = done + us(cost::CONTROL_US);
         }
-        self.write_entries();
+        self.memory.write_entries(&mut self.mail);
         if !self.skips || self.mail.has_message_for_session() {
             self.session.poll(now, &mut self.mail.split().2);
         }

@@ -32,6 +32,14 @@ impl MuscleTables {
         &self.tables
     }
 
+    /// Resets all tables in place.
+    pub fn clear(&mut self) {
+        for table in &mut self.tables {
+            *table = TabulatedForce::NONE;
+        }
+        (self.complete, self.checked) = (0, 0);
+    }
+
     /// Begins the tables of other muscles.
     pub(super) fn begin(&mut self, muscles: &[Muscle]) {
         for (table, muscle) in self.tables.iter_mut().zip(muscles) {
