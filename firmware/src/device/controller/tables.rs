@@ -15,7 +15,7 @@ pub struct MuscleTables {
     tables: [TabulatedForce; CHANNELS],
     /// Number of muscles whose table is complete, or which have none.
     complete: usize,
-    /// Row of each table that is checked next.
+    /// Row that is checked next, counted through all tables.
     checked: usize,
 }
 
@@ -62,12 +62,13 @@ impl MuscleTables {
         }
     }
 
-    /// Checks one row of each table, and all rows within 64 calls. Returns whether memory has kept
-    /// them; the force that another row predicts would be wrong.
+    /// Checks one row of one table, and all rows within 640 calls. Returns whether memory has kept
+    /// it; the force that another row predicts would be wrong.
     pub(super) fn is_row_intact(&mut self) -> bool {
-        let row = self.checked;
-        self.checked = (row + 1) % MOST_ROWS; // below 64
-        self.tables.iter().all(|table| table.is_row_intact(row))
+        let (table, row) = (self.checked / MOST_ROWS, self.checked % MOST_ROWS);
+        self.checked = (self.checked + 1) % (CHANNELS * MOST_ROWS); // below 640
+        let table = self.tables.get(table);
+        table.is_none_or(|table| table.is_row_intact(row))
     }
 }
 
@@ -86,7 +87,7 @@ mod tests {
     use std::boxed::Box;
 
     /// A muscle's table is complete after as many ticks as it has rows. A row that memory changes
-    /// afterwards is a fault within 64 ticks.
+    /// afterwards is a fault within 640 ticks.
     #[test]
     fn a_changed_row_of_a_table_is_a_fault() {
         let spec = CalciumForceSpec {
@@ -125,7 +126,7 @@ mod tests {
         assert!(TablePlan::new(&spec).unwrap().is_some());
         assert!(pulser.control_orders.dequeue().is_none());
         tables.tables[0].corrupt_row(7);
-        for _ in 0..MOST_ROWS {
+        for _ in 0..CHANNELS * MOST_ROWS {
             tick(&mut controller, &mut tables);
         }
         let order = pulser.control_orders.dequeue();

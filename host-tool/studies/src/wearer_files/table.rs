@@ -30,7 +30,7 @@ pub fn text(comparisons: &[Comparison]) -> String {
     for comparison in comparisons {
         for points in Points::ALL {
             out += &format!(
-                "\n{}, {}, {} draws of seed {}\n{:<22}{:>8}{:>8}{:>7}{:>7}{:>8}  minus none [95 %]\n",
+                "\n{}, {}, {} draws of seed {}\n{:<20}{:>8}{:>8}{:>7}{:>7}{:>8}  minus none [95 %]\n",
                 comparison.population.name(),
                 points.name(),
                 comparison.draws,
@@ -46,7 +46,7 @@ pub fn text(comparisons: &[Comparison]) -> String {
                 let s = comparison.score(points, files);
                 let d = s.over_none;
                 out += &format!(
-                    "{:<22}{:>8}{:>8}{:>7.2}{:>7.2}{:>8.2}  {:+.2} [{:+.2} {:+.2}]\n",
+                    "{:<20}{:>8}{:>8}{:>7.2}{:>7.2}{:>8.2}  {:+.2} [{:+.2} {:+.2}]\n",
                     files.name(),
                     s.wearers,
                     s.refused,
