@@ -120,9 +120,10 @@ pub async fn run(spawner: Spawner) -> ! {
     // left it zero.
     #[unsafe(link_section = ".ccm")]
     static TABLES: ConstStaticCell<MuscleTables> = ConstStaticCell::new(MuscleTables::NONE);
+    let tables = TABLES.take();
+    let started = control::start(controller, tables, controller_mail, &mut core.NVIC);
     // Proof: the task's one slot is free, because nothing else spawns the task.
-    control::start(controller, TABLES.take(), controller_mail, &mut core.NVIC)
-        .expect("spawned here only");
+    started.expect("spawned here only");
     // SAFETY: this runs once, and no other context touches tape or pins.
     let latched = unsafe { refill::start(latched, used, pulser_mail, &mut core.NVIC, core.SYST) };
     log::note_start(latched.as_ref());

@@ -48,7 +48,7 @@ impl Controller {
         }
     }
 
-    /// Changes the model level of a channel's muscle.
+    /// Lets another level compute the force of a channel's muscle, from `now` on.
     pub(super) fn change_model_level(
         &mut self,
         channel: u8,

@@ -1,6 +1,6 @@
 //! The default controller on a random finger with each file.
 
-use super::campaign::{Files, Outcome};
+use super::outcome::{Files, Outcome};
 use super::{CalibratedPoints, FilesError, PlannedPoint, calibrate_body};
 use crate::tracking::TrackingError;
 use crate::tracking::driver::{Device, Driver};
@@ -62,14 +62,14 @@ pub(super) fn drive(
             let found = |channel: usize| calibrated.ranges_v.get(channel).copied().flatten();
             match with_ranges(alone(), found) {
                 Some(joint) => joint,
-                None => return Ok(Outcome::refused(still(exercise), Files::NOT_CALIBRATED)),
+                None => return Ok(Outcome::refused(rest_rmse(exercise), Files::NOT_CALIBRATED)),
             }
         }
     };
     let mut device = match Device::new(&joint) {
         Ok(device) => device,
         Err(TrackingError::Joint(SpecError::Range(e))) => {
-            return Ok(Outcome::refused(still(exercise), e.field));
+            return Ok(Outcome::refused(rest_rmse(exercise), e.field));
         }
         Err(other) => return Err(other.into()),
     };
@@ -82,7 +82,7 @@ pub(super) fn drive(
 }
 
 /// Returns the RMSE of a finger that is not stimulated, °.
-fn still(exercise: &Exercise) -> f64 {
+fn rest_rmse(exercise: &Exercise) -> f64 {
     let rest = exercise.plant.finger.finger.rest_deg as f32;
     exercise.rmse(&vec![rest; exercise.wanted.len()])
 }

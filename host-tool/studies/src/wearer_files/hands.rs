@@ -1,8 +1,8 @@
 //! The default controller on a random hand with each file.
 
-use super::campaign::{Files, Outcome};
+use super::outcome::{Files, Outcome};
 use super::{CalibratedPoints, FilesError, PlannedPoint, calibrate_body};
-use crate::hands::{Actuation, DrivenHand, HandsError};
+use crate::hands::{Actuation, DrivenHand};
 use crate::tracking::TrackingError;
 use crate::tracking::driver::{Device, Driver};
 use crate::tracking::trial::rmse;
@@ -83,7 +83,7 @@ pub(super) fn drive(
         }
         Err(other) => return Err(other.into()),
     };
-    let (attempt, _) = drawn.run(way, &mut device).map_err(HandsError::from)?;
+    let (attempt, _) = drawn.run(way, &mut device)?;
     Ok(Outcome {
         rmse_deg: rmse(&attempt.angles, &drawn.wanted),
         refused: device.refused().map(str::to_owned),

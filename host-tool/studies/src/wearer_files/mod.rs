@@ -3,7 +3,7 @@
 //!
 //! Takes a population and a seed; returns the tracking errors of the default controller with each
 //! file. `procedure` calibrates a simulated body with the program's own procedure, `operator`
-//! answers in it, `fingers` and `hands` make the three files and drive the wearers, `campaign` runs
+//! answers in it, `outcome` lists the files, `fingers` and `hands` make them and drive the wearers, `campaign` runs
 //! all of them, and `table` formats the result. Bodies are in `hal_sim::body`, the procedure in
 //! `host_core::calibration`. Everything is simulated: this is no evidence about people.
 
@@ -11,11 +11,13 @@ mod campaign;
 mod fingers;
 mod hands;
 mod operator;
+mod outcome;
 mod procedure;
 pub mod table;
 
-pub use campaign::{Case, Comparison, Files, Outcome, Population, Score};
+pub use campaign::{Case, Comparison, Population, Score};
 pub use operator::ByEye;
+pub use outcome::{Files, Outcome};
 pub use procedure::{CalibratedPoints, PlannedPoint, calibrate_body};
 
 use crate::hamana2022::TwoPointsError;

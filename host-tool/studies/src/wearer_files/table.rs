@@ -1,6 +1,7 @@
 //! Formats the comparison of files as text, CSV and JSON.
 
-use super::campaign::{Comparison, Files, Score};
+use super::campaign::{Comparison, Score};
+use super::outcome::Files;
 use crate::tracking::columns::{Column, add_to_json, cells, names};
 use crate::tracking::wearer::Points;
 use serde_json::{Value, json};
