@@ -2,9 +2,9 @@
 //! number.
 
 use super::play::{PlayError, play_trial};
-use crate::plot::series::range;
 use crate::record::Samples;
 use crate::session::{BodySpec, Session};
+use crate::statistics::range;
 use rayon::prelude::*;
 
 /// Numbers of simulated motor units per pool that are tried besides every unit of the wearer, the

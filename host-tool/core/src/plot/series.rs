@@ -1,5 +1,7 @@
 //! Reduces long signals to a number of points that can be drawn, without losing a peak.
 
+pub use crate::statistics::range;
+
 /// Time and value of a signal.
 pub type Point = (f64, f64);
 
@@ -106,16 +108,6 @@ fn extremes(points: &[Point]) -> impl Iterator<Item = Point> {
         [Some(ends.0), Some(ends.1).filter(|_| low != high)]
     });
     ordered.into_iter().flatten().flatten()
-}
-
-/// Returns the smallest and the largest value; `None` if none is finite.
-pub fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
-    values
-        .filter(|value| value.is_finite())
-        .fold(None, |range, value| match range {
-            None => Some((value, value)),
-            Some((low, high)) => Some((value.min(low), value.max(high))),
-        })
 }
 
 /// Returns a step of 1, 2 or 5 times a power of ten that divides `span` into at most `parts` steps.

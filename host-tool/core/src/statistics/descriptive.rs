@@ -101,6 +101,16 @@ impl Spread {
     }
 }
 
+/// Returns the smallest and the largest value; `None` if none is finite.
+pub fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    values
+        .filter(|value| value.is_finite())
+        .fold(None, |range, value| match range {
+            None => Some((value, value)),
+            Some((low, high)) => Some((value.min(low), value.max(high))),
+        })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

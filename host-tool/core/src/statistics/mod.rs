@@ -19,7 +19,7 @@ mod variance;
 
 pub use alignment::{Alignment, kabsch};
 pub use comparison::{PairedT, bonferroni, cohens_d_paired, cohens_d_pooled, holm, paired_t};
-pub use descriptive::{Sorted, Spread, mean, median, quantile, standard_deviation};
+pub use descriptive::{Sorted, Spread, mean, median, quantile, range, standard_deviation};
 pub use detector::{Detector, Verdict};
 pub use distribution::{chi_squared_p, fisher_f_p, student_t_p};
 pub use interval::{Interval, Share, bootstrap_bca, share_upper_bound, wilson_share};
