@@ -245,7 +245,11 @@ fn a_gap_of_35_minutes_is_one_call() {
     assert_eq!(state.at(), end);
     table.advance(&mut state, end - us(1)); // a past time changes nothing
     assert_eq!(state.at(), end);
-    // Rest lasts for any time.
+    // Rest lasts for any time, and a gap begins at any time of it.
+    table.advance(&mut state, end + us(17 * 60 * 1_000_000));
+    let later = end + us(17 * 60 * 1_000_000) + us(35 * 60 * 1_000_000);
+    table.advance(&mut state, later);
+    assert_eq!(state.at(), later);
     for _ in 0..5 {
         let end = state.at() + us(35 * 60 * 1_000_000);
         table.advance(&mut state, end);
@@ -285,6 +289,49 @@ fn a_table_that_is_adopted_continues_the_force() {
             assert!(
                 error <= 0.005,
                 "{name}, adopted at {adopted_ms} ms: {error} %"
+            );
+        }
+    }
+}
+
+/// Tests the change late in the decay of a twitch, in the last rows of a table and below them, of
+/// muscles whose force follows calcium closely or outlasts it.
+#[test]
+fn a_table_that_is_adopted_late_continues_the_force() {
+    for (k, tau_c, tau1, tau2) in [
+        (0.007_488, 0.005_262, 0.038_656, 0.490_821),
+        (0.014_179, 0.007_638, 0.025_388, 0.938_529),
+        (5.0, 0.06, 0.04, 0.001),
+        (5.0, 0.04, 0.024, 0.04),
+        (5.0, 0.05, 0.2, 0.001),
+    ] {
+        let muscle = Muscle {
+            a: 10_000.0,
+            k,
+            tau_c,
+            tau1,
+            tau2,
+        };
+        let spec = spec(&muscle);
+        let model = MuscleModel::new(spec, None, MuscleLevel::CalciumForce).unwrap();
+        let table = TabulatedForce::new(&spec).expect("it has a table");
+        let truth = reference(&muscle, &[(250, 1.0)], 700);
+        for adopted_ms in (10..640).step_by(7) {
+            let mut state = model.at_rest(START);
+            model.pulse_by(&table, &mut state, START + us(250), Gain::FULL);
+            let mut forces = vec![0.0];
+            for ms in 1..=700u32 {
+                model.advance_by(&table, &mut state, START + us(ms * 1000));
+                if ms == adopted_ms {
+                    model.adopt(&table, &mut state);
+                }
+                let force = model.predicted_force(&table, &state).unwrap();
+                forces.push(force.get().to_num());
+            }
+            let error = error_pct(&truth, &forces);
+            assert!(
+                error <= 0.02,
+                "{muscle:?}, adopted at {adopted_ms} ms: {error} %"
             );
         }
     }

@@ -40,10 +40,11 @@ impl MuscleTables {
         (self.complete, self.checked) = (0, 0);
     }
 
-    /// Begins the tables of other muscles.
+    /// Begins the tables of other muscles, and empties those of none.
     pub(super) fn begin(&mut self, muscles: &[Muscle]) {
-        for (table, muscle) in self.tables.iter_mut().zip(muscles) {
-            table.begin(muscle.force.plan());
+        let mut plans = muscles.iter().map(|muscle| muscle.force.plan());
+        for table in &mut self.tables {
+            table.begin(plans.next().flatten()); // an earlier setup may have had more
         }
         self.complete = 0;
     }

@@ -32,7 +32,8 @@ use rows::{DEGREE, Row};
 /// Most intervals that a table has.
 pub const MOST_ROWS: usize = 64;
 
-/// Largest calcium C, 24 ([`super::CalciumForce::CALCIUM_END`]), in octaves below 32, 2^-27, rounded down.
+/// Largest calcium C, 24 ([`super::CalciumForce::CALCIUM_END`]), in octaves below 32, 2^-27, and 4e-6
+/// less, so that C never reads as more.
 const CALCIUM_END_OCTAVES: u32 = 55_706_149;
 
 /// C of one pulse in octaves below 32, 2^-27.
@@ -41,8 +42,9 @@ const ONE_PULSE_OCTAVES: u32 = 5 << 27;
 /// Interval of a muscle without calcium.
 const NOWHERE: u32 = u32::MAX;
 
-/// Time for which a muscle at rest is left alone, µs. Then its times are counted from then on.
-const REST_US: i32 = 1 << 30;
+/// Time for which a muscle at rest is left alone, µs; then its times are counted from then on. With
+/// 35 min more it is below 2^31.
+const REST_US: i32 = 1 << 25;
 
 /// State of one muscle whose force is tabulated: 56 bytes, freely copied.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -257,11 +259,13 @@ impl TabulatedForce {
         let place = (u64::from(octaves) * u64::from(self.plan.per_octave)) >> 24;
         state.interval = (place >> 32) as u32;
         self.begin_at(state, now, place as u32);
-        // At most 2^30. Below the table C is negligible.
-        state.drive = match state.interval > self.plan.last {
-            true => 0,
-            false => (gain >> 1).cast_signed(),
-        };
+        // At most 2^30, and above 0. Below the table, where only an adopted state begins, it falls
+        // with C: up to 130 times.
+        let mut drive = (gain >> 1).max(1);
+        for _ in self.plan.last..state.interval {
+            drive = mul_high(drive, self.plan.left);
+        }
+        state.drive = drive.cast_signed();
         state.decaying = 0;
         let Some(row) = self.row(state.interval) else {
             return;
@@ -276,7 +280,7 @@ impl TabulatedForce {
         state.base = now;
         state.since_us = 0;
         state.t = (place ^ 1 << 31).cast_signed();
-        // Of a table without rows, 0. An interval has 2,400 µs or more, and below 70,000.
+        // Of a table without rows, 0. An interval has 2,350 µs or more, and below 70,000.
         state.until_us = (!place)
             .checked_div(self.plan.per_us)
             .unwrap_or(0)

@@ -96,13 +96,13 @@ impl TablePlan {
         if spec.tau_c_us > 10 * spec.tau1_us {
             return None;
         }
-        // An octave, or less for a short τ1: 3,800…100,000 µs, times ln 2.
+        // An octave, or less for a short τ1: 3,400…100,000 µs, times ln 2.
         let us = spec.tau_c_us.min(spec.tau1_us * LONGEST_IN_TAU1 / 10);
         let per_us = (2 * LOG2_E / u64::from(us)) as u32; // log2 e in Q31; below 2^21
-        // h is 1/`per_us` exactly, so no error of its own accumulates: below 2^35.
+        // h is 1/`per_us` exactly, so no error of its own accumulates: below 2^36.
         let per_tau = u64::from(per_us) * u64::from(spec.tau_c_us);
         let octaves = (((2 * LOG2_E) << 31) / per_tau) as u32;
-        // At most 5.3; Q28 · Q32 in Q29.
+        // At most 5.9; Q28 · Q32 in Q29.
         let per_octave = ((per_tau >> 4) * u64::from(LN_2)) >> 31;
         // In 2^-8: below 2^14.
         let octaves_down = u64::from(Self::octaves_down(spec));
@@ -173,7 +173,7 @@ impl TablePlan {
 
 /// Returns the share of F that an interval leaves without calcium, e^(−h/τ1), Q32.
 fn relaxed(per_us: u32, tau1_us: u32) -> u32 {
-    // h/τ1 is 0.013…1.32, so the divisor is above 2^31. Q31 · Q31, below 2^32.4 · 2^31.6.
+    // h/τ1 is 0.017…1.18, so the divisor is above 2^31. Q31 · Q31, below 2^32.4 · 2^31.6.
     let octaves = ((1 << 63) / (u64::from(per_us) * u64::from(tau1_us))) * LOG2_E;
     exp2_neg(octaves >> 30) << 1
 }

@@ -222,7 +222,7 @@ pub(super) fn solve(points: &[(f32, f32); DEGREE]) -> Row {
     let [p5, p4, p3, p2, p1] = raised;
     let mut row = Row {
         kept: [h5, h4, h3, h2, h1 + 1.0].map(to_q31),
-        raised: [p5, p4, p3, p2, p1 - 1.0].map(to_q31),
+        raised: [to_q31(p5), to_q31(p4), to_q31(p3), to_q31(p2), less_one(p1)],
         kept_to_middle: to_q31(kept_to_middle),
         raised_to_middle: to_q31(raised_to_middle),
         checksum: 0,
@@ -238,6 +238,13 @@ fn powers(slopes: &[f32; DEGREE]) -> [f32; DEGREE] {
         products.fold(0.0, |sum, (of_slope, slope)| sum + of_slope * slope)
     });
     [p5, p4, p3, p2, p1]
+}
+
+/// Returns `value` − 1 for a value of 0…2, with the rounding of the value. It is above −1 by 2^-25 or
+/// more, so that no sum with the few units of the other powers falls below −1.
+fn less_one(value: f32) -> i32 {
+    let less = (value * 2_147_483_648.0) as i64 - (1 << 31); // within ±2^31
+    (less as i32).max(i32::MIN + 64)
 }
 
 /// Converts a number within ±1.
