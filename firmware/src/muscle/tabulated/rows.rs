@@ -319,7 +319,8 @@ mod tests {
         assert!((curve.at(i32::MIN) - begin).abs() <= 4);
         for t in [-2_000_000_000, -900_000_000, 1, 1_300_000_000, i32::MAX] {
             let again = row.force_in_middle(curve.at(t), drive, t);
-            assert!((again - middle).abs() <= 16, "{again} {middle}");
+            // Roundings of six products in Q29, and again, over an H of 0.55: in Q30.
+            assert!((again - middle).abs() <= 44, "{again} {middle}");
         }
         assert!((curve.at_end() - curve.at(i32::MAX)).abs() <= 4);
     }
