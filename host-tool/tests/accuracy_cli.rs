@@ -1,12 +1,13 @@
 //! Tests of `flexor chart accuracy --error`: it names the cheapest method of the committed chart.
 
-use crate::program::{run_flexor, test_folder};
+use crate::program::run_flexor;
 use serde_json::Value;
+use std::path::Path;
 
 fn ask(more: &str) -> (Option<i32>, String, String) {
     let line = format!("chart accuracy {more}");
     let words: Vec<&str> = line.split_whitespace().collect();
-    run_flexor(&test_folder("accuracy"), &words)
+    run_flexor(Path::new("."), &words)
 }
 
 /// Returns the rows of the chart at one interval of reading, as cells.
@@ -70,7 +71,7 @@ fn impossible_questions_are_refused() {
 fn flags_are_compared_from_the_first_on() {
     for first in ["0", "10", "x"] {
         let words = ["chart", "flags", "--first", first];
-        let (code, _, err) = run_flexor(&test_folder("accuracy"), &words);
+        let (code, _, err) = run_flexor(Path::new("."), &words);
         assert_eq!(code, Some(2), "{err}");
         assert!(err.contains("--first"), "{err}");
     }

@@ -1,8 +1,11 @@
 //! Helpers that start the `flexor` program as people and scripts do, each test in its own folder.
 
+use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
 
 pub const FLEXOR: &str = env!("CARGO_BIN_EXE_flexor");
 
@@ -19,8 +22,21 @@ pub fn one_channel(seconds: f64, rate_hz: u32) -> String {
     long.replace("rate_hz = 50", &format!("rate_hz = {rate_hz}"))
 }
 
+/// The test that each folder belongs to.
+static OWNERS: Mutex<BTreeMap<String, Option<String>>> = Mutex::new(BTreeMap::new());
+
 /// Creates an empty folder for one test, with [`SESSION`] in it.
+///
+/// # Panics
+///
+/// If another test has a folder of this name: it would be emptied while that test runs.
 pub fn test_folder(test: &str) -> PathBuf {
+    let now = thread::current().name().map(str::to_owned);
+    let mut owners = OWNERS.lock().unwrap_or_else(PoisonError::into_inner);
+    let owner = owners.entry(test.to_owned()).or_insert_with(|| now.clone());
+    let is_own = *owner == now;
+    drop(owners);
+    assert!(is_own, "two tests have the folder {test}");
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();
