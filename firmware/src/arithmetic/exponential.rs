@@ -8,7 +8,7 @@
 /// Constant ln 2, Q32.
 pub(crate) const LN_2: u32 = 2_977_044_472;
 /// Constant log2 e, Q31.
-const LOG2_E: u32 = 3_098_164_009;
+pub(crate) const LOG2_E: u32 = 3_098_164_009;
 
 /// Coefficients of (1 − e^−z)/z on 0…0.505 for 1, z, z²…, Q32, with alternating signs. Four terms:
 /// one step of a muscle needs no more, and evaluates them every time.

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::fatigue::{Fatigue, FatigueSpec, FatigueState};
 use super::segment::TICK_US;
+use super::tabulated::drive;
 use super::{
     CalciumForce, CalciumForceSpec, CalciumForceState, Gain, Recruitment, RecruitmentSpec,
     TablePlan, TabulatedForce, TabulatedForceState,
@@ -281,7 +282,7 @@ impl MuscleModel {
         state.gain = gain.get().to_bits();
         if let Some(tabulated) = &mut state.tabulated {
             // The most common case; it has no fatigue.
-            return table.pulse_with(tabulated, at, state.gain);
+            return table.pulse_with(tabulated, at, drive(state.gain));
         }
         let gain = state.tired.fatigued_gain(state.gain);
         if state.level == MuscleLevel::CalciumForce {

@@ -23,11 +23,10 @@ use fixed::types::{I16F16, U5F27};
 use super::Gain;
 use super::spec::CalciumForceSpec;
 use crate::arithmetic::exponential::{exp2_neg, log2_neg, mul_high};
-use crate::arithmetic::polynomial::horner;
 use crate::arithmetic::reciprocal::signed_high_rounded;
 use crate::units::{Force, Micros, us};
 pub use plan::TablePlan;
-use rows::{DEGREE, Row};
+use rows::{Curve, Row};
 
 /// Most intervals that a table has.
 pub const MOST_ROWS: usize = 64;
@@ -62,37 +61,11 @@ pub struct TabulatedForceState {
     force: Curve,
     /// Interval, from C = 32 downwards; [`NOWHERE`] at rest.
     interval: u32,
-    /// Gain of the last pulse that reached the muscle, Q30. Below the table it falls with C.
+    /// Gain of the last pulse that reached the muscle, negated, Q30. Below the table it falls with C.
     drive: i32,
     /// Once `drive` is zero, F at the beginning of the interval, Q61; before, 0. A force that only
     /// decays would stop in the state's own format as soon as it loses less than one unit.
     decaying: u64,
-}
-
-/// Force F over an interval, as a share of A·τm in Q29: a polynomial in t. The highest power comes
-/// first, in the order of evaluation.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct Curve([i32; DEGREE + 1]);
-
-impl Curve {
-    const NONE: Self = Self([0; DEGREE + 1]);
-
-    /// Returns F at t (Q32), at least 0.
-    #[inline(always)]
-    fn at(&self, t: i32) -> i32 {
-        // Below 4 by the bounds of `Row::combine`, so no operation wraps.
-        let force = horner(&self.0, t);
-        force & !(force >> 31)
-    }
-
-    /// Returns F at the end of the interval, at least 0.
-    #[inline(always)]
-    fn at_end(&self) -> i32 {
-        let Self([first, rest @ ..]) = self;
-        let add = |sum: i32, power: &i32| power.wrapping_add(sum >> 1);
-        let force = rest.iter().fold(*first, add);
-        force & !(force >> 31)
-    }
 }
 
 impl TabulatedForceState {
@@ -216,13 +189,13 @@ impl TabulatedForce {
     #[inline]
     pub fn pulse(&self, state: &mut TabulatedForceState, at: Micros, gain: Gain) {
         if gain != Gain::ZERO {
-            self.pulse_with(state, at, gain.get().to_bits());
+            self.pulse_with(state, at, drive(gain.get().to_bits()));
         }
     }
 
-    /// Applies [`Self::pulse`] with a gain in Q31, above 0 and at most 1.
+    /// Applies [`Self::pulse`] with a [`drive`].
     #[inline(never)]
-    pub(super) fn pulse_with(&self, state: &mut TabulatedForceState, at: Micros, gain: u32) {
+    pub(super) fn pulse_with(&self, state: &mut TabulatedForceState, at: Micros, drive: i32) {
         self.advance(state, at);
         let (octaves, force) = if state.interval == NOWHERE {
             (ONE_PULSE_OCTAVES, 0)
@@ -234,7 +207,7 @@ impl TabulatedForce {
             )
         };
         let now = state.at();
-        self.set(state, now, octaves, force, gain);
+        self.set(state, now, octaves, force, drive);
     }
 
     /// Returns t, Q32, of the state's time in its interval.
@@ -245,7 +218,7 @@ impl TabulatedForce {
         state.t.wrapping_add(state.since_us.wrapping_mul(per_us))
     }
 
-    /// Sets log C (octaves below 32, 2^-27), F (Q29) and the gain (Q31) at `now`.
+    /// Sets log C (octaves below 32, 2^-27), F (Q29) and the drive (Q30) at `now`.
     #[inline(always)]
     fn set(
         &self,
@@ -253,19 +226,12 @@ impl TabulatedForce {
         now: Micros,
         octaves: u32,
         force: i32,
-        gain: u32,
+        drive: i32,
     ) {
-        // Q56 to Q32: at most 32 · 6 intervals.
-        let place = (u64::from(octaves) * u64::from(self.plan.per_octave)) >> 24;
-        state.interval = (place >> 32) as u32;
-        self.begin_at(state, now, place as u32);
-        // At most 2^30, and above 0. Below the table, where only an adopted state begins, it falls
-        // with C: up to 130 times.
-        let mut drive = (gain >> 1).max(1);
-        for _ in self.plan.last..state.interval {
-            drive = mul_high(drive, self.plan.left);
-        }
-        state.drive = drive.cast_signed();
+        let (interval, place) = self.place_of(octaves);
+        state.interval = interval;
+        self.begin_at(state, now, place);
+        state.drive = drive;
         state.decaying = 0;
         let Some(row) = self.row(state.interval) else {
             return;
@@ -274,17 +240,23 @@ impl TabulatedForce {
         state.force = row.combine(middle, state.drive);
     }
 
+    /// Returns the interval of a C (octaves below 32, 2^-27), and the place in it, Q32.
+    #[inline(always)]
+    fn place_of(&self, octaves: u32) -> (u32, u32) {
+        // Q56 to Q32: at most 32 · 6 intervals.
+        let place = (u64::from(octaves) * u64::from(self.plan.per_octave)) >> 24;
+        ((place >> 32) as u32, place as u32)
+    }
+
     /// Counts the state's times from `now` on, at the position `place` (Q32, from 0) in its interval.
     #[inline(always)]
     fn begin_at(&self, state: &mut TabulatedForceState, now: Micros, place: u32) {
         state.base = now;
         state.since_us = 0;
         state.t = (place ^ 1 << 31).cast_signed();
-        // Of a table without rows, 0. An interval has 2,350 µs or more, and below 70,000.
-        state.until_us = (!place)
-            .checked_div(self.plan.per_us)
-            .unwrap_or(0)
-            .cast_signed();
+        // Rounded down twice: by less than 2 µs. An interval has 2,350 µs or more, and below 70,000;
+        // of a table without rows, 0.
+        state.until_us = mul_high(!place, self.plan.interval_us).cast_signed();
     }
 
     /// Returns the row of an interval: that of the last for those below the table.
@@ -309,7 +281,12 @@ impl TabulatedForce {
         }
         // Octaves below 32, Q32 to Q27; a muscle without calcium counts as one that has 2^-26.
         let octaves = (log2_neg(calcium >> 1) >> 5) as u32;
-        self.set(&mut state, now, octaves, (share >> 2).cast_signed(), gain);
+        // Below the table the drive falls with C: up to 130 times.
+        let mut drive = drive(gain);
+        for _ in self.plan.last..self.place_of(octaves).0 {
+            drive = self.left_of(drive);
+        }
+        self.set(&mut state, now, octaves, (share >> 2).cast_signed(), drive);
         state
     }
 
@@ -348,6 +325,27 @@ impl TabulatedForce {
         let begin = (state.t ^ i32::MIN).cast_unsigned();
         let passed = u64::from(state.since_us.cast_unsigned()) * u64::from(self.plan.per_us);
         let place = u64::from(begin).wrapping_add(passed); // below 2^53
+        if place >> 32 != 1 || state.interval >= self.plan.last {
+            return self.pass_many(state, now, place);
+        }
+        // By far the most common case: one interval, within the table.
+        state.interval = state.interval.wrapping_add(1); // at most `last`
+        self.begin_at(state, now, place as u32);
+        self.continue_from(state, state.force.at_end());
+    }
+
+    /// Computes the force in the state's interval from that at its beginning, Q29.
+    #[inline(always)]
+    fn continue_from(&self, state: &mut TabulatedForceState, begin: i32) {
+        if let Some(row) = self.row(state.interval) {
+            let middle = row.force_from_begin(begin, state.drive);
+            state.force = row.combine(middle, state.drive);
+        }
+    }
+
+    /// Enters as many intervals as `place` (Q32, from the present one's beginning) has.
+    #[inline(never)]
+    fn pass_many(&self, state: &mut TabulatedForceState, now: Micros, place: u64) {
         let mut intervals = (place >> 32) as u32;
         while intervals > 0 {
             if state.is_at_rest() || !self.enter_next(state) {
@@ -364,19 +362,22 @@ impl TabulatedForce {
     fn enter_next(&self, state: &mut TabulatedForceState) -> bool {
         state.interval = state.interval.wrapping_add(1); // up to a few thousand
         if state.interval > self.plan.last {
-            state.drive = mul_high(state.drive.cast_unsigned(), self.plan.left).cast_signed();
+            state.drive = self.left_of(state.drive);
         }
         let begin = if state.drive == 0 {
             self.decay(state)
         } else {
             state.force.at_end()
         };
-        let Some(row) = self.row(state.interval) else {
-            return false;
-        };
-        let middle = row.force_from_begin(begin, state.drive);
-        state.force = row.combine(middle, state.drive);
+        self.continue_from(state, begin);
         begin != 0 || state.drive != 0
+    }
+
+    /// Returns what is left of a drive after an interval below the table.
+    #[inline(always)]
+    const fn left_of(&self, drive: i32) -> i32 {
+        let left = mul_high(drive.unsigned_abs(), self.plan.left);
+        left.cast_signed().wrapping_neg() // at most 2^30
     }
 
     /// Returns F at the beginning of the next interval of a muscle without drive, rounded down, so
@@ -417,6 +418,14 @@ impl TabulatedForce {
         // 32 times Q31 in U5F27; below 32, as C is at most 24.
         U5F27::from_bits(exp2_neg(octaves).wrapping_shl(1))
     }
+}
+
+/// Returns the drive, −1…0 in Q30, of a pulse with this gain (Q31, above 0). It is negated, because
+/// the compiler multiplies numbers that it knows to be positive as unsigned, in three instructions
+/// instead of one.
+#[inline(always)]
+pub(super) fn drive(gain: u32) -> i32 {
+    (gain >> 1).max(1).cast_signed().wrapping_neg() // at most 2^30
 }
 
 /// Returns the place of t (Q32) in one of the first 256 intervals: intervals below C = 32, Q23.

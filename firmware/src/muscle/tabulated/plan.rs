@@ -1,13 +1,10 @@
 //! The plan of a table: how log C is divided for a muscle, and the equations in its rows.
 
 use super::rows::{POINTS, Row, solve};
-use crate::arithmetic::exponential::{LN_2, exp2_neg, log2_neg};
+use crate::arithmetic::exponential::{LN_2, LOG2_E, exp2_neg, log2_neg};
 use crate::muscle::CalciumForce;
 use crate::muscle::spec::CalciumForceSpec;
 use crate::range::OutOfRange;
-
-/// Constant log2 e, Q31.
-const LOG2_E: u64 = 3_098_164_009;
 
 /// Longest interval, in τ1·ln 2, tenths. z is then below 1.18, and H within 0.55…1.81: half of it is
 /// within the range of [`inverse`], and all sums of `Row` fit their format.
@@ -24,6 +21,8 @@ const FADED: i32 = 17 << 8;
 pub struct TablePlan {
     /// Intervals per µs, Q32.
     pub(super) per_us: u32,
+    /// Duration of an interval, µs, rounded down.
+    pub(super) interval_us: u32,
     /// Octaves per interval, Q31.
     pub(super) octaves: u32,
     /// Intervals per octave, Q29.
@@ -49,6 +48,7 @@ impl TablePlan {
     /// No plan: a table without rows.
     pub(super) const NONE: Self = Self {
         per_us: 0,
+        interval_us: 0,
         octaves: 0,
         per_octave: 0,
         last: 0,
@@ -98,10 +98,10 @@ impl TablePlan {
         }
         // An octave, or less for a short τ1: 3,400…100,000 µs, times ln 2.
         let us = spec.tau_c_us.min(spec.tau1_us * LONGEST_IN_TAU1 / 10);
-        let per_us = (2 * LOG2_E / u64::from(us)) as u32; // log2 e in Q31; below 2^21
+        let per_us = (2 * u64::from(LOG2_E) / u64::from(us)) as u32; // log2 e in Q31; below 2^21
         // h is 1/`per_us` exactly, so no error of its own accumulates: below 2^36.
         let per_tau = u64::from(per_us) * u64::from(spec.tau_c_us);
-        let octaves = (((2 * LOG2_E) << 31) / per_tau) as u32;
+        let octaves = (((2 * u64::from(LOG2_E)) << 31) / per_tau) as u32;
         // At most 5.9; Q28 · Q32 in Q29.
         let per_octave = ((per_tau >> 4) * u64::from(LN_2)) >> 31;
         // In 2^-8: below 2^14.
@@ -113,6 +113,7 @@ impl TablePlan {
         let h = 4_294_967_296.0 / per_us as f32;
         Some(Self {
             per_us,
+            interval_us: u32::MAX / per_us,
             octaves,
             per_octave: per_octave as u32,
             last: last as u32,
@@ -174,6 +175,6 @@ impl TablePlan {
 /// Returns the share of F that an interval leaves without calcium, e^(−h/τ1), Q32.
 fn relaxed(per_us: u32, tau1_us: u32) -> u32 {
     // h/τ1 is 0.017…1.18, so the divisor is above 2^31. Q31 · Q31, below 2^32.4 · 2^31.6.
-    let octaves = ((1 << 63) / (u64::from(per_us) * u64::from(tau1_us))) * LOG2_E;
+    let octaves = ((1 << 63) / (u64::from(per_us) * u64::from(tau1_us))) * u64::from(LOG2_E);
     exp2_neg(octaves >> 30) << 1
 }

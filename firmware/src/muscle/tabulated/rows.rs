@@ -15,7 +15,7 @@ use crate::arithmetic::polynomial::horner;
 use crate::arithmetic::reciprocal::{inverse, signed_high_rounded};
 
 /// Degree of the polynomials.
-pub(super) const DEGREE: usize = 5;
+const DEGREE: usize = 5;
 
 /// Gauss points of the interval, s in Q32.
 pub(super) const POINTS: [u32; DEGREE] = [
@@ -85,16 +85,16 @@ const POWERS: [[f32; DEGREE]; DEGREE] = [
 ///
 /// H is within 0.55…1.81. Its slope in the middle is −z, and P's is u, both up to 1.18. So that they
 /// fit, they are stored with 1 added and subtracted. All sums of the other powers are below 0.9:
-/// (e^(z/2) − 1 − z/2)/(1/4) is 0.85.
+/// (e^(z/2) − 1 − z/2)/(1/4) is 0.85. P is negated, as the drive is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Row {
     /// Share of the force in the middle; the last power is 1 − z.
     kept: [i32; DEGREE],
-    /// Force of full gain, as a share of A·τm; the last power is u − 1.
+    /// Force of full gain, as a share of A·τm, negated; the last power is 1 − u.
     raised: [i32; DEGREE],
     /// Share of the force at the beginning that is left in the middle, Q31.
     kept_to_middle: i32,
-    /// Force in the middle of full gain from the beginning on, Q31.
+    /// Force in the middle of full gain from the beginning on, negated, Q31.
     raised_to_middle: i32,
     /// Checksum, with which the sum of all words is 0.
     checksum: i32,
@@ -128,13 +128,13 @@ impl Row {
         sum.wrapping_add(middle)
     }
 
-    /// Returns F in the middle of the interval, Q30, for a muscle that has `force` (Q29) at t and the
-    /// gain `drive` (Q30). It is within ±1.81.
+    /// Returns F in the middle of the interval, Q30, for a muscle that has `force` (Q29) at t and this
+    /// drive (Q30). It is within ±1.81.
     #[inline(always)]
     pub(super) fn force_in_middle(&self, force: i32, drive: i32, t: i32) -> i32 {
-        // H − 1 and P in Q31: within −0.45…0.81, as is −P. t/2 is t in Q31.
+        // H − 1 and −P in Q31: within −0.45…0.81, as is P. t/2 is t in Q31.
         let kept = signed_high_rounded(horner(&self.kept, t), t).wrapping_sub(t >> 1);
-        let raised = signed_high_rounded(horner(&self.raised, t), t).wrapping_add(t >> 1);
+        let raised = signed_high_rounded(horner(&self.raised, t), t).wrapping_sub(t >> 1);
         // Force of an earlier drive alone, within ±2.
         let own = force.wrapping_sub(signed_high_rounded(drive, raised));
         // H/2 in Q32; 2/H in Q29 is below 3.65, so it fits.
@@ -144,8 +144,8 @@ impl Row {
         (middle.wrapping_add(1 << 28) >> 29) as i32
     }
 
-    /// Returns F in the middle of the interval, Q30, from that at its beginning (Q29) and the gain
-    /// `drive` (Q30).
+    /// Returns F in the middle of the interval, Q30, from that at its beginning (Q29) and the
+    /// drive (Q30).
     #[inline(always)]
     pub(super) fn force_from_begin(&self, begin: i32, drive: i32) -> i32 {
         // `begin` is at most 1, 2^30 here; the sum is at most 1.
@@ -154,26 +154,52 @@ impl Row {
             << 1
     }
 
-    /// Returns the force in the interval from that in its middle and the gain `drive`, both Q30.
+    /// Returns the force in the interval from that in its middle and the drive, both Q30.
     ///
     /// Each coefficient is at most 1.81·1.18 + 1.18, and all sums are below 4.
     #[inline(always)]
-    pub(super) fn combine(&self, middle: i32, drive: i32) -> super::Curve {
+    pub(super) fn combine(&self, middle: i32, drive: i32) -> Curve {
         let part = |kept: i32, raised: i32| {
             signed_high_rounded(middle, kept).wrapping_add(signed_high_rounded(drive, raised))
         };
         let [h5, h4, h3, h2, h1] = self.kept;
         let [p5, p4, p3, p2, p1] = self.raised;
-        // Q30 to Q29.
-        let steep = drive.wrapping_sub(middle) >> 1;
-        super::Curve([
+        // Q30 to Q29, negated.
+        let steep = drive.wrapping_add(middle) >> 1;
+        Curve([
             part(h5, p5),
             part(h4, p4),
             part(h3, p3),
             part(h2, p2),
-            part(h1, p1).wrapping_add(steep),
+            part(h1, p1).wrapping_sub(steep),
             middle >> 1,
         ])
+    }
+}
+
+/// Force F over an interval, as a share of A·τm in Q29: a polynomial in t. The highest power comes
+/// first, in the order of evaluation.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Curve([i32; DEGREE + 1]);
+
+impl Curve {
+    pub(super) const NONE: Self = Self([0; DEGREE + 1]);
+
+    /// Returns F at t (Q32), at least 0.
+    #[inline(always)]
+    pub(super) fn at(&self, t: i32) -> i32 {
+        // Below 4 by the bounds of [`Row::combine`], so no operation wraps.
+        let force = horner(&self.0, t);
+        force & !(force >> 31)
+    }
+
+    /// Returns F at the end of the interval, at least 0.
+    #[inline(always)]
+    pub(super) fn at_end(&self) -> i32 {
+        let Self([first, rest @ ..]) = self;
+        let add = |sum: i32, power: &i32| power.wrapping_add(sum >> 1);
+        let force = rest.iter().fold(*first, add);
+        force & !(force >> 31)
     }
 }
 
@@ -217,12 +243,18 @@ pub(super) fn solve(points: &[(f32, f32); DEGREE]) -> Row {
         powers.iter().fold(0.0, add)
     };
     let kept_to_middle = 1.0 / (1.0 + at_begin(&kept));
-    let raised_to_middle = -at_begin(&raised) * kept_to_middle;
+    let raised_to_middle = at_begin(&raised) * kept_to_middle;
     let [h5, h4, h3, h2, h1] = kept;
     let [p5, p4, p3, p2, p1] = raised;
     let mut row = Row {
         kept: [h5, h4, h3, h2, h1 + 1.0].map(to_q31),
-        raised: [to_q31(p5), to_q31(p4), to_q31(p3), to_q31(p2), less_one(p1)],
+        raised: [
+            to_q31(-p5),
+            to_q31(-p4),
+            to_q31(-p3),
+            to_q31(-p2),
+            one_less(p1),
+        ],
         kept_to_middle: to_q31(kept_to_middle),
         raised_to_middle: to_q31(raised_to_middle),
         checksum: 0,
@@ -240,11 +272,11 @@ fn powers(slopes: &[f32; DEGREE]) -> [f32; DEGREE] {
     [p5, p4, p3, p2, p1]
 }
 
-/// Returns `value` − 1 for a value of 0…2, with the rounding of the value. It is above −1 by 2^-25 or
-/// more, so that no sum with the few units of the other powers falls below −1.
-fn less_one(value: f32) -> i32 {
-    let less = (value * 2_147_483_648.0) as i64 - (1 << 31); // within ±2^31
-    (less as i32).max(i32::MIN + 64)
+/// Returns 1 − `value` for a value of 0…2, with the rounding of the value. It is below 1 by 2^-25 or
+/// more, so that no sum with the few units of the other powers exceeds 1.
+fn one_less(value: f32) -> i32 {
+    let less = (1 << 31) - (value * 2_147_483_648.0) as i64; // within ±2^31
+    less.min(i64::from(i32::MAX - 63)) as i32
 }
 
 /// Converts a number within ±1.
@@ -313,7 +345,7 @@ mod tests {
     fn a_row_is_one_force_from_everywhere() {
         let plan = TablePlan::new(&K01).unwrap().unwrap();
         let (row, _) = plan.solve(4, 2.0);
-        let (drive, begin) = (700_000_000, 100_000_000);
+        let (drive, begin) = (-700_000_000, 100_000_000);
         let middle = row.force_from_begin(begin, drive);
         let curve = row.combine(middle, drive);
         assert!((curve.at(i32::MIN) - begin).abs() <= 4);

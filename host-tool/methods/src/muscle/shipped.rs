@@ -14,6 +14,8 @@ use firmware::units::Micros;
 pub struct Tabulated {
     muscle: TabulatedForce,
     state: TabulatedForceState,
+    /// [`Gain::FULL`]. Unlike a constant it is one of many, as in the device.
+    gain: Gain,
 }
 
 /// The device's muscle model where a muscle has no table, `muscle::CalciumForce`.
@@ -30,6 +32,7 @@ impl Tabulated {
         Some(Self {
             muscle: TabulatedForce::new(spec)?,
             state: TabulatedForceState::at_rest(Micros::new(0)),
+            gain: Gain::FULL,
         })
     }
 }
@@ -49,7 +52,7 @@ impl Integrated {
 
 impl Integrator for Tabulated {
     fn pulse(&mut self, at: Micros) {
-        self.muscle.pulse(&mut self.state, at, Gain::FULL);
+        self.muscle.pulse(&mut self.state, at, self.gain);
     }
     #[inline(always)] // as in the device
     fn advance(&mut self, to: Micros) {
