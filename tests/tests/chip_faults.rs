@@ -133,7 +133,7 @@ impl Bench {
         hello
     }
 
-    fn arm_and_start(&mut self) {
+    pub fn arm_and_start(&mut self) {
         self.send(Request::Wearer(desk::wearer(100)));
         for channel in [0, 5] {
             let spec = spec(channel);
@@ -145,7 +145,7 @@ impl Bench {
         self.run_us(2_000);
     }
 
-    fn stimulate(&mut self, ms: u64) {
+    pub fn stimulate(&mut self, ms: u64) {
         for _ in 0..ms / 5 {
             self.send(Request::Amplitudes {
                 at: None,

@@ -2,8 +2,13 @@
 //! and resets with the cause named.
 
 use crate::chip_faults::Bench;
+use firmware::link::Request;
 use firmware::link::message::ResetCause;
+use firmware::muscle::{CalciumForceSpec, MOST_ROWS, MuscleSpec, RecruitmentSpec};
+use firmware::pulse::CHANNELS;
 use firmware::safety::Fault;
+use firmware::units::Amplitude;
+use hal_sim::chip::cpu::{Bus, Size};
 
 /// `str r0, [r1]` and `ldr r0, [r1]`.
 const STORE: u16 = 0x6008;
@@ -101,5 +106,47 @@ fn a_lost_stack_is_not_played() {
         0x2001_FF00,
     ] {
         stacks(address, Fault::StackGuard);
+    }
+}
+
+/// One changed bit anywhere in a muscle's table is a fault, as soon as all rows have been checked.
+#[test]
+fn a_changed_bit_in_a_muscles_table_is_found() {
+    const CCM: u32 = 0x1000_0000;
+    let mut bench = Bench::idle();
+    bench.send(Request::Muscle {
+        channel: 0,
+        spec: MuscleSpec::new(
+            CalciumForceSpec {
+                a_mn_per_s: 121_900,
+                k_micro: 300_000,
+                tau_c_us: 20_800,
+                tau1_us: 33_100,
+                tau2_us: 194_400,
+            },
+            RecruitmentSpec {
+                motor_threshold: Amplitude::new(2_000),
+                limit: Amplitude::new(18_000),
+                reference: Amplitude::new(18_000),
+                slope_micro: 250_000,
+            },
+        ),
+    });
+    bench.arm_and_start();
+    bench.stimulate(100); // its rows are solved, one per tick
+    assert_eq!(bench.fault(), None);
+    // The first and a later row of the first table, which lies at the beginning of CCM.
+    for (word, bit) in [(3, 0), (200, 31)] {
+        let mut bench = bench.clone();
+        let (address, cycle) = (CCM + 4 * word, bench.board.cpu.cycle);
+        let soc = &mut bench.board.around.soc;
+        let value = soc.read(address, Size::Word, cycle).unwrap().value;
+        assert_ne!(value, 0, "word {word} is in no row");
+        let flipped = soc.write(address, Size::Word, value ^ 1 << bit, cycle);
+        flipped.unwrap();
+        // All rows within as many ticks, and then two windows.
+        bench.stimulate((CHANNELS * MOST_ROWS) as u64 + 10);
+        assert_eq!(bench.fault(), Some(Fault::Ram), "word {word}, bit {bit}");
+        assert!(!bench.drives_within(20));
     }
 }
