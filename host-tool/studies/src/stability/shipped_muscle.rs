@@ -1,12 +1,9 @@
 //! Map of the error of the shipped muscle model over K, τ1 and pulse rate, and of the muscles that
 //! the device refuses.
 
-use super::chance::uniform;
+use super::pulse_rate::{shifted_pulses_us, shipped_error};
 use super::{Axis, Cell, Class, Declaration, Layout, Map, Panel};
-use crate::subjects::{forces, spec};
 use hal_sim::body::muscle::Parameters;
-use hal_sim::body::muscle::reference::integrate;
-use methods::muscle::{Integrator, Setting};
 
 /// K of the rows: the range that the device accepts.
 const K: [f64; 11] = [0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0];
@@ -25,8 +22,7 @@ const TAU_C_MS: f64 = 20.0;
 const A_N_PER_S: f64 = 10_000.0;
 /// Largest deviation of a pulse from its regular time, as a fraction of the period.
 const JITTER: f64 = 0.45;
-/// Time of the pulses and of the whole run, s.
-const TRAIN_S: f64 = 1.0;
+/// Time of a run, s.
 const DURATION_S: f64 = 1.5;
 /// Time between two readings, µs.
 const READ_US: u32 = 1000;
@@ -92,22 +88,7 @@ fn is_refused(p: &Parameters) -> bool {
 
 /// Returns the largest error on a train, % of its peak; infinite if the device refuses the muscle.
 fn error(p: &Parameters, rate_hz: f64, seed: u64) -> f64 {
-    let at = |n: u32| {
-        let place = f64::from(n) + JITTER * (1.0 + 2.0 * uniform(seed, n.into()));
-        (place * 1e6 / rate_hz) as u32
-    };
-    let pulses_us: Vec<u32> = (0..(TRAIN_S * rate_hz) as u32).map(at).collect();
-    let seconds: Vec<f64> = pulses_us.iter().map(|us| f64::from(*us) * 1e-6).collect();
-    let truth = integrate(p, &seconds, DURATION_S, f64::from(READ_US) * 1e-6);
-    let error = |muscle: &mut dyn Integrator| {
-        let times = (0..truth.len() as u32).map(|n| n * READ_US);
-        let (mut error, mut peak) = (0.0f64, 0.0f64);
-        for (force, sample) in forces(muscle, &pulses_us, times).zip(&truth) {
-            error = error.max((force - sample.force_n).abs());
-            peak = peak.max(sample.force_n);
-        }
-        error / peak * 100.0
-    };
-    let error = Setting::SHIPPED.with_integrator(&spec(p), error);
+    let pulses_us = shifted_pulses_us(rate_hz, JITTER, seed);
+    let error = shipped_error(p, (&pulses_us, &pulses_us), READ_US, DURATION_S);
     error.unwrap_or(f64::INFINITY)
 }

@@ -72,6 +72,8 @@ pub struct Score {
     pub wearers: usize,
     /// Number of these on whom the session was refused or stopped.
     pub refused: usize,
+    /// Number of all wearers whose session exceeds the stage ([`Outcome::is_beyond_stage`]).
+    pub beyond_stage: usize,
     /// Mean RMSE over the others, °; NaN if there is none, as in the following fields.
     pub mean_deg: f64,
     /// 95th percentile of the RMSE, °.
@@ -133,6 +135,10 @@ impl Comparison {
         });
         let (ours, theirs): (Vec<f64>, Vec<f64>) = pairs.unzip();
         let wearers = self.outcomes(points, files).count();
+        let beyond = self.outcomes(points, files);
+        let beyond_stage = beyond
+            .filter(|(_, outcome)| outcome.is_beyond_stage)
+            .count();
         let nothing = Interval {
             mean: f64::NAN,
             low: f64::NAN,
@@ -141,6 +147,7 @@ impl Comparison {
         Score {
             wearers,
             refused: wearers - errors.len(),
+            beyond_stage,
             mean_deg: mean(&errors),
             p95_deg: percentile(&errors, 0.95),
             limit_cycles: mean(&cycles),

@@ -78,6 +78,7 @@ pub(super) fn drive(
         rmse_deg: exercise.rmse(&attempt.angles),
         refused: device.refused().map(str::to_owned),
         limit_cycles: device.limit_cycles().len(),
+        is_beyond_stage: false, // the finger has no electrodes
     })
 }
 

@@ -30,10 +30,7 @@ const CURVATURES: [f64; 2] = [0.1, 11.0];
 pub(super) fn calibrate(drawn: &DrivenHand, seed: u64) -> Result<CalibratedPoints, FilesError> {
     let hand = drawn.moving()?;
     let point = |channel: usize, movement| {
-        let most_v = match hand.loads()[channel] {
-            Load::Ohms(ohm) => CEILING_SHARE * STAGE_MA * ohm / 1000.0,
-            _ => CEILING_V,
-        };
+        let most_v = CEILING_SHARE * stage_v(&hand.loads()[channel]);
         PlannedPoint {
             channel,
             movement,
@@ -49,6 +46,14 @@ pub(super) fn calibrate(drawn: &DrivenHand, seed: u64) -> Result<CalibratedPoint
     Ok(calibrate_body(Box::new(hand), &points, seed)?)
 }
 
+/// Returns the voltage that drives [`STAGE_MA`] through an electrode, V.
+fn stage_v(load: &Load) -> f64 {
+    match load {
+        Load::Ohms(ohm) => STAGE_MA * ohm / 1000.0,
+        _ => f64::INFINITY,
+    }
+}
+
 /// Lets the default controller drive a hand with one file.
 pub(super) fn drive(
     drawn: &DrivenHand,
@@ -56,6 +61,7 @@ pub(super) fn drive(
     files: Files,
     calibrated: &CalibratedPoints,
 ) -> Result<Outcome, FilesError> {
+    let mut ranges_v = way.ranges_v;
     let joint = match files {
         Files::Absent | Files::Nominal => way.joint(LawSpec::ALONE),
         Files::True | Files::TrueWithoutLearning => {
@@ -69,7 +75,6 @@ pub(super) fn drive(
             {
                 return Ok(Outcome::refused(drawn.at_rest_deg(), Files::NOT_CALIBRATED));
             }
-            let mut ranges_v = way.ranges_v;
             for (point, range) in ranges_v.iter_mut().enumerate() {
                 *range = range.and(found(point));
             }
@@ -84,10 +89,15 @@ pub(super) fn drive(
         Err(other) => return Err(other.into()),
     };
     let (attempt, _) = drawn.run(way, &mut device)?;
+    let hand = drawn.moving()?;
+    let mut used = ranges_v.iter().zip(hand.loads());
+    let is_beyond_stage = used
+        .any(|(range, load)| range.is_some_and(|[_, high]| high > CEILING_V.min(stage_v(load))));
     Ok(Outcome {
         rmse_deg: rmse(&attempt.angles, &drawn.wanted),
         refused: device.refused().map(str::to_owned),
         limit_cycles: device.limit_cycles().len(),
+        is_beyond_stage,
     })
 }
 

@@ -53,6 +53,9 @@ pub struct Outcome {
     pub refused: Option<String>,
     /// Number of limit cycles that the device detected.
     pub limit_cycles: usize,
+    /// Whether the session's maxima exceed what the voltage stage delivers into this hand's
+    /// electrodes. A device would refuse them (E450, or E229 on arming), but the study goes on.
+    pub is_beyond_stage: bool,
 }
 
 impl Outcome {
@@ -61,6 +64,7 @@ impl Outcome {
             rmse_deg,
             refused: Some(why.to_owned()),
             limit_cycles: 0,
+            is_beyond_stage: false,
         }
     }
 }

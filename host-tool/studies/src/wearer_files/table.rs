@@ -58,6 +58,9 @@ pub fn text(comparisons: &[Comparison]) -> String {
                     d.low,
                     d.high
                 );
+                if s.beyond_stage > 0 {
+                    out += &format!("  {} × more than the stage delivers\n", s.beyond_stage);
+                }
                 for (why, count) in comparison.refusals(points, files) {
                     out += &format!("  {count} × {why}\n");
                 }
@@ -69,14 +72,15 @@ pub fn text(comparisons: &[Comparison]) -> String {
 
 /// Formats the results as CSV, with a row for each population, number of points and file.
 pub fn csv(comparisons: &[Comparison]) -> String {
-    let mut out =
-        "wearers,points,file,seed,drawn,driven,refused".to_owned() + &names(&NUMBERS) + "\n";
+    let mut out = "wearers,points,file,seed,drawn,driven,refused,beyond_stage".to_owned()
+        + &names(&NUMBERS)
+        + "\n";
     for comparison in comparisons {
         for points in Points::ALL {
             for files in files(comparison) {
                 let s = comparison.score(points, files);
                 out += &format!(
-                    "{},{},{},{},{},{},{}{}\n",
+                    "{},{},{},{},{},{},{},{}{}\n",
                     comparison.population.name(),
                     points.name(),
                     files.name().replace(',', ""),
@@ -84,6 +88,7 @@ pub fn csv(comparisons: &[Comparison]) -> String {
                     comparison.draws,
                     s.wearers,
                     s.refused,
+                    s.beyond_stage,
                     cells(&NUMBERS, &s).replace("NaN", "")
                 );
             }
@@ -102,6 +107,7 @@ pub fn json(comparisons: &[Comparison]) -> Value {
                     "wearers": comparison.population.name(), "points": points.name(),
                     "file": files.name(), "seed": comparison.seed, "drawn": comparison.draws,
                     "driven": s.wearers, "refused": s.refused,
+                    "beyond_stage": s.beyond_stage,
                     "refusals": comparison.refusals(points, files),
                 });
                 add_to_json(&NUMBERS, &s, &mut row);
