@@ -15,6 +15,23 @@ const STREAM: u64 = 0xA63;
 /// rate for its trains (its device allows 0.5 to 100).
 pub const FREQUENCY_HZ: f64 = 40.0;
 
+/// A of the mean subject at [`FREQUENCY_HZ`], 1/s. The results of [`Parameters::normalised_at`] are
+/// stored here, because its computation takes as long as the simulation of a whole session.
+const MEAN_A_PER_S: f64 = 9.250_290_656_505_335;
+/// A of each of [`SUBJECTS`] at [`FREQUENCY_HZ`], 1/s.
+const SUBJECTS_A_PER_S: [f64; SUBJECTS.len()] = [
+    8.115_739_016_822_001,
+    10.540_145_368_950_121,
+    15.694_657_564_116_593,
+    7.826_855_734_188_752,
+    8.331_272_179_991_894,
+    7.419_945_419_863_587,
+    7.006_921_986_435_215_5,
+    12.905_523_375_336_923,
+    9.591_999_622_607_611,
+    8.413_814_779_880_38,
+];
+
 impl HoldSpec {
     /// Nominal values, each near the middle of the range that its field's comment names.
     pub const NOMINAL: Self = Self {
@@ -65,7 +82,10 @@ impl ArmSpec {
             max_ma: [30.0; ELECTRODES],
             curvature: RECRUITMENT_CURVATURE,
             crosstalk: [0.3; ELECTRODES],
-            dynamics: Parameters::mean_subject().normalised_at(FREQUENCY_HZ),
+            dynamics: Parameters {
+                a_n_per_s: MEAN_A_PER_S,
+                ..Parameters::mean_subject()
+            },
             delay_us: 25_000,
             fatigue_floor: 0.5,
             fatigue_time_s: 60.0,
@@ -92,7 +112,10 @@ impl ArmSpec {
         let mut spec = Self {
             stature_m: 1.76 + 0.09 * normal(0),
             mass_kg: 77.3 + 6.67 * normal(1),
-            dynamics: SUBJECTS[subject].normalised_at(FREQUENCY_HZ),
+            dynamics: Parameters {
+                a_n_per_s: SUBJECTS_A_PER_S[subject],
+                ..SUBJECTS[subject]
+            },
             seed: random::word(stream, 2),
             ..Self::nominal()
         };
@@ -117,5 +140,20 @@ impl ArmSpec {
         spec.force.wander_n = log(draws, 0.3, 2.0);
         spec.imu.askew_deg = draws.uniform(2.0, 10.0);
         spec
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Equal within the exponential of another C library.
+    #[test]
+    fn the_stored_dynamics_are_those_at_the_pulse_rate() {
+        let subjects = SUBJECTS.into_iter().zip(SUBJECTS_A_PER_S);
+        for (fresh, a_per_s) in subjects.chain([(Parameters::mean_subject(), MEAN_A_PER_S)]) {
+            let off = a_per_s / fresh.normalised_at(FREQUENCY_HZ).a_n_per_s - 1.0;
+            assert!(off.abs() < 1e-14, "{off:e}");
+        }
     }
 }
