@@ -147,6 +147,45 @@ fn how_often_time_is_advanced_changes_nothing() {
     assert_eq!(run(25_000), run(333));
 }
 
+/// A coarser time step keeps the pulses, the strength of each contraction and the noise of the
+/// sensor. At the end of every step, the forces differ by little from those in steps of 1 ms.
+#[test]
+fn a_coarser_step_simulates_the_same_arm() {
+    for support in [Support::InCuff, Support::Freely] {
+        let after = |step_ms: u32| {
+            let mut arm = Arm::in_steps_of(ArmSpec::random(3, 1), step_ms).unwrap();
+            arm.set_support(support);
+            stimulate(&mut arm, 0, &[(0, 20.0), (4, 30.0)], 0.5);
+            arm
+        };
+        let fine = after(1);
+        let plain = {
+            let mut arm = Arm::new(ArmSpec::random(3, 1)).unwrap();
+            arm.set_support(support);
+            stimulate(&mut arm, 0, &[(0, 20.0), (4, 30.0)], 0.5);
+            arm
+        };
+        assert_eq!(fine.forces_n(), plain.forces_n());
+        assert_eq!(fine.angle_deg(), plain.angle_deg());
+        for step_ms in [2, 5, 10, 20] {
+            let coarse = after(step_ms);
+            for (coarse_n, fine_n) in coarse.forces_n().into_iter().zip(fine.forces_n()) {
+                assert!((coarse_n - fine_n).abs() <= 1e-3 * fine_n, "{step_ms}");
+            }
+            let noise = |arm: &Arm| {
+                let (sensed, wrench) = (arm.sensed_wrench(), arm.wrench());
+                std::array::from_fn::<f64, 6, _>(|axis| sensed[axis] - wrench[axis])
+            };
+            for (a, b) in noise(&coarse).into_iter().zip(noise(&fine)) {
+                assert!((a - b).abs() < 1e-9, "{step_ms}: {a} {b}");
+            }
+        }
+        let mut coarse = Arm::in_steps_of(ArmSpec::random(3, 1), 10).unwrap();
+        assert!(!coarse.advance(9_999));
+        assert!(coarse.advance(10_000));
+    }
+}
+
 #[test]
 fn contractions_differ_by_the_noise_that_is_fixed() {
     let mut spec = quiet();

@@ -1,9 +1,10 @@
 //! A stimulated muscle: recruitment, calcium, force and fatigue.
 
-use super::anatomy::ELECTRODES;
+use super::anatomy::{ALL, ELECTRODES, Muscle};
 use super::spec::ArmSpec;
 use crate::body::muscle::tiring::{Fatigue, FatiguingMuscle};
 use crate::body::wearer::{effective_voltage, recruitment};
+use crate::body::{Drive, Load};
 use crate::random;
 use std::collections::VecDeque;
 
@@ -45,10 +46,11 @@ fn fatigue(spec: &ArmSpec) -> Fatigue {
 }
 
 impl StimulatedMuscle {
-    /// Creates a muscle at rest. `force_n` is its force at full recruitment, N.
-    pub fn new(spec: &ArmSpec, force_n: f64, seed: u64) -> Self {
+    /// Creates a muscle at rest. `force_n` is its force at full recruitment, N; `longest_s` is the
+    /// longest time step of its force, s.
+    pub fn new(spec: &ArmSpec, force_n: f64, longest_s: f64, seed: u64) -> Self {
         Self {
-            muscle: FatiguingMuscle::new(spec.dynamics, fatigue(spec)),
+            muscle: FatiguingMuscle::new(spec.dynamics, fatigue(spec)).in_steps_of(longest_s),
             under_way: VecDeque::new(),
             last_us: None,
             last_part: 0.0,
@@ -146,6 +148,49 @@ impl StimulatedMuscle {
         }
         muscle.parameters().a_n_per_s / spec.dynamics.a_n_per_s
     }
+}
+
+/// Returns the muscle under `electrode` and its neighbours, with the share of each that a current in
+/// the electrode recruits, 0 to 1.
+pub(super) fn recruited_muscles(
+    spec: &ArmSpec,
+    electrode: usize,
+    current_ma: f64,
+    width_us: u32,
+) -> impl Iterator<Item = (Muscle, f64)> {
+    let stimulated = ALL[electrode];
+    let share = move |of: usize, ma: f64| recruited_share(spec, of, ma, width_us);
+    let neighbours = stimulated.neighbours().iter().map(move |neighbour| {
+        // A muscle without an electrode has the thresholds of the stimulated one, which lies above
+        // it.
+        let of = match *neighbour as usize {
+            muscle if muscle < ELECTRODES => muscle,
+            _ => electrode,
+        };
+        (
+            *neighbour,
+            share(of, spec.crosstalk[electrode] * current_ma),
+        )
+    });
+    std::iter::once((stimulated, share(electrode, current_ma))).chain(neighbours)
+}
+
+/// Returns the muscles that a pulse of this drive and width in `electrode` recruits, in part or in
+/// full.
+#[must_use]
+pub fn reached_muscles(
+    spec: &ArmSpec,
+    electrode: usize,
+    drive: Drive,
+    width_us: u32,
+) -> Vec<Muscle> {
+    if electrode >= ELECTRODES {
+        return Vec::new();
+    }
+    let current_ma = Load::Ohms(spec.load_ohm).current_ma(drive);
+    let shares = recruited_muscles(spec, electrode, current_ma, width_us);
+    let reached = shares.filter(|(_, share)| *share > 0.0);
+    reached.map(|(muscle, _)| muscle).collect()
 }
 
 /// Returns the share of a muscle that a current in `electrode` recruits, 0 to 1. It rises from the

@@ -22,6 +22,7 @@ mod spec;
 
 pub use anatomy::{ELECTRODES, MUSCLES, Muscle};
 pub use draw::FREQUENCY_HZ;
+pub use driven::reached_muscles;
 pub use moving::{Arm, Support};
 pub use posture::{Lengths, Posture, Skeleton};
 pub use sensors::{ForceSpec, GRAVITY_M_S2, Imu, ImuFault, ImuSpec};

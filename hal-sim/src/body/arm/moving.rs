@@ -2,7 +2,7 @@
 
 use super::anatomy::{ALL, ELECTRODES, MUSCLES, Muscle};
 use super::angles::{angles_deg, rotate_half_turn};
-use super::driven::{StimulatedMuscle, recruited_share};
+use super::driven::{StimulatedMuscle, recruited_muscles};
 use super::mechanics::{self, Free, Square, ToWrench};
 use super::posture::{JointRotations, Skeleton};
 use super::sensors::{ForceSensor, Imu, MountedImu};
@@ -11,10 +11,8 @@ use crate::body::{Body, CHANNELS, Load, Pulse};
 use crate::random;
 use nalgebra::Vector3;
 
-/// Time step of force and motion, µs.
+/// Unit in which the arm counts time, and its finest time step, µs.
 const TICK_US: u64 = 1000;
-/// Time step of force and motion, s.
-const TICK_S: f64 = 1e-3;
 
 /// How the arm is supported.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,28 +36,42 @@ pub struct Arm {
     to_wrench: ToWrench,
     /// Deflection of the turns per torque while the arm is in the cuff, rad/N m.
     compliance: Square,
-    /// Mean torque of the muscles about each turn over the last millisecond, N m.
+    /// Mean torque of the muscles about each turn over the last time step, N m.
     torques: JointRotations,
     free: Free,
     held: Support,
     /// Voluntary force (N) and torque (N m) at the cuff.
     voluntary: [f64; 6],
-    /// Force (N) and torque (N m) on the cuff over the last millisecond, without the arm's weight.
+    /// Force (N) and torque (N m) on the cuff over the last time step, without the arm's weight.
     wrench: [f64; 6],
     sensor: ForceSensor,
     imus: [MountedImu; SEGMENTS],
     loads: [Load; CHANNELS],
-    /// Number of whole time steps since the start.
+    /// Length of a time step of force and motion, ms.
+    step_ticks: u64,
+    /// Number of whole milliseconds that have been simulated.
     tick: u64,
 }
 
 impl Arm {
-    /// Creates an arm that rests in the cuff.
+    /// Creates an arm that rests in the cuff and is simulated in steps of 1 ms.
     ///
     /// # Errors
     /// Returns an [`InvalidArm`] that names the first field with an invalid value, or reports that
     /// nothing resists the rotation of some joint.
     pub fn new(spec: ArmSpec) -> Result<Self, InvalidArm> {
+        Self::in_steps_of(spec, 1)
+    }
+
+    /// Creates an arm that rests in the cuff and is simulated in steps of `step_ms` milliseconds, at
+    /// least one. Between the ends of two steps no value changes. Pulses take effect at their own
+    /// times within a step, and the noise does not depend on the step.
+    ///
+    /// # Errors
+    /// Fails as [`Self::new`].
+    pub fn in_steps_of(spec: ArmSpec, step_ms: u32) -> Result<Self, InvalidArm> {
+        let step_ms = step_ms.max(1);
+        let step_s = f64::from(step_ms) * 1e-3;
         spec.validate()?;
         let skeleton = Skeleton::new(spec.posture, spec.lengths());
         let stream_seed = |stream: u64| random::word(spec.seed, stream);
@@ -68,7 +80,7 @@ impl Arm {
         let forces = spec.forces_n();
         let muscles = std::array::from_fn(|muscle| {
             let seed = random::word(stream_seed(1), muscle as u64);
-            StimulatedMuscle::new(&spec, forces[muscle], seed)
+            StimulatedMuscle::new(&spec, forces[muscle], step_s, seed)
         });
         let frames = skeleton.frames();
         let imus = std::array::from_fn(|segment| {
@@ -80,13 +92,14 @@ impl Arm {
             to_wrench,
             compliance,
             torques: JointRotations::zeros(),
-            free: Free::new(&spec, &skeleton, TICK_S)?,
+            free: Free::new(&spec, &skeleton, step_s)?,
             held: Support::InCuff,
             voluntary: [0.0; 6],
             wrench: [0.0; 6],
             sensor: ForceSensor::new(spec.force, mechanics::weight_n(&spec), stream_seed(3)),
             imus,
             loads: [Load::Ohms(spec.load_ohm); CHANNELS],
+            step_ticks: u64::from(step_ms),
             tick: 0,
             arms_m,
             muscles,
@@ -133,7 +146,7 @@ impl Arm {
     }
 
     /// Returns the true force (N) and torque (N m) of the arm on the cuff over the last
-    /// millisecond, without the arm's weight. They are zero while the arm is not in the cuff.
+    /// time step, without the arm's weight. They are zero while the arm is not in the cuff.
     #[must_use]
     pub const fn wrench(&self) -> [f64; 6] {
         self.wrench
@@ -176,9 +189,9 @@ impl Arm {
         }
     }
 
-    /// Advances the arm by one time step of 1 ms.
+    /// Advances the arm by one time step.
     fn step(&mut self) {
-        let end_us = (self.tick + 1) * TICK_US;
+        let end_us = (self.tick + self.step_ticks) * TICK_US;
         let mut torques = JointRotations::zeros();
         for (muscle, moment_arms) in self.muscles.iter_mut().zip(&self.arms_m) {
             let before = muscle.force_n();
@@ -193,14 +206,14 @@ impl Arm {
             Support::InCuff => {
                 let evoked = self.to_wrench * torques;
                 self.wrench = std::array::from_fn(|axis| evoked[axis] + self.voluntary[axis]);
-                self.sensor.step();
+                (0..self.step_ticks).for_each(|_| self.sensor.step());
             }
             Support::Freely => {
                 self.wrench = [0.0; 6];
                 self.free.step(&torques);
             }
         }
-        self.tick += 1;
+        self.tick += self.step_ticks;
     }
 }
 
@@ -211,21 +224,9 @@ impl Body for Arm {
         };
         let current_ma = load.current_ma(pulse.drive);
         let due_us = pulse.t_us + u64::from(self.spec.delay_us);
-        let stimulated = ALL[pulse.channel];
-        let recruited = recruited_share(&self.spec, pulse.channel, current_ma, pulse.width_us);
-        self.muscles[pulse.channel].excite(due_us, recruited);
-        for neighbour in stimulated.neighbours() {
-            let muscle = *neighbour as usize;
-            // A muscle without an electrode has the thresholds of the stimulated one, which
-            // lies above it.
-            let electrode = if muscle < ELECTRODES {
-                muscle
-            } else {
-                pulse.channel
-            };
-            let spread_ma = self.spec.crosstalk[pulse.channel] * current_ma;
-            let recruited = recruited_share(&self.spec, electrode, spread_ma, pulse.width_us);
-            self.muscles[muscle].excite(due_us, recruited);
+        let recruited = recruited_muscles(&self.spec, pulse.channel, current_ma, pulse.width_us);
+        for (muscle, share) in recruited {
+            self.muscles[muscle as usize].excite(due_us, share);
         }
     }
 
@@ -233,11 +234,10 @@ impl Body for Arm {
         Some(Box::new(self.clone()))
     }
 
-    /// Advances the arm in whole milliseconds. Until the next millisecond is complete, no value
-    /// changes.
+    /// Advances the arm in whole time steps. Until the next step is complete, no value changes.
     fn advance(&mut self, to_us: u64) -> bool {
         let before = self.tick;
-        while (self.tick + 1) * TICK_US <= to_us {
+        while (self.tick + self.step_ticks) * TICK_US <= to_us {
             self.step();
         }
         self.tick != before
