@@ -239,3 +239,50 @@ fn a_hand_gets_no_more_motor_units_than_it_needs() {
     assert_eq!(recorded["fidelity"]["hand_units"], coarse);
     assert_eq!(trial("first"), trial("again"));
 }
+
+/// The time step of a simulated arm is chosen within the tolerance, is recorded, and a rerun repeats
+/// the run byte for byte. A tolerance without `[fidelity]` leaves the arm as it is.
+#[test]
+fn an_arm_gets_no_finer_step_than_it_needs() {
+    let shipped = include_str!("../sessions/endpoint_arm.toml");
+    let wearer = concat!(env!("CARGO_MANIFEST_DIR"), "/wearers/arm-1.toml");
+    let held = shipped.replace("../wearers/arm-1.toml", wearer);
+    let free = held.replace("held = \"cuff\"", "held = \"freely\"");
+    let folder = program::test_folder("explained/arm");
+    write_file(&folder, "without.toml", &free);
+    let (exit, output, _) = run_flexor(&folder, &["explain-model", "without.toml"]);
+    assert_eq!(exit, Some(0), "{output}");
+    assert!(output.contains("9 of 11 muscles"), "{output}");
+    assert!(output.contains("in steps of 1 ms"), "{output}");
+    let chosen = |percent: f64| -> (u64, Value) {
+        let text = format!("{free}\n[fidelity]\ntolerance_percent = {percent}\n");
+        write_file(&folder, "arm.toml", &text);
+        let (exit, output, _) = run_flexor(&folder, &["explain-model", "arm.toml", "--json"]);
+        assert_eq!(exit, Some(0), "{output}");
+        let value: Value = serde_json::from_str(&output).unwrap();
+        let arm = value["arm"].clone();
+        (arm["chosen_step_ms"].as_u64().unwrap(), arm)
+    };
+    let (fine, _) = chosen(0.01);
+    assert_eq!(fine, 1, "only the finest step has no error");
+    let (coarse, arm) = chosen(1.5);
+    assert!((2..20).contains(&coarse), "{arm}");
+    let tried = arm["tried"].as_array().unwrap();
+    let errors = tried.iter().map(|effect| effect["change_pct"].as_f64());
+    let errors: Vec<f64> = errors.collect::<Option<_>>().unwrap();
+    assert_eq!(errors[0], 0.0);
+    assert!(errors.is_sorted() && errors[1] > 0.0, "{arm}");
+    let (exit, output, _) = run_flexor(&folder, &["run", "arm.toml", "--out", "first"]);
+    assert_eq!(exit, Some(0), "{output}");
+    let (exit, output, _) = run_flexor(&folder, &["rerun", "first", "--out", "again"]);
+    assert_eq!(exit, Some(0), "{output}");
+    let trial = |record: &str| {
+        let mut trials = std::fs::read_dir(folder.join(record)).unwrap();
+        trials
+            .find_map(|entry| std::fs::read_to_string(entry.ok()?.path().join("trial.json")).ok())
+            .unwrap()
+    };
+    let recorded: Value = serde_json::from_str(&trial("first")).unwrap();
+    assert_eq!(recorded["fidelity"]["arm_step_ms"], coarse);
+    assert_eq!(trial("first"), trial("again"));
+}

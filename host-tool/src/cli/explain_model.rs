@@ -4,11 +4,14 @@ use super::{Output, usage_error};
 use anyhow::ensure;
 use clap::Args;
 use firmware::muscle::{MuscleLevel, TablePlan};
+use hal_sim::body::arm::{MUSCLES, Support};
 use hal_sim::body::hand::FittedHand;
 use host_core::choice::{
-    self, Choice, Cycles, Effect, LevelResult, ModelUses, Need, coarsest, fewest_units,
+    self, Choice, Cycles, Effect, LevelResult, ModelUses, Need, arm_muscles, coarsest,
 };
-use host_core::session::{Model, Muscle, Session, Share, escape_control_chars, level_name};
+use host_core::session::{
+    BodySpec, Model, Muscle, Session, Share, escape_control_chars, level_name,
+};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -36,7 +39,9 @@ pub fn main(args: &ExplainModel, output: Output) -> anyhow::Result<()> {
         eprintln!("note: {}", escape_control_chars(note));
     }
     ensure!(
-        session.channels.iter().any(|c| c.muscle.is_some()) || session.hand().is_some(),
+        session.channels.iter().any(|c| c.muscle.is_some())
+            || session.hand().is_some()
+            || session.arm_step_ms().is_some(),
         "E554 {}: no channel has a `muscle`, so no force is predicted; add a `muscle` to a channel \
          (docs/sessions.md)",
         args.session.display()
@@ -103,6 +108,7 @@ fn text_report(session: &Session, choice: &Choice) -> String {
     if let Some(hand) = session.hand() {
         out.push_str(&hand_text(hand, choice));
     }
+    out.push_str(&arm_text(session, choice));
     for (name, effects) in [
         ("controller", &tried.law),
         ("telemetry", &tried.telemetry),
@@ -112,12 +118,12 @@ fn text_report(session: &Session, choice: &Choice) -> String {
             continue;
         };
         let changes = effects.iter().map(|effect| match effect.error.is_finite() {
-            true => format!("{} {:.2} %", effect.us / 1_000, effect.error * 100.0),
-            false => format!("{} oscillates", effect.us / 1_000),
+            true => format!("{} {:.2} %", effect.setting / 1_000, effect.error * 100.0),
+            false => format!("{} oscillates", effect.setting / 1_000),
         });
         out.push_str(&format!(
             "\n{name}: every {} ms; change of the result at each period in ms:\n  {}\n",
-            own.us / 1_000,
+            own.setting / 1_000,
             changes.collect::<Vec<_>>().join(", ")
         ));
     }
@@ -132,17 +138,47 @@ fn hand_text(hand: &FittedHand, choice: &Choice) -> String {
                     so that leaving out 5 of 8 pools changes nothing\n"
             .to_owned();
     let tried = &choice.fidelity.hand;
-    let Some(own) = fewest_units(tried, choice.tolerance.fraction()) else {
+    let Some(own) = coarsest(tried, choice.tolerance.fraction()) else {
         return text
             + &format!("  all {every} motor units of each pool; `[fidelity]` chooses fewer\n");
     };
     let errors = tried
         .iter()
-        .map(|effect| format!("{} {:.2} %", effect.units, effect.error * 100.0));
+        .map(|effect| format!("{} {:.2} %", effect.setting, effect.error * 100.0));
     text.push_str(&format!(
         "  {} of {every} motor units of each pool; change of the angle (rms, in % of the\n  \
          reference's range) at each number of units:\n  {}\n",
-        own.units,
+        own.setting,
+        errors.collect::<Vec<_>>().join(", ")
+    ));
+    text
+}
+
+/// Describes the level of detail of a simulated arm; empty without one.
+fn arm_text(session: &Session, choice: &Choice) -> String {
+    let (Some(BodySpec::Arm { held, .. }), Some(reached)) = (&session.body, arm_muscles(session))
+    else {
+        return String::new();
+    };
+    let mut text = format!(
+        "\narm: {} of {MUSCLES} muscles; no channel reaches another one, so that leaving out the\n  \
+         others changes nothing\n",
+        reached.len()
+    );
+    let tried = &choice.fidelity.arm;
+    let Some(own) = coarsest(tried, choice.tolerance.fraction()) else {
+        return text + "  in steps of 1 ms; `[fidelity]` chooses coarser ones\n";
+    };
+    let errors = tried
+        .iter()
+        .map(|effect| format!("{} {:.2} %", effect.setting, effect.error * 100.0));
+    let quantity = match held {
+        Support::InCuff => "true force at the hand (rms, in % of\n  the largest)",
+        Support::Freely => "elbow angle (rms, in % of its\n  range)",
+    };
+    text.push_str(&format!(
+        "  in steps of {} ms; change of the {quantity} at each step in ms:\n  {}\n",
+        own.setting,
         errors.collect::<Vec<_>>().join(", ")
     ));
     text
@@ -280,10 +316,10 @@ fn json_report(session: &Session, choice: &Choice) -> Value {
         })
     });
     let effects = |rows: &[Effect]| {
-        let own = coarsest(rows, choice.tolerance.fraction()).map(|effect| effect.us);
+        let own = coarsest(rows, choice.tolerance.fraction()).map(|effect| effect.setting);
         let tried = rows
             .iter()
-            .map(|effect| json!({ "us": effect.us, "change_pct": effect.error * 100.0 }));
+            .map(|effect| json!({ "us": effect.setting, "change_pct": effect.error * 100.0 }));
         json!({ "chosen_us": own, "tried": tried.collect::<Vec<_>>() })
     };
     let fidelity = &choice.fidelity;
@@ -294,10 +330,18 @@ fn json_report(session: &Session, choice: &Choice) -> Value {
         "hand": session.hand().map(|hand| json!({
             "pools": 3,
             "units": hand.spec.units,
-            "chosen_units": fewest_units(&fidelity.hand, choice.tolerance.fraction())
-                .map(|effect| effect.units),
+            "chosen_units": coarsest(&fidelity.hand, choice.tolerance.fraction())
+                .map(|effect| effect.setting),
             "tried": fidelity.hand.iter().map(|effect| json!({
-                "units": effect.units, "change_pct": effect.error * 100.0,
+                "units": effect.setting, "change_pct": effect.error * 100.0,
+            })).collect::<Vec<_>>(),
+        })),
+        "arm": arm_muscles(session).map(|muscles| json!({
+            "muscles": muscles.iter().map(|muscle| muscle.name()).collect::<Vec<_>>(),
+            "chosen_step_ms": coarsest(&fidelity.arm, choice.tolerance.fraction())
+                .map(|effect| effect.setting),
+            "tried": fidelity.arm.iter().map(|effect| json!({
+                "step_ms": effect.setting, "change_pct": effect.error * 100.0,
             })).collect::<Vec<_>>(),
         })),
         "tolerance_pct": choice.tolerance.fraction() * 100.0,

@@ -10,8 +10,8 @@ fn the_chosen_units_will_do_and_fewer_would_not() {
     assert_eq!(csv(&rows).lines().count(), 7);
     for row in &rows {
         for effects in [&row.tried, &row.judged] {
-            assert_eq!((effects[0].units, effects[0].error), (32, 0.0));
-            assert!(effects.is_sorted_by(|a, b| a.units > b.units));
+            assert_eq!((effects[0].setting, effects[0].error), (32, 0.0));
+            assert!(effects.is_sorted_by(|a, b| a.setting > b.setting));
             assert!(effects.iter().any(|effect| effect.error > 0.0), "{row:?}");
         }
     }

@@ -1,8 +1,10 @@
 //! The settings that `[fidelity]` makes coarser besides the models: the period of the control law,
-//! the period of telemetry, and the simulated finger's step. Each is found by playing the session
+//! the period of telemetry, and the level of detail of a simulated finger, hand or arm. Each is found by playing the session
 //! with it.
 
-use super::hand::{UnitsEffect, fewest_units, try_units};
+use super::arm::try_arm_steps;
+use super::effect::{Effect, coarsest};
+use super::hand::try_units;
 use super::play::{PlayError, play_trial};
 use crate::analysis::limit_cycles;
 use crate::record::{Sample, Samples};
@@ -16,16 +18,6 @@ const LAW_PERIODS_MS: [u8; 5] = [1, 2, 5, 11, 20];
 const TELEMETRY_MS: [u16; 7] = [1, 2, 5, 10, 20, 50, 100];
 /// Simulation steps of the finger that are tried, µs; the first is the finest.
 const STEPS_US: [u32; 4] = [1_000, 2_000, 5_000, 10_000];
-
-/// Error that one setting causes, for instance one telemetry period.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Effect {
-    /// The setting: a telemetry period, a period of the control law, or a simulation step, µs.
-    pub us: u32,
-    /// Error of this setting compared with the finest. It is a share of the range of a force or
-    /// angle for telemetry, and a share of the wanted angle's range for the other settings.
-    pub error: f64,
-}
 
 /// Errors of the settings besides the models, finest setting first. A list is empty if the session
 /// does not use the setting, or fixes it in its file.
@@ -41,16 +33,9 @@ pub struct Fidelity {
     /// error.
     pub step: Vec<Effect>,
     /// Errors of the numbers of motor units of a simulated hand, largest number first.
-    pub hand: Vec<UnitsEffect>,
-}
-
-/// Returns the coarsest setting for which it and all finer settings have an error of at most
-/// `tolerance`. Returns the finest setting if its own error is larger, and `None` if no setting was
-/// tried.
-#[must_use]
-pub fn coarsest(tried: &[Effect], tolerance: f64) -> Option<Effect> {
-    let within = tried.iter().take_while(|effect| effect.error <= tolerance);
-    within.last().or(tried.first()).copied()
+    pub hand: Vec<Effect>,
+    /// Errors of the time steps of a simulated arm, the finest first.
+    pub arm: Vec<Effect>,
 }
 
 /// Tries all settings on the first `length_us` of `session`.
@@ -122,7 +107,9 @@ pub(super) fn try_settings(
             (value - finest).abs()
         });
     }
-    fidelity.hand = try_units(&finest, &[seed, seed.wrapping_add(1)])?;
+    let seeds = [seed, seed.wrapping_add(1)];
+    fidelity.hand = try_units(&finest, &seeds)?;
+    fidelity.arm = try_arm_steps(&finest, &seeds)?;
     Ok(fidelity)
 }
 
@@ -130,8 +117,8 @@ pub(super) fn try_settings(
 /// setting. `off` computes the effect from a setting's error and the finest setting's error.
 fn relative_effects(tried: &[(u32, f64)], off: impl Fn(f64, f64) -> f64) -> Vec<Effect> {
     let finest = tried.first().map_or(0.0, |pair| pair.1);
-    let effect = |&(us, error): &(u32, f64)| Effect {
-        us,
+    let effect = |&(setting, error): &(u32, f64)| Effect {
+        setting,
         error: off(error, finest).max(0.0),
     };
     tried.iter().map(effect).collect()
@@ -178,7 +165,7 @@ fn telemetry_effects(dense: &Samples) -> Vec<Effect> {
         .filter(|(_, span)| *span > 0.0)
         .collect();
     let effect = |ms: u16| Effect {
-        us: u32::from(ms) * 1_000,
+        setting: u32::from(ms) * 1_000,
         error: (courses.iter())
             .map(|(course, span)| interpolation_error(course, ms.into()) / span)
             .fold(0.0, f64::max),
@@ -209,30 +196,37 @@ impl Fidelity {
     pub(super) fn coarsen_session(&self, session: &mut Session, tolerance: f64) -> String {
         let mut note = String::new();
         if let Some(effect) = coarsest(&self.telemetry, tolerance) {
-            session.telemetry_ms = (effect.us / 1_000) as u16; // at most 100
-            note.push_str(&format!("telemetry every {} ms", effect.us / 1_000));
+            session.telemetry_ms = (effect.setting / 1_000) as u16; // at most 100
+            note.push_str(&format!("telemetry every {} ms", effect.setting / 1_000));
         }
         if let (Some(BodySpec::Finger(finger)), Some(effect)) =
             (&mut session.body, coarsest(&self.step, tolerance))
         {
-            finger.step_us = effect.us;
+            finger.step_us = effect.setting;
             note.push_str(&format!(
                 ", finger simulated in steps of {} ms",
-                effect.us / 1_000
+                effect.setting / 1_000
             ));
         }
         if let (Some(BodySpec::Hand(hand)), Some(effect)) =
-            (&mut session.body, fewest_units(&self.hand, tolerance))
+            (&mut session.body, coarsest(&self.hand, tolerance))
         {
-            hand.simulated_units = (effect.units < hand.spec.units).then_some(effect.units);
+            let units = effect.setting as usize; // at most 256
+            hand.simulated_units = (units < hand.spec.units).then_some(units);
             note.push_str(&format!(
-                ", hand simulated with {} of {} motor units per pool",
-                effect.units, hand.spec.units
+                ", hand simulated with {units} of {} motor units per pool",
+                hand.spec.units
             ));
         }
+        if let (Some(BodySpec::Arm { step_ms, .. }), Some(effect)) =
+            (&mut session.body, coarsest(&self.arm, tolerance))
+        {
+            *step_ms = effect.setting;
+            note.push_str(&format!(", arm simulated in steps of {step_ms} ms"));
+        }
         if let (Some(joint), Some(effect)) = (&mut session.joint, coarsest(&self.law, tolerance)) {
-            joint.law_period_ms = (effect.us / 1_000) as u8; // at most 20
-            note.push_str(&format!(", controller every {} ms", effect.us / 1_000));
+            joint.law_period_ms = (effect.setting / 1_000) as u8; // at most 20
+            note.push_str(&format!(", controller every {} ms", effect.setting / 1_000));
         }
         note
     }

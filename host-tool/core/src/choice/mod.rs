@@ -1,14 +1,18 @@
 //! Chooses the cheapest muscle model that is accurate enough, by trying the session.
 //!
-//! The submodules are `fidelity` (control law, telemetry, body), `hand` (motor units
-//! of a simulated hand), `play` (a session in memory and
-//! the true forces of its pulses), `cost` (cycles), `stream` (the worst that a live client may
-//! send), `tried` (errors of the outputs in use) and `pulsed` (sessions where pulses alone decide).
+//! The submodules are `fidelity` (control law, telemetry, body), `hand` (motor units of a simulated
+//! hand), `arm` (time step of a simulated arm), `deviation` (of a coarser limb), `effect` (the error
+//! of a setting), `play` (a session in memory and the true forces of its pulses), `cost` (cycles),
+//! `stream` (the worst that a live client may send), `tried` (errors of the outputs in use) and
+//! `pulsed` (sessions where pulses alone decide).
 //! The models are in `firmware::muscle`, and `run` runs sessions. The input is a session with
 //! `"auto"` models and a tolerance. The output is a [`Choice`]: for each channel the outputs in
 //! use, each model level's error and cycles, and the chosen level.
 
+mod arm;
 mod cost;
+mod deviation;
+mod effect;
 mod fidelity;
 mod hand;
 mod play;
@@ -16,9 +20,11 @@ mod pulsed;
 mod stream;
 mod tried;
 
+pub use arm::{ARM_STEPS_MS, arm_muscles, try_arm_steps, with_arm_step};
 pub use cost::{Cycles, cycles, measured_levels};
-pub use fidelity::{Effect, Fidelity, coarsest};
-pub use hand::{UNITS, UnitsEffect, fewest_units, try_units, with_units};
+pub use effect::{Effect, coarsest};
+pub use fidelity::Fidelity;
+pub use hand::{UNITS, try_units, with_units};
 pub use play::{PlayError, PlayedSession, Pulse, fatigue, muscle_forces};
 pub use stream::with_courses;
 pub use tried::{LevelResult, ModelUses};
@@ -304,6 +310,11 @@ pub fn restore_choice(session: &mut Session, trial: &Trial) -> bool {
         }
         if let Some(BodySpec::Hand(hand)) = &mut session.body {
             hand.simulated_units = found.hand_units.map(|units| units as usize);
+        }
+        if let (Some(BodySpec::Arm { step_ms, .. }), Some(ms)) =
+            (&mut session.body, found.arm_step_ms)
+        {
+            *step_ms = ms;
         }
     }
     is_known

@@ -372,6 +372,9 @@ pub struct FidelityFound {
     /// and if there is no simulated hand.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hand_units: Option<u32>,
+    /// Time step of the simulated arm, ms; `None` if there is no simulated arm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub arm_step_ms: Option<u32>,
 }
 
 /// A change of the switch state of one channel.

@@ -63,6 +63,7 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
                 .hand()
                 .and_then(|hand| hand.simulated_units)
                 .map(|units| units as u32), // at most 256
+            arm_step_ms: session.arm_step_ms(),
         }),
         duration_s: seconds(session.duration_us),
         channels: channels.collect(),

@@ -48,7 +48,11 @@ pub fn create_body(session: &Session, seed: u64) -> Result<Box<dyn Body>, BodyEr
         Some(BodySpec::Hand(fitted)) => {
             Box::new(fitted.to_index_finger(seed).map_err(BodyError::Hand)?)
         }
-        Some(BodySpec::Arm { spec, held }) => {
+        Some(BodySpec::Arm {
+            spec,
+            held,
+            step_ms,
+        }) => {
             // The session fixes which arm is simulated; `seed` determines the random part of its
             // motion and of its sensors.
             let seed = random::word(spec.seed, seed);
@@ -56,7 +60,7 @@ pub fn create_body(session: &Session, seed: u64) -> Result<Box<dyn Body>, BodyEr
                 seed,
                 ..(**spec).clone()
             };
-            let mut arm = Arm::new(spec).map_err(BodyError::Arm)?;
+            let mut arm = Arm::in_steps_of(spec, *step_ms).map_err(BodyError::Arm)?;
             arm.set_support(*held);
             Box::new(arm)
         }

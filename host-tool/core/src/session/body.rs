@@ -33,6 +33,8 @@ pub enum BodySpec {
         spec: Box<ArmSpec>,
         /// Support of the forearm: the cuff of a force sensor, or nothing but the wearer.
         held: Support,
+        /// Time step of its simulation, ms.
+        step_ms: u32,
     },
     /// Dummy load on every channel, without a wearer.
     Still {
@@ -58,7 +60,11 @@ pub(super) fn read_body(
         "arm" => {
             let (spec, held) = read_arm(t);
             let spec = Box::new(spec);
-            BodySpec::Arm { spec, held }
+            BodySpec::Arm {
+                spec,
+                held,
+                step_ms: 1,
+            }
         }
         _ => BodySpec::Still {
             load_ohm: t.integer("load_ohm"),

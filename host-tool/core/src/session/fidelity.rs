@@ -27,7 +27,7 @@ impl fmt::Display for Share {
 }
 
 /// Reads `[fidelity]`: the tolerance, and the duration of the trial that chooses the models.
-/// Reports a `[fidelity]` in a session with neither muscles nor a simulated hand.
+/// Reports a `[fidelity]` in a session without muscles, simulated hand and simulated arm.
 pub(super) fn read(root: &Table<'_>, session: &mut Session) {
     let Some(table) = root.table("fidelity") else {
         return;
@@ -43,8 +43,9 @@ pub(super) fn read(root: &Table<'_>, session: &mut Session) {
         .as_ref()
         .is_some_and(|joint_spec| joint_spec.law == LawSpec::ALONE);
     session.law_is_free = is_own && !is_given;
-    // A simulated hand has a level of detail to choose.
-    if session.channels.iter().all(|c| c.muscle.is_none()) && session.hand().is_none() {
+    // A simulated hand or arm has a level of detail to choose.
+    let has_limb = session.hand().is_some() || session.arm_step_ms().is_some();
+    if session.channels.iter().all(|c| c.muscle.is_none()) && !has_limb {
         table.report(FIELD, Problem::NothingToFit {});
     }
 }

@@ -398,6 +398,16 @@ impl Session {
         }
     }
 
+    /// Returns the time step of the simulated arm, ms; `None` if the session simulates another
+    /// wearer or none.
+    #[must_use]
+    pub const fn arm_step_ms(&self) -> Option<u32> {
+        match &self.body {
+            Some(BodySpec::Arm { step_ms, .. }) => Some(*step_ms),
+            _ => None,
+        }
+    }
+
     /// Returns the channel with this index on the link (0–9), or `None` if the session does not use
     /// the channel.
     #[must_use]

@@ -77,7 +77,7 @@ pub fn picture(rows: &[Row], costs: &[Cost], seed: u64) -> String {
 /// Returns the errors of this number of motor units in ascending order.
 fn errors(rows: &[Row], units: usize) -> Vec<f64> {
     let effects = rows.iter().flat_map(|row| &row.judged);
-    let own = effects.filter(|effect| effect.units == units);
+    let own = effects.filter(|effect| effect.setting as usize == units);
     let mut errors: Vec<f64> = own.map(|effect| effect.error).collect();
     errors.sort_by(f64::total_cmp);
     errors

@@ -6,7 +6,7 @@
 use crate::hamana2022::{Method, Participants, Population, TwoPointsError};
 use crate::ladder::DrawError;
 use hal_sim::random::Random;
-use host_core::choice::{PlayError, SEED, UNITS, UnitsEffect, fewest_units, try_units, with_units};
+use host_core::choice::{Effect, PlayError, SEED, UNITS, coarsest, try_units, with_units};
 use host_core::run::{DeviceName, SessionFile, run};
 use host_core::session::{Session, Share};
 use rayon::prelude::*;
@@ -55,9 +55,9 @@ pub struct Row {
     /// Length of the session, s.
     pub duration_s: f64,
     /// Errors with the noise with which the choice is made, largest number of units first.
-    pub tried: Vec<UnitsEffect>,
+    pub tried: Vec<Effect>,
     /// Errors with the noise with which the choice is judged.
-    pub judged: Vec<UnitsEffect>,
+    pub judged: Vec<Effect>,
 }
 
 /// Returns random session `index` of `seed`, with its wearer and method: one or two points of a
@@ -139,7 +139,7 @@ pub fn campaign(
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verdict {
     /// Chosen number of motor units per pool.
-    pub units: usize,
+    pub units: u32,
     /// Error of this number with the noise with which the choice is judged.
     pub error: f64,
     /// Error of the next smaller number; `None` if there is none.
@@ -150,13 +150,13 @@ impl Row {
     /// Returns the verdict on the choice at a tolerance.
     #[must_use]
     pub fn verdict(&self, tolerance: Share) -> Option<Verdict> {
-        let chosen = fewest_units(&self.tried, tolerance.fraction())?;
+        let chosen = coarsest(&self.tried, tolerance.fraction())?;
         let place = self
             .judged
             .iter()
-            .position(|effect| effect.units == chosen.units)?;
+            .position(|effect| effect.setting == chosen.setting)?;
         Some(Verdict {
-            units: chosen.units,
+            units: chosen.setting,
             error: self.judged[place].error,
             fewer: self.judged.get(place + 1).map(|effect| effect.error),
         })
@@ -197,8 +197,8 @@ impl Summary {
 #[must_use]
 pub fn csv(rows: &[Row]) -> String {
     let mut out = "session,wearer,method,duration_s".to_owned();
-    let numbers: Vec<usize> = rows.first().map_or_else(Vec::new, |row| {
-        row.tried.iter().map(|effect| effect.units).collect()
+    let numbers: Vec<u32> = rows.first().map_or_else(Vec::new, |row| {
+        row.tried.iter().map(|effect| effect.setting).collect()
     });
     for kind in ["tried", "judged"] {
         for units in &numbers {
