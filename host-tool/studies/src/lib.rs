@@ -6,7 +6,7 @@
 //! share: declarations, draws, the runner, pages; `catalog` lists the studies and `experiments` the
 //! declarations of the program. A paper's study is named after its authors and year: `hamana2022`,
 //! `lee2020`, `harris2017`, `sierotowicz2023`, `buatier2024`; `distributed` is a muscle under
-//! several electrodes. `wearer_files` compares what a controller does with different
+//! several electrodes. `detail` judges the level of detail of simulated limbs. `wearer_files` compares what a controller does with different
 //! wearer files; `faults` injects faults; `flags` compares compiler flags
 //! of the images; `figures` draws charts. `subjects` are the muscles
 //! on which models are compared. Declarations are in `host-tool/experiments/`.
@@ -15,6 +15,7 @@ pub mod accuracy;
 pub mod bench;
 pub mod buatier2024;
 pub mod catalog;
+pub mod detail;
 pub mod distributed;
 pub mod experiments;
 pub mod faults;

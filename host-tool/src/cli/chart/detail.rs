@@ -1,32 +1,32 @@
-//! `flexor chart hand-detail`: judges how many motor units `[fidelity]` chooses for a simulated
-//! hand, and counts what they cost.
+//! `flexor chart limb-detail`: judges the level of detail that `[fidelity]` chooses for a simulated
+//! hand or arm, and counts what each level costs.
 
 use super::write;
 use crate::cli::{Output, check_range};
 use anyhow::{Context, ensure};
-use clap::Args;
-use serde_json::json;
+use clap::{Args, ValueEnum};
+use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::process::Command;
+use studies::detail::{JUDGED, Limb, Row, SESSIONS, Summary, csv};
 use studies::figures::{Cost, detail_picture};
-use studies::hands::detail::{
-    COUNTED_S, JUDGED, Row, SESSIONS, Summary, TOLERANCES, campaign, counted_units, csv,
-    play_counted,
-};
 
 /// Selects the C library's generic functions, so that the count is the same on all processors of
 /// this kind.
 const TUNABLES: &str =
     "glibc.cpu.hwcaps=-AVX,-AVX2,-AVX512F,-AVX512VL,-BMI2,-ERMS,-FMA,-FMA4,-FSRM,-RTM,-XSAVEC";
 
-/// Test how many motor units [fidelity] chooses for a hand
+/// Test the level of detail that [fidelity] chooses for a hand or arm
 #[derive(Args, Debug)]
 pub struct DetailChart {
-    /// Root of the checkout in which docs/charts/hand_detail* are written again; instructions are
-    /// counted with valgrind
+    /// Root of the checkout in which docs/charts/{hand,arm}_detail* are written again; instructions
+    /// are counted with valgrind
     #[arg(long, default_value = ".")]
     workspace: PathBuf,
-    /// Number of sessions
+    /// Limb that is judged; both without it
+    #[arg(long, value_enum)]
+    limb: Option<LimbName>,
+    /// Number of sessions of each limb
     #[arg(long, default_value_t = SESSIONS)]
     sessions: usize,
     /// Seed of the sessions
@@ -35,54 +35,93 @@ pub struct DetailChart {
     /// Count no instructions and write no files; only print the shares
     #[arg(long, conflicts_with = "workspace")]
     no_files: bool,
-    /// Only play the session whose instructions are counted, with this number of units per pool
-    #[arg(long, hide = true, value_name = "UNITS", conflicts_with = "no_files")]
-    play: Option<usize>,
+    /// Only play the session whose instructions are counted, at this level of detail of the limb
+    #[arg(
+        long,
+        hide = true,
+        value_name = "LEVEL",
+        requires = "limb",
+        conflicts_with = "no_files"
+    )]
+    play: Option<u32>,
+}
+
+#[derive(ValueEnum, Clone, Copy, Debug)]
+enum LimbName {
+    Hand,
+    Arm,
+}
+
+impl LimbName {
+    const fn limb(self) -> Limb {
+        match self {
+            Self::Hand => Limb::Hand,
+            Self::Arm => Limb::Arm,
+        }
+    }
+}
+
+/// Results for one limb: its sessions, and the cost of each level of detail.
+struct Judged {
+    limb: Limb,
+    rows: Vec<Row>,
+    costs: Vec<Cost>,
 }
 
 /// # Errors
 /// Fails if a session cannot be simulated, valgrind cannot be started or a file cannot be written.
 pub fn main(args: &DetailChart, output: Output) -> anyhow::Result<()> {
-    if let Some(units) = args.play {
-        return Ok(play_counted(units)?);
+    let limb = args.limb.map(LimbName::limb);
+    if let (Some(level), Some(limb)) = (args.play, limb) {
+        return Ok(limb.play_counted(level)?);
     }
     check_range("--sessions", args.sessions as f64, 1.0, 10_000.0)?;
-    let bar = output.bar("random sessions");
-    let rows = campaign(args.seed, args.sessions, |part| bar.set(part));
-    bar.finish();
-    let rows = rows?;
-    let mut costs = Vec::new();
-    if !args.no_files {
-        costs = count_costs()?;
-        let charts = args.workspace.join("docs/charts");
-        write(&charts.join("hand_detail.csv"), &csv(&rows))?;
-        write(&charts.join("hand_detail_cost.csv"), &cost_csv(&costs))?;
-        let picture = detail_picture(&rows, &costs, args.seed);
-        write(&charts.join("hand_detail.svg"), &picture)?;
+    let mut results = Vec::new();
+    for limb in Limb::ALL {
+        if args.limb.is_none_or(|name| name.limb() == limb) {
+            results.push(judge(limb, args, output)?);
+        }
     }
     output.print(
-        || text_report(args, &rows, &costs),
         || {
-            let shares = TOLERANCES.map(|tolerance| {
-                json!({ "tolerance_pct": tolerance.fraction() * 100.0, "shares": Summary::from_rows(&rows, tolerance) })
-            });
-            json!({ "seed": args.seed, "sessions": rows.len(), "tolerances": shares,
-                    "instructions_per_s": costs.iter().map(|(units, instructions)| {
-                        json!({ "units": units, "instructions": instructions })
-                    }).collect::<Vec<_>>() })
+            let parts = results.iter().map(|judged| text_report(judged, args.seed));
+            parts.collect::<Vec<_>>().join("\n\n")
+        },
+        || {
+            json!({ "seed": args.seed, "is_debug_build": cfg!(debug_assertions),
+                    "limbs": results.iter().map(json_report).collect::<Vec<_>>() })
         },
     )
 }
 
+fn judge(limb: Limb, args: &DetailChart, output: Output) -> anyhow::Result<Judged> {
+    let bar = output.bar(limb.name());
+    let rows = limb.campaign(args.seed, args.sessions, |part| bar.set(part));
+    bar.finish();
+    let rows = rows?;
+    let mut costs = Vec::new();
+    if !args.no_files {
+        costs = count_costs(limb)?;
+        let charts = args.workspace.join("docs/charts");
+        let path = |ending: &str| charts.join(format!("{}_detail{ending}", limb.name()));
+        write(&path(".csv"), &csv(&rows))?;
+        write(&path("_cost.csv"), &cost_csv(limb, &costs))?;
+        let picture = detail_picture(limb, &rows, &costs, args.seed);
+        write(&path(".svg"), &picture)?;
+    }
+    Ok(Judged { limb, rows, costs })
+}
+
 /// Counts with callgrind the instructions that this program executes for a second of the counted
-/// session, with each number of motor units.
-fn count_costs() -> anyhow::Result<Vec<Cost>> {
+/// session, at each level of detail.
+fn count_costs(limb: Limb) -> anyhow::Result<Vec<Cost>> {
     let program = std::env::current_exe()?;
-    let count = |units: usize| -> anyhow::Result<Cost> {
+    let count = |level: u32| -> anyhow::Result<Cost> {
         let ran = Command::new("valgrind")
             .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
             .arg(&program)
-            .args(["chart", "hand-detail", "--play", &units.to_string()])
+            .args(["chart", "limb-detail", "--limb", limb.name()])
+            .args(["--play", &level.to_string()])
             .env("GLIBC_TUNABLES", TUNABLES)
             .output()
             .context("valgrind cannot be started: install the package valgrind")?;
@@ -92,48 +131,61 @@ fn count_costs() -> anyhow::Result<Vec<Cost>> {
             .lines()
             .find_map(|line| line.split_once("Collected : "))
             .with_context(|| format!("callgrind reported no instruction count:\n{report}"))?;
-        Ok((units, count.1.trim().parse::<f64>()? / COUNTED_S))
+        Ok((level, count.1.trim().parse::<f64>()? / limb.counted_s()))
     };
-    counted_units()?.into_iter().map(count).collect()
+    limb.counted_levels()?.into_iter().map(count).collect()
 }
 
-fn cost_csv(costs: &[Cost]) -> String {
+fn cost_csv(limb: Limb, costs: &[Cost]) -> String {
     let rows = costs
         .iter()
-        .map(|(units, instructions)| format!("{units},{instructions:.0}\n"));
-    std::iter::once("units,instructions_per_s\n".to_owned())
+        .map(|(level, instructions)| format!("{level},{instructions:.0}\n"));
+    std::iter::once(format!("{},instructions_per_s\n", limb.setting()))
         .chain(rows)
         .collect()
 }
 
 /// Formats the report in at most 80 columns.
-fn text_report(args: &DetailChart, rows: &[Row], costs: &[Cost]) -> String {
+fn text_report(Judged { limb, rows, costs }: &Judged, seed: u64) -> String {
     let share = |part: usize, total: usize| match total {
         0 => "-".to_owned(),
         _ => format!("{:.1} % of {total}", 100.0 * part as f64 / total as f64),
     };
     let mut out = format!(
-        "{} random sessions of seed {} (simulated)\n{:<11}{:>20}{:>20}",
+        "{}: {} random sessions of seed {seed} (simulated)\n{:<11}{:>20}{:>20}",
+        limb.name(),
         rows.len(),
-        args.seed,
         "tolerance",
         "sessions within",
-        "fewer units fail"
+        "next coarser fails"
     );
-    for tolerance in TOLERANCES {
-        let sum = Summary::from_rows(rows, tolerance);
+    for tolerance in limb.tolerances() {
+        let sum = Summary::from_rows(rows, *tolerance);
         out.push_str(&format!(
             "\n{:<11}{:>20}{:>20}",
             tolerance.to_string(),
             share(sum.within, sum.sessions),
-            share(sum.fewer_fails, sum.with_fewer),
+            share(sum.coarser_fails, sum.with_coarser),
         ));
     }
-    for (units, instructions) in costs {
+    for (level, instructions) in costs {
         let millions = instructions * 1e-6;
         out.push_str(&format!(
-            "\n{units:>3} units per pool: {millions:.1} M instructions per s"
+            "\n{} {level}: {millions:.1} M instructions per s",
+            limb.setting()
         ));
     }
     out
+}
+
+fn json_report(Judged { limb, rows, costs }: &Judged) -> Value {
+    let tolerances = limb.tolerances().iter().map(|tolerance| {
+        json!({ "tolerance_pct": tolerance.fraction() * 100.0, "shares": Summary::from_rows(rows, *tolerance) })
+    });
+    let costs = costs.iter().map(
+        |(level, instructions)| json!({ limb.setting(): level, "instructions": instructions }),
+    );
+    json!({ "limb": limb.name(), "sessions": rows.len(),
+            "tolerances": tolerances.collect::<Vec<_>>(),
+            "instructions_per_s": costs.collect::<Vec<_>>() })
 }

@@ -22,8 +22,8 @@ pub enum Chart {
     Accuracy(accuracy::Accuracy),
     Control(control::Control),
     Flags(flags::FlagsChart),
-    #[command(name = "hand-detail")]
-    HandDetail(detail::DetailChart),
+    #[command(name = "limb-detail", alias = "hand-detail")]
+    LimbDetail(detail::DetailChart),
     #[command(name = "model-selection")]
     Ladder(ladder::LevelChart),
     Limb(limb::Limb),
@@ -35,7 +35,7 @@ pub fn main(chart: &Chart, output: Output) -> anyhow::Result<()> {
         Chart::Accuracy(args) => accuracy::main(args, output),
         Chart::Control(args) => control::main(args, output),
         Chart::Flags(args) => flags::main(args, output),
-        Chart::HandDetail(args) => detail::main(args, output),
+        Chart::LimbDetail(args) => detail::main(args, output),
         Chart::Ladder(args) => ladder::main(args, output),
         Chart::Limb(args) => limb::main(args, output),
         Chart::Stability(args) => stability::main(args, output),

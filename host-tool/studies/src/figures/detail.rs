@@ -1,26 +1,56 @@
-//! Figure of the hands with fewer motor units: error against instructions.
+//! Figure of a simulated limb with less detail: error against instructions.
 
-use crate::hands::detail::{Row, TOLERANCES};
+use crate::detail::{Limb, Row};
 use host_core::plot::ink::{INK, PALETTE, stroke};
 use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Shape};
 
-/// Number of motor units of each pool, and instructions of a second of the counted session.
-pub type Cost = (usize, f64);
+/// Level of detail, and instructions of a second of the counted session.
+pub type Cost = (u32, f64);
 
 /// Ends of the error axis, as powers of ten of a percent.
-const DECADES: (i32, i32) = (-2, 2);
+const DECADES: (i32, i32) = (-3, 2);
 /// Shares of the sessions whose errors are below a curve, with their names.
 const SHARES: [(f64, &str); 2] = [(0.5, "median session"), (0.95, "95 % of the sessions")];
 
-/// Draws the error of each number of motor units against its instructions, as an SVG file, and
-/// returns its text.
-pub fn picture(rows: &[Row], costs: &[Cost], seed: u64) -> String {
+/// Words of the figure for one limb.
+struct Words {
+    title: &'static str,
+    panel: &'static str,
+    /// Name of the error axis.
+    error: &'static str,
+    /// Session with which instructions are counted, and the most detailed level.
+    counted: &'static str,
+}
+
+const fn words(limb: Limb) -> Words {
+    match limb {
+        Limb::Hand => Words {
+            title: "A simulated hand with fewer motor units (simulated)",
+            panel: "Motor units per pool, at each mark",
+            error: "rms difference of the angle (% of the reference range)",
+            counted: "against the same session with every motor unit. Instructions: one session of \
+                      two points",
+        },
+        Limb::Arm => Words {
+            title: "A simulated arm in coarser time steps (simulated)",
+            panel: "Time step in ms, at each mark",
+            error: "rms difference of force (% of largest) or angle (% of range)",
+            counted: "against the same session in steps of 1 ms. Instructions: one session of an arm \
+                      in the cuff",
+        },
+    }
+}
+
+/// Draws the error of each level of detail against its instructions, as an SVG file, and returns its
+/// text.
+pub fn picture(limb: Limb, rows: &[Row], costs: &[Cost], seed: u64) -> String {
+    let words = words(limb);
     let mut marks = Vec::new();
     for ((share, _), color) in SHARES.into_iter().zip(PALETTE) {
         let points: Vec<(f64, f64)> = costs
             .iter()
-            .filter_map(|&(units, instructions)| {
-                let error = quantile(&errors(rows, units), share)?;
+            .filter_map(|&(level, instructions)| {
+                let error = quantile(&errors(rows, level), share)?;
                 (error > 0.0).then_some((instructions * 1e-6, error * 100.0))
             })
             .collect();
@@ -28,10 +58,10 @@ pub fn picture(rows: &[Row], costs: &[Cost], seed: u64) -> String {
         marks.extend(points.iter().map(dot));
         marks.push(Mark::Line(points, stroke(color, 1.5)));
     }
-    for &(units, instructions) in costs {
-        if let Some(error) = quantile(&errors(rows, units), 0.95).filter(|error| *error > 0.0) {
+    for &(level, instructions) in costs {
+        if let Some(error) = quantile(&errors(rows, level), 0.95).filter(|error| *error > 0.0) {
             let at = (instructions * 1e-6, error * 100.0);
-            marks.push(Mark::Beside(at, 6.0, units.to_string()));
+            marks.push(Mark::Beside(at, 6.0, level.to_string()));
         }
     }
     let most = costs.iter().map(|cost| cost.1 * 1e-6).fold(1.0, f64::max);
@@ -40,11 +70,9 @@ pub fn picture(rows: &[Row], costs: &[Cost], seed: u64) -> String {
         (0.0, most * 1.1),
         6.0,
     );
-    let y = Axis::decades(
-        "rms difference of the angle (% of the reference range)",
-        DECADES,
-    );
-    let limits = TOLERANCES
+    let y = Axis::decades(words.error, DECADES);
+    let limits = limb
+        .tolerances()
         .iter()
         .map(|tolerance| tolerance.fraction() * 100.0);
     let y = limits.fold(y, |y, limit| y.reference_line(limit, "", INK));
@@ -56,28 +84,36 @@ pub fn picture(rows: &[Row], costs: &[Cost], seed: u64) -> String {
         )
     });
     Figure {
-        title: "A simulated hand with fewer motor units (simulated)".to_owned(),
-        description: "Error of a hand with fewer motor units against its instructions".to_owned(),
+        title: words.title.to_owned(),
+        description: format!(
+            "Error of a simulated {} with less detail against its instructions",
+            limb.name()
+        ),
         legend: legend.collect(),
         rows: vec![vec![Panel {
             marks,
-            ..Panel::new("Motor units per pool, at each mark", x, y, 260.0)
+            ..Panel::new(words.panel, x, y, 260.0)
         }]],
         notes: vec![format!(
-            "Errors: {} random sessions of seed {seed}, against the same session with every motor \
-             unit. Instructions: one session of two points, board and host program included. Lines: \
-             tolerances at which the choice is judged.",
-            rows.len()
+            "Errors: {} random sessions of seed {seed}, {}, board and host program included, {} \
+             profile. Lines: tolerances at which the choice is judged.",
+            rows.len(),
+            words.counted,
+            if cfg!(debug_assertions) {
+                "development"
+            } else {
+                "release"
+            }
         )],
         ..Figure::default()
     }
     .file()
 }
 
-/// Returns the errors of this number of motor units in ascending order.
-fn errors(rows: &[Row], units: usize) -> Vec<f64> {
+/// Returns the errors of this level of detail in ascending order.
+fn errors(rows: &[Row], level: u32) -> Vec<f64> {
     let effects = rows.iter().flat_map(|row| &row.judged);
-    let own = effects.filter(|effect| effect.setting as usize == units);
+    let own = effects.filter(|effect| effect.setting == level);
     let mut errors: Vec<f64> = own.map(|effect| effect.error).collect();
     errors.sort_by(f64::total_cmp);
     errors

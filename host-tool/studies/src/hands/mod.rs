@@ -3,15 +3,13 @@
 //!
 //! Takes a seed and returns the tracking errors of the controllers. `drawn` prepares a random hand,
 //! `leads` drives its leads, `contender` holds the controllers and what they know, `campaign` runs
-//! all of them on all hands, and `table` formats the result. `detail` judges how many motor units
-//! `[fidelity]` chooses. The forearms are in
+//! all of them on all hands, and `table` formats the result. The forearms are in
 //! `hal_sim::body::hand`, the searches for points and voltages in `crate::hamana2022`, transmission
 //! lines and control laws in `crate::tracking`. Everything is simulated: this is no evidence about
 //! people.
 
 mod campaign;
 mod contender;
-pub mod detail;
 mod drawn;
 mod leads;
 pub mod table;

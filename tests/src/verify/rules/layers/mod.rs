@@ -24,7 +24,7 @@ const LAYERS: &[(&str, &[&[&str]])] = &[
     ("host-tool/hil", &[&["merge"], &["fit", "plan", "synthesise"], &["capture", "expected"], &["line"]]),
     ("host-tool/methods", &[&["bench"], &["control", "muscle"], &["real"]]),
     ("host-tool/python", &[&["benchmark", "device", "procedures"], &["open"], &["models", "statistics"], &["runner", "session", "setpoints"], &["body", "record", "supervise"], &["convert", "errors"]]),
-    ("host-tool/studies", &[&["experiments", "faults", "figures"], &["catalog"], &["wearer_files"], &["hands"], &["buatier2024", "distributed", "hamana2022", "harris2017", "lee2020", "sierotowicz2023"], &["accuracy", "flags", "laboratory", "ladder", "limb", "stability"], &["tracking"], &["bench", "subjects"]]),
+    ("host-tool/studies", &[&["experiments", "faults", "figures"], &["catalog"], &["wearer_files"], &["detail", "hands"], &["buatier2024", "distributed", "hamana2022", "harris2017", "lee2020", "sierotowicz2023"], &["accuracy", "flags", "laboratory", "ladder", "limb", "stability"], &["tracking"], &["bench", "subjects"]]),
     ("tests", &[&["differential", "expectation", "fuzz", "verify"], &["desk", "record"]]),
 ];
 
