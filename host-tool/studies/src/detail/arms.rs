@@ -1,10 +1,9 @@
 //! Random sessions of simulated arms, and the session with which the cost of an arm is counted.
 
 use super::DetailError;
-use crate::ladder::DrawError;
 use hal_sim::random::Random;
-use host_core::choice::{PlayError, SEED, with_arm_step};
-use host_core::run::{DeviceName, SessionFile, run};
+use host_core::choice::with_arm_step;
+use host_core::run::SessionFile;
 use host_core::session::Session;
 use std::f64::consts::TAU;
 use toml::{Table, Value};
@@ -13,30 +12,24 @@ use toml::{Table, Value};
 const SHIPPED: &str = include_str!("../../../sessions/endpoint_arm.toml");
 /// Supports of a random arm, as a session file names them.
 const HELD: [&str; 2] = ["cuff", "freely"];
-/// Largest number of sessions that are generated for one that the device plays to its end. It
-/// refuses a posture outside the arm's ranges and forces that the muscles cannot exert.
-const ATTEMPTS: usize = 50;
-
 /// Returns random session `index` of `seed` with the support of its arm: a random arm in a random
-/// posture follows forces at the hand, along straight lines between random ones. Sessions that the
-/// device ends early, and those in which no muscle acts, are generated again.
+/// posture follows forces at the hand, along straight lines between random ones. The device may end
+/// it early, because it refuses a posture outside the arm's ranges and forces that the muscles
+/// cannot exert; each `attempt` is another session.
 ///
 /// # Errors
-/// Fails if no session can be played.
-pub(super) fn session(seed: u64, index: usize) -> Result<(&'static str, Session), DetailError> {
-    let mut random = Random::new(seed.wrapping_mul(1_000_003) + index as u64);
-    for _ in 0..ATTEMPTS {
-        let held = HELD[index % HELD.len()];
-        let text = text(held, &mut random)?;
-        let file = SessionFile::parse("drawn.toml", &text).map_err(DetailError::invalid)?;
-        if acts(&file)? {
-            return Ok((held, file.session));
-        }
-    }
-    Err(DetailError::Draw(DrawError {
-        index,
-        why: format!("none of {ATTEMPTS} random arms could be played"),
-    }))
+/// Fails if the session is invalid.
+pub(super) fn session(
+    seed: u64,
+    index: usize,
+    attempt: usize,
+) -> Result<(&'static str, Session), DetailError> {
+    let place = (index + 100_000 * attempt) as u64;
+    let mut random = Random::new(seed.wrapping_mul(1_000_003) + place);
+    let held = HELD[index % HELD.len()];
+    let text = text(held, &mut random)?;
+    let file = SessionFile::parse("drawn.toml", &text).map_err(DetailError::invalid)?;
+    Ok((held, file.session))
 }
 
 fn text(held: &str, random: &mut Random) -> Result<String, DetailError> {
@@ -88,24 +81,6 @@ fn point(at_s: f64, force_n: [f64; 3]) -> Value {
 /// Rounds to three decimals, as a session file has them.
 fn rounded(value: f64) -> Value {
     ((value * 1e3).round() / 1e3).into()
-}
-
-/// Plays the session. Returns whether it runs to its end and some muscle acts: the true force at the
-/// hand differs from zero, or the elbow of an arm that nothing holds turns.
-fn acts(file: &SessionFile) -> Result<bool, DetailError> {
-    let port = DeviceName::Native.open(&file.session, SEED);
-    let (outcome, _) = run(file, port.map_err(PlayError::from)?, None, |_: f64| ());
-    let samples = outcome.trial.samples.to_vec();
-    let first = samples.first().and_then(|sample| sample.true_deg);
-    let has_force = samples.iter().any(|sample| {
-        sample
-            .hand_true_n
-            .iter()
-            .flatten()
-            .any(|newton| *newton != 0.0)
-    });
-    let turns = samples.iter().any(|sample| sample.true_deg != first);
-    Ok(outcome.error.is_none() && (has_force || turns))
 }
 
 /// Returns the first `counted_s` seconds of the counted session with this time step, ms.

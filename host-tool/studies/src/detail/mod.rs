@@ -32,6 +32,9 @@ const CHOSEN: [u64; 2] = [SEED, SEED + 1];
 /// other seeds.
 pub const NOISE: u64 = 101;
 
+/// Largest number of sessions of an arm that are generated for one that can be judged.
+const ATTEMPTS: usize = 50;
+
 /// A simulated limb whose level of detail is chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limb {
@@ -152,24 +155,14 @@ impl Limb {
         let participants = Participants::load(None)?;
         let done = AtomicUsize::new(0);
         let rows = (0..count).into_par_iter().map(|index| {
-            let (facts, session) = match self {
+            let row = match self {
                 Self::Hand => {
                     let (wearer, method, session) =
                         hands::session(seed, index, (&population, &participants))?;
                     let facts = vec![("wearer", wearer), ("method", method.name().to_owned())];
-                    (facts, session)
+                    self.judge(index, facts, &session)?
                 }
-                Self::Arm => {
-                    let (held, session) = arms::session(seed, index)?;
-                    (vec![("held", held.to_owned())], session)
-                }
-            };
-            let row = Row {
-                session: index,
-                facts,
-                duration_s: session.duration_us as f64 * 1e-6,
-                tried: self.try_levels(&session, &CHOSEN)?,
-                judged: self.try_levels(&session, &[NOISE])?,
+                Self::Arm => judge_arm(seed, index)?,
             };
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
             step(done as f64 / count as f64);
@@ -177,4 +170,37 @@ impl Limb {
         });
         rows.collect()
     }
+
+    fn judge(
+        self,
+        index: usize,
+        facts: Vec<(&'static str, String)>,
+        session: &Session,
+    ) -> Result<Row, PlayError> {
+        Ok(Row {
+            session: index,
+            facts,
+            duration_s: session.duration_us as f64 * 1e-6,
+            tried: self.try_levels(session, &CHOSEN)?,
+            judged: self.try_levels(session, &[NOISE])?,
+        })
+    }
+}
+
+/// Judges a random session of an arm. One that the device ends early in any play, and one in which
+/// no muscle acts, so that no step has an error, is generated again.
+fn judge_arm(seed: u64, index: usize) -> Result<Row, DetailError> {
+    for attempt in 0..ATTEMPTS {
+        let (held, session) = arms::session(seed, index, attempt)?;
+        let facts = vec![("held", held.to_owned())];
+        let judged = Limb::Arm.judge(index, facts, &session);
+        let acts = |row: &Row| row.judged.iter().any(|effect| effect.error > 0.0);
+        if let Some(row) = judged.ok().filter(acts) {
+            return Ok(row);
+        }
+    }
+    Err(DetailError::Draw(DrawError {
+        index,
+        why: format!("none of {ATTEMPTS} random arms could be played"),
+    }))
 }
