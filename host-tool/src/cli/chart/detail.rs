@@ -6,9 +6,9 @@ use crate::cli::{Output, check_range};
 use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
-use studies::detail::{JUDGED, Limb, Row, SESSIONS, Summary, csv};
+use studies::detail::{JUDGED, Limb, Row, SESSIONS, Summary, csv, read_csv};
 use studies::figures::{Cost, detail_picture};
 
 /// Selects the C library's generic functions, so that the count is the same on all processors of
@@ -35,6 +35,10 @@ pub struct DetailChart {
     /// Count no instructions and write no files; only print the shares
     #[arg(long, conflicts_with = "workspace")]
     no_files: bool,
+    /// Judge no sessions; take the errors from the committed tables, count the instructions again
+    /// and draw the pictures again
+    #[arg(long, conflicts_with_all = ["no_files", "sessions", "seed"])]
+    costs_only: bool,
     /// Only play the session whose instructions are counted, at this level of detail of the limb
     #[arg(
         long,
@@ -95,21 +99,35 @@ pub fn main(args: &DetailChart, output: Output) -> anyhow::Result<()> {
 }
 
 fn judge(limb: Limb, args: &DetailChart, output: Output) -> anyhow::Result<Judged> {
-    let bar = output.bar(limb.name());
-    let rows = limb.campaign(args.seed, args.sessions, |part| bar.set(part));
-    bar.finish();
-    let rows = rows?;
+    let charts = args.workspace.join("docs/charts");
+    let path = |ending: &str| charts.join(format!("{}_detail{ending}", limb.name()));
+    let rows = match args.costs_only {
+        true => committed_rows(&path(".csv"))?,
+        false => {
+            let bar = output.bar(limb.name());
+            let rows = limb.campaign(args.seed, args.sessions, |part| bar.set(part));
+            bar.finish();
+            rows?
+        }
+    };
     let mut costs = Vec::new();
     if !args.no_files {
         costs = count_costs(limb)?;
-        let charts = args.workspace.join("docs/charts");
-        let path = |ending: &str| charts.join(format!("{}_detail{ending}", limb.name()));
-        write(&path(".csv"), &csv(&rows))?;
+        if !args.costs_only {
+            write(&path(".csv"), &csv(&rows))?;
+        }
         write(&path("_cost.csv"), &cost_csv(limb, &costs))?;
         let picture = detail_picture(limb, &rows, &costs, args.seed);
         write(&path(".svg"), &picture)?;
     }
     Ok(Judged { limb, rows, costs })
+}
+
+/// Reads the errors of all sessions from a committed table.
+fn committed_rows(path: &Path) -> anyhow::Result<Vec<Row>> {
+    let name = path.display();
+    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
+    read_csv(&text).with_context(|| format!("{name} is no table of this command"))
 }
 
 /// Counts with callgrind the instructions that this program executes for a second of the counted

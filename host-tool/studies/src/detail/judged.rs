@@ -107,3 +107,37 @@ pub fn csv(rows: &[Row]) -> String {
     }
     out
 }
+
+/// Reads the errors of a table that [`csv`] formatted, without the columns that describe the
+/// sessions; `None` for any other table.
+#[must_use]
+pub fn read_csv(text: &str) -> Option<Vec<Row>> {
+    let mut lines = text.lines().map(|line| line.split(','));
+    let columns: Vec<&str> = lines.next()?.collect();
+    let effects = |kind: &str, cells: &[&str]| -> Option<Vec<Effect>> {
+        let pairs = columns.iter().zip(cells);
+        let levels = pairs.filter_map(|(column, cell)| {
+            let setting = column.strip_prefix(kind)?.strip_suffix("_pct")?;
+            Some((setting, cell))
+        });
+        let effects = levels.map(|(setting, cell)| {
+            Some(Effect {
+                setting: setting.parse().ok()?,
+                error: cell.parse::<f64>().ok()? / 100.0,
+            })
+        });
+        effects.collect()
+    };
+    let duration = columns.iter().position(|column| *column == "duration_s")?;
+    let rows = lines.map(|line| {
+        let cells: Vec<&str> = line.collect();
+        Some(Row {
+            session: cells.first()?.parse().ok()?,
+            facts: Vec::new(),
+            duration_s: cells.get(duration)?.parse().ok()?,
+            tried: effects("tried_", &cells)?,
+            judged: effects("judged_", &cells)?,
+        })
+    });
+    rows.collect()
+}

@@ -9,7 +9,7 @@ mod arms;
 mod hands;
 mod judged;
 
-pub use judged::{Row, Summary, Verdict, csv};
+pub use judged::{Row, Summary, Verdict, csv, read_csv};
 
 use crate::hamana2022::{Participants, Population, TwoPointsError};
 use crate::ladder::DrawError;
