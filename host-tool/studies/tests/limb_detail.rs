@@ -62,7 +62,7 @@ fn compare_document(limb: Limb, chart: &str, costs: &str) {
     let (tried, judged) = (columns("tried_"), columns("judged_"));
     let document = include_str!("../../../docs/muscle.md");
     for tolerance in limb.tolerances() {
-        let percent = tolerance.fraction() * 100.0;
+        let percent = f64::from(tolerance.0) / 100.0;
         let (mut within, mut with_coarser, mut fails) = (0, 0, 0);
         for row in &rows {
             let value = |column: usize| row[column].parse::<f64>().unwrap();
@@ -98,5 +98,10 @@ fn the_document_says_what_the_charts_say() {
         Limb::Hand,
         include_str!("../../../docs/charts/hand_detail.csv"),
         include_str!("../../../docs/charts/hand_detail_cost.csv"),
+    );
+    compare_document(
+        Limb::Arm,
+        include_str!("../../../docs/charts/arm_detail.csv"),
+        include_str!("../../../docs/charts/arm_detail_cost.csv"),
     );
 }
