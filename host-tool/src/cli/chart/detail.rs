@@ -66,7 +66,7 @@ impl LimbName {
 }
 
 /// Results for one limb: its sessions, and the cost of each level of detail.
-struct Judged {
+struct LimbResult {
     limb: Limb,
     rows: Vec<Row>,
     costs: Vec<Cost>,
@@ -88,7 +88,7 @@ pub fn main(args: &DetailChart, output: Output) -> anyhow::Result<()> {
     }
     output.print(
         || {
-            let parts = results.iter().map(|judged| text_report(judged, args.seed));
+            let parts = results.iter().map(|result| text_report(result, args.seed));
             parts.collect::<Vec<_>>().join("\n\n")
         },
         || {
@@ -98,7 +98,7 @@ pub fn main(args: &DetailChart, output: Output) -> anyhow::Result<()> {
     )
 }
 
-fn judge(limb: Limb, args: &DetailChart, output: Output) -> anyhow::Result<Judged> {
+fn judge(limb: Limb, args: &DetailChart, output: Output) -> anyhow::Result<LimbResult> {
     let charts = args.workspace.join("docs/charts");
     let path = |ending: &str| charts.join(format!("{}_detail{ending}", limb.name()));
     let rows = match args.costs_only {
@@ -120,7 +120,7 @@ fn judge(limb: Limb, args: &DetailChart, output: Output) -> anyhow::Result<Judge
         let picture = detail_picture(limb, &rows, &costs, args.seed);
         write(&path(".svg"), &picture)?;
     }
-    Ok(Judged { limb, rows, costs })
+    Ok(LimbResult { limb, rows, costs })
 }
 
 /// Reads the errors of all sessions from a committed table.
@@ -164,7 +164,7 @@ fn cost_csv(limb: Limb, costs: &[Cost]) -> String {
 }
 
 /// Formats the report in at most 80 columns.
-fn text_report(Judged { limb, rows, costs }: &Judged, seed: u64) -> String {
+fn text_report(LimbResult { limb, rows, costs }: &LimbResult, seed: u64) -> String {
     let share = |part: usize, total: usize| match total {
         0 => "-".to_owned(),
         _ => format!("{:.1} % of {total}", 100.0 * part as f64 / total as f64),
@@ -196,7 +196,7 @@ fn text_report(Judged { limb, rows, costs }: &Judged, seed: u64) -> String {
     out
 }
 
-fn json_report(Judged { limb, rows, costs }: &Judged) -> Value {
+fn json_report(LimbResult { limb, rows, costs }: &LimbResult) -> Value {
     let tolerances = limb.tolerances().iter().map(|tolerance| {
         json!({ "tolerance_pct": tolerance.fraction() * 100.0, "shares": Summary::from_rows(rows, *tolerance) })
     });

@@ -34,7 +34,7 @@ const fn words(limb: Limb) -> Words {
         Limb::Arm => Words {
             title: "A simulated arm in coarser time steps (simulated)",
             panel: "Time step in ms, at each mark",
-            error: "rms difference of force (% of largest) or angle (% of range)",
+            error: "rms difference of force or angle (%)",
             counted: "against the same session in steps of 1 ms. Instructions: one session of an arm \
                       in the cuff",
         },
