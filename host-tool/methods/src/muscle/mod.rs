@@ -1,15 +1,18 @@
 //! All integrators of the calcium–force model, each in several arithmetics.
 //!
 //! Submodules: `scheme` (the equations and the interface of a method), `along` (F along the exact
-//! C) with `explicit`, `exponential`, `lobatto`; `log_table`, `event_driven`, `flow`, `log_flow`
+//! C) with `explicit`, `exponential`, `lobatto`; `rosenbrock` (C and F linearized); `log_table`, `event_driven`, `flow`, `log_flow`
 //! (the other methods); `stepped` (steps split at pulses and readings), `planned` (steps from each
-//! pulse on, read through cubics), `shipped` (the product's own, unchanged), `arithmetic` and
-//! `fixed` (the number types), `settings` (the list of all). Their accuracy is evaluated in
+//! pulse on, read through cubics), `on_demand` (steps from event to event), `device_formats` and
+//! `native` (rules in the device's formats), `shipped` (the product's own, unchanged), `arithmetic` and
+//! `fixed` (the number types), `settings` (all methods) and `compared` (those of the chart). Their accuracy is evaluated in
 //! `host_tool::accuracy`, their cycles in `bench::methods`. Input: the parameters of a muscle, a
 //! step, pulses with their times in µs. Output: force.
 
 pub mod along;
 pub mod arithmetic;
+mod compared;
+pub mod device_formats;
 pub mod event_driven;
 pub mod explicit;
 pub mod exponential;
@@ -18,7 +21,10 @@ pub mod flow;
 pub mod lobatto;
 pub mod log_flow;
 pub mod log_table;
+mod native;
+pub mod on_demand;
 pub mod planned;
+pub mod rosenbrock;
 pub mod scheme;
 pub mod settings;
 pub mod shipped;

@@ -85,29 +85,38 @@ impl<R: Arithmetic> Muscle<R> {
         self.tau1 + self.tau2 * x
     }
 
-    /// Returns the coefficients of the force equation at `c`. In floating point, one division
-    /// suffices, because τ = (τ1·K + (τ1 + τ2)·C)/(K + C). In fixed point, the reciprocal of the
-    /// product of both sums would overflow.
+    /// Returns the coefficients of the force equation at `c`.
     #[inline(always)]
     pub fn point(&self, c: R) -> Point<R> {
+        self.point_and_share(c).0
+    }
+
+    /// Returns the coefficients of the force equation at `c`, and the share x of bound
+    /// cross-bridges. In floating point, one division suffices, because τ = (τ1·K + (τ1 +
+    /// τ2)·C)/(K + C). In fixed point, the reciprocal of the product of both sums would overflow.
+    #[inline(always)]
+    pub fn point_and_share(&self, c: R) -> (Point<R>, R) {
         if R::FLOATING {
             let [fixed, all] = self.over;
             let (lower, upper) = (self.k + c, fixed + all * c);
             let reciprocal = R::ONE / (lower * upper);
             let (x_over, tau_over) = (upper * reciprocal, lower * reciprocal);
-            return Point {
-                source: self.a * (c * x_over),
+            let x = c * x_over;
+            let point = Point {
+                source: self.a * x,
                 tau: upper * x_over,
                 rate: lower * tau_over,
             };
+            return (point, x);
         }
         let x = self.bound_fraction(c);
         let tau = self.tau(x);
-        Point {
+        let point = Point {
             source: self.a * x,
             tau,
             rate: R::ONE / tau,
-        }
+        };
+        (point, x)
     }
 
     /// Returns the factor by which C decays during `time`.

@@ -1,13 +1,17 @@
 //! The list of methods, with their arithmetics and steps.
 
-use super::along::{Rule, RuleMuscle};
+use super::along::RuleMuscle;
+use super::device_formats::{NativeEtdMidpoint, NativeGauss, NativeHermiteSimpson};
 use super::event_driven::EventDriven;
 use super::explicit::{Euler, ExplicitMuscle, Heun, RungeKutta4};
 use super::exponential::{Etd1, GaussExponential, HeldRate};
 use super::lobatto::HermiteSimpson;
 use super::log_flow::{FlowSteps, LogFlow};
 use super::log_table::LogTable;
+use super::native;
+use super::on_demand::OnDemand;
 use super::planned::PlannedStep;
+use super::rosenbrock::Rosenbrock;
 use super::scheme::{Dense, Scheme};
 use super::shipped::{Integrated, Tabulated};
 use super::stepped::{Pulses, SteppedMuscle};
@@ -43,6 +47,10 @@ pub enum Method {
     EtdMidpoint,
     /// Variation of constants with two Gauss nodes per step.
     GaussExponential,
+    /// Exponential Rosenbrock–Euler method on C and F, of order 2.
+    RosenbrockEuler,
+    /// Exponential Rosenbrock method `exprb32` on C and F, of order 3.
+    Rosenbrock3,
     /// Whole steps by a table over log C.
     LogTable,
     /// Exact solution from pulse to pulse, by a table over log C.
@@ -63,7 +71,7 @@ pub enum Method {
 impl Method {
     /// Every method that can be combined with any arithmetic and any step; all except the device's
     /// own two.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 18] = [
         Self::Euler,
         Self::Heun,
         Self::RungeKutta4,
@@ -75,6 +83,8 @@ impl Method {
         Self::Etd1,
         Self::EtdMidpoint,
         Self::GaussExponential,
+        Self::RosenbrockEuler,
+        Self::Rosenbrock3,
         Self::LogTable,
         Self::LogFlow,
         Self::EventDriven2,
@@ -97,6 +107,8 @@ impl Method {
             Self::Etd1 => "etd1",
             Self::EtdMidpoint => "etd_midpoint",
             Self::GaussExponential => "gauss_exponential",
+            Self::RosenbrockEuler => "rosenbrock_euler",
+            Self::Rosenbrock3 => "rosenbrock_3",
             Self::LogTable => "log_table",
             Self::LogFlow => "log_flow",
             Self::EventDriven2 => "event_driven_2",
@@ -119,7 +131,7 @@ impl Method {
 
     /// Returns whether the method integrates C by the same rule as F, instead of exactly. The chart
     /// contains one such method, to show the benefit of the exact C.
-    const fn is_alike(self) -> bool {
+    pub(super) const fn is_alike(self) -> bool {
         matches!(self, Self::Euler | Self::Heun | Self::RungeKutta4)
     }
 
@@ -156,7 +168,7 @@ pub enum Number {
     Q15_16,
     /// Fixed point with 24 fraction bits; products are rounded down.
     Q7_24,
-    /// Fixed-point formats of the device's own method.
+    /// Fixed-point formats of the device: those of its own methods, or those of `device_formats`.
     Device,
 }
 
@@ -191,6 +203,19 @@ pub enum Reading {
     Steps,
     /// The step is not ended, and its cubic is evaluated ([`PlannedStep`]).
     Cubic,
+    /// Steps go from event to event, where events are pulses and readings ([`OnDemand`]).
+    Demand,
+}
+
+impl Reading {
+    /// Returns the name of the kind of reading, which consists of lower-case letters.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Steps => "steps",
+            Self::Cubic => "cubic",
+            Self::Demand => "demand",
+        }
+    }
 }
 
 /// Combination of a method, an arithmetic, a step and a kind of reading, as a chart or benchmark
@@ -199,7 +224,8 @@ pub enum Reading {
 pub struct Setting {
     /// Integration method.
     pub method: Method,
-    /// Arithmetic. The device's own methods have [`Number::Device`], and no other method has it.
+    /// Arithmetic. The device's own methods have [`Number::Device`]; of the others, only
+    /// [`Setting::IN_DEVICE_FORMATS`] can have it.
     pub number: Number,
     /// Length of a step, µs, 1…2,000,000. For an event-driven method, the longest time without a
     /// pulse that is covered in one computation; [`Setting::WHOLE_US`] then means no limit.
@@ -232,6 +258,28 @@ impl Setting {
         }
     }
 
+    /// Methods that can also run in the formats of `device_formats`, through cubics or on demand.
+    pub const IN_DEVICE_FORMATS: [Method; 3] = [
+        Method::HermiteSimpson,
+        Method::EtdMidpoint,
+        Method::GaussExponential,
+    ];
+
+    /// Creates a setting whose steps go from event to event and last at most `step_us`. `method`
+    /// must integrate C exactly and take steps.
+    pub const fn on_demand(method: Method, number: Number, step_us: u32) -> Self {
+        Self {
+            reading: Reading::Demand,
+            ..Self::new(method, number, step_us)
+        }
+    }
+
+    /// Returns whether the setting has a part that was chosen with the trains on which the chart
+    /// evaluates it ([`Method::is_tuned`]). The formats of the device were chosen with them.
+    pub fn is_tuned(self) -> bool {
+        self.method.is_tuned() || self.number == Number::Device
+    }
+
     /// Creates a setting whose steps are planned from each pulse on and read through their cubics.
     /// `method` must integrate C exactly and take steps.
     pub const fn planned(method: Method, number: Number, step_us: u32) -> Self {
@@ -239,50 +287,6 @@ impl Setting {
             reading: Reading::Cubic,
             ..Self::new(method, number, step_us)
         }
-    }
-
-    /// Returns every setting that is compared if the force is read every `output_us` microseconds.
-    pub fn all(output_us: u32) -> impl Iterator<Item = Self> {
-        let generic = Method::ALL.into_iter().flat_map(move |method| {
-            Number::GENERIC.into_iter().flat_map(move |number| {
-                let ended = steps_ending_at_readings(method).iter();
-                let ended = ended.map(move |us| Self::new(method, number, *us));
-                let planned = steps_read_by_cubics(method).iter();
-                ended.chain(planned.map(move |us| Self::planned(method, number, *us)))
-            })
-        });
-        generic
-            .filter(move |setting| setting.is_of_interest(output_us))
-            .chain([Self::SEGMENTS, Self::SHIPPED])
-    }
-
-    /// Returns whether a setting is compared. Its steps must end at the readings, unless it is read
-    /// through cubics. Steps below 1 ms are compared only for readings every 1 ms. f64 and
-    /// micromath are compared with a few steps only, to show where they lie. Runge–Kutta with
-    /// pulses at the beginning of a step is compared only as in Lee 2020. Of the other methods that
-    /// integrate C by the rule of F, only Runge–Kutta in f32 is compared.
-    fn is_of_interest(self, output_us: u32) -> bool {
-        let Self {
-            method,
-            number,
-            step_us,
-            reading,
-        } = self;
-        let is_free = method.is_event_driven() || step_us == Self::WHOLE_US;
-        let has_ends = reading == Reading::Cubic
-            || is_free
-            || output_us.is_multiple_of(step_us) && (step_us >= 1000 || output_us == 1000);
-        let is_shown = match number {
-            Number::F64 => !(method.is_event_driven() && output_us == 1000),
-            Number::Micromath => method.calls_functions(),
-            _ => true,
-        };
-        let is_fine = matches!(step_us, 1000 | 4000 | 10_000 | Self::WHOLE_US);
-        let is_usual = !matches!(number, Number::F64 | Number::Micromath);
-        let is_rare = matches!(method, Method::Euler | Method::Heun)
-            || method == Method::RungeKutta4Snapped
-            || method.is_alike() && number != Number::F32;
-        self == Self::PAPER || has_ends && is_shown && (is_usual || is_fine) && !is_rare
     }
 
     /// Creates the integrator of this setting for a muscle, and calls `then` with it.
@@ -320,13 +324,21 @@ impl Setting {
             Method::RungeKutta4Snapped => {
                 self.with_stepped::<ExplicitMuscle<RungeKutta4, R>, T>(spec, Pulses::Snapped, then)
             }
-            Method::EulerExactC => self.with_rule::<Euler, R, T>(spec, then),
-            Method::HeunExactC => self.with_rule::<Heun, R, T>(spec, then),
-            Method::RungeKutta4ExactC => self.with_rule::<RungeKutta4, R, T>(spec, then),
-            Method::HermiteSimpson => self.with_rule::<HermiteSimpson, R, T>(spec, then),
-            Method::Etd1 => self.with_rule::<Etd1, R, T>(spec, then),
-            Method::EtdMidpoint => self.with_rule::<HeldRate<true>, R, T>(spec, then),
-            Method::GaussExponential => self.with_rule::<GaussExponential, R, T>(spec, then),
+            Method::EulerExactC => self.with_dense::<RuleMuscle<Euler, R>, T>(spec, then),
+            Method::HeunExactC => self.with_dense::<RuleMuscle<Heun, R>, T>(spec, then),
+            Method::RungeKutta4ExactC => {
+                self.with_dense::<RuleMuscle<RungeKutta4, R>, T>(spec, then)
+            }
+            Method::HermiteSimpson => {
+                self.with_dense::<RuleMuscle<HermiteSimpson, R>, T>(spec, then)
+            }
+            Method::Etd1 => self.with_dense::<RuleMuscle<Etd1, R>, T>(spec, then),
+            Method::EtdMidpoint => self.with_dense::<RuleMuscle<HeldRate<true>, R>, T>(spec, then),
+            Method::GaussExponential => {
+                self.with_dense::<RuleMuscle<GaussExponential, R>, T>(spec, then)
+            }
+            Method::RosenbrockEuler => self.with_dense::<Rosenbrock<R, 2>, T>(spec, then),
+            Method::Rosenbrock3 => self.with_dense::<Rosenbrock<R, 3>, T>(spec, then),
             Method::LogTable if is_planned => self.with_planned::<LogTable<R, true>, T>(spec, then),
             Method::LogTable => self.with_split_pulses::<LogTable<R, false>, T>(spec, then),
             Method::LogFlow if is_planned => self.with_planned::<FlowSteps<R>, T>(spec, then),
@@ -343,23 +355,49 @@ impl Setting {
         spec: &CalciumForceSpec,
         then: impl FnOnce(&mut dyn Integrator) -> T,
     ) -> Result<T, OutOfRange> {
-        if self.method == Method::Shipped
-            && let Some(mut tabulated) = Tabulated::new(spec)
-        {
-            return Ok(then(&mut tabulated));
-        }
-        Ok(then(&mut Integrated::new(spec)?))
+        let Self {
+            method,
+            step_us,
+            reading,
+            ..
+        } = self;
+        Ok(match method {
+            Method::HermiteSimpson => {
+                native::with_rule::<NativeHermiteSimpson, T>(spec, step_us, reading, then)
+            }
+            Method::EtdMidpoint => {
+                native::with_rule::<NativeEtdMidpoint, T>(spec, step_us, reading, then)
+            }
+            Method::GaussExponential => {
+                native::with_rule::<NativeGauss, T>(spec, step_us, reading, then)
+            }
+            Method::Shipped => match Tabulated::new(spec) {
+                Some(mut tabulated) => then(&mut tabulated),
+                None => then(&mut Integrated::new(spec)?),
+            },
+            _ => then(&mut Integrated::new(spec)?),
+        })
     }
 
-    fn with_rule<M: Rule, R: Arithmetic, T>(
+    fn with_dense<S: Dense, T>(
         self,
         spec: &CalciumForceSpec,
         then: impl FnOnce(&mut dyn Integrator) -> T,
     ) -> T {
         match self.reading {
-            Reading::Steps => self.with_split_pulses::<RuleMuscle<M, R>, T>(spec, then),
-            Reading::Cubic => self.with_planned::<RuleMuscle<M, R>, T>(spec, then),
+            Reading::Steps => self.with_split_pulses::<S, T>(spec, then),
+            Reading::Cubic => self.with_planned::<S, T>(spec, then),
+            Reading::Demand => self.with_events::<S, T>(spec, then),
         }
+    }
+
+    #[inline(never)]
+    fn with_events<S: Scheme, T>(
+        self,
+        spec: &CalciumForceSpec,
+        then: impl FnOnce(&mut dyn Integrator) -> T,
+    ) -> T {
+        then(&mut OnDemand::<S>::new(spec, self.step_us.max(1)))
     }
 
     #[inline(never)]
@@ -394,29 +432,9 @@ impl Setting {
     }
 }
 
-/// Returns the lengths of steps that end at readings, µs; for an event-driven method, its longest
-/// times without a pulse.
-const fn steps_ending_at_readings(method: Method) -> &'static [u32] {
-    match method {
-        Method::LogFlow => &[Setting::WHOLE_US],
-        _ if method.is_event_driven() => &[10_000, 20_000, Setting::WHOLE_US],
-        _ => &[200, 500, 1000, 2000, 4000, 5000, 10_000, 20_000],
-    }
-}
-
-/// Returns the lengths of steps that are read through their cubics, µs. The list is empty for a
-/// method that integrates C by the rule of F, and for an event-driven method, which is evaluated
-/// anew at every reading.
-const fn steps_read_by_cubics(method: Method) -> &'static [u32] {
-    if method.is_event_driven() || method.is_alike() {
-        return &[];
-    }
-    &[2000, 4000, 6000, 8000, 10_000, 14_000, 20_000]
-}
-
 impl fmt::Display for Setting {
     /// Writes `method/arithmetic/step`, for instance `rk4/f32/200us`, and `/planned` behind it if
-    /// the setting is read through cubics. For [`Setting::WHOLE_US`], writes `pulses` instead of
+    /// the setting is read through cubics, or `/demand` if its steps go from event to event. For [`Setting::WHOLE_US`], writes `pulses` instead of
     /// the step.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (method, number) = (self.method.name(), self.number.name());
@@ -427,6 +445,7 @@ impl fmt::Display for Setting {
         match self.reading {
             Reading::Steps => Ok(()),
             Reading::Cubic => f.write_str("/planned"),
+            Reading::Demand => f.write_str("/demand"),
         }
     }
 }

@@ -9,6 +9,7 @@ use methods::muscle::{Reading, Setting};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use studies::accuracy::range::{self, Place, RangeErrors};
+use studies::accuracy::range_of_all::{MUSCLES, RangeRow, all_range_errors, range_csv};
 use studies::accuracy::study;
 use studies::accuracy::{Chart, Point, WANTED_PCT, cases, digits, measure};
 use studies::figures::accuracy_picture;
@@ -16,7 +17,7 @@ use studies::figures::accuracy_picture;
 /// Chart the muscle model's integrators: error against cycles
 #[derive(Args, Debug)]
 pub struct Accuracy {
-    /// Folder for accuracy.csv and accuracy.svg
+    /// Folder for accuracy.csv, accuracy_range.csv and accuracy.svg
     #[arg(long, default_value = "docs/charts")]
     out: PathBuf,
     /// Number of random muscles over the whole range that the device accepts
@@ -47,11 +48,13 @@ pub fn main(args: &Accuracy, output: Output) -> anyhow::Result<()> {
         args.out.display()
     );
     let bar = output.bar("accuracy");
-    let chart = measure(&cases::all_cases(), |part| bar.set(part));
-    bar.finish();
+    let chart = measure(&cases::all_cases(), |part| bar.set(part / 2.0));
     let chart = chart?;
+    let everywhere = all_range_errors(|part| bar.set(0.5 + part / 2.0));
+    bar.finish();
     for (name, contents) in [
         ("accuracy.csv", chart.csv()),
+        ("accuracy_range.csv", range_csv(&everywhere)),
         ("accuracy.svg", accuracy_picture(&chart)),
     ] {
         let path = args.out.join(name);
@@ -66,9 +69,10 @@ pub fn main(args: &Accuracy, output: Output) -> anyhow::Result<()> {
     let range = range::study(RANGE_SEED, args.draws);
     let people = || {
         let (study, range) = (study_text(&again), range_text(&range));
-        format!("{study}\n{range}\n{}", text(&chart).trim_end())
+        let (text, fronts) = (text(&chart), front_text(&chart, &everywhere));
+        format!("{study}\n{range}\n{fronts}\n{}", text.trim_end())
     };
-    output.print(people, || json_report(&chart, &again, &range))?;
+    output.print(people, || json_report(&chart, &again, &range, &everywhere))?;
     ensure!(
         chart.differing.is_empty(),
         "E557 these cases give different results on host and chip: {}; please report this",
@@ -182,6 +186,28 @@ fn range_text(found: &RangeErrors) -> String {
     out
 }
 
+/// Formats the errors of the settings on the front over random muscles of the accepted range.
+fn front_text(chart: &Chart, everywhere: &[RangeRow]) -> String {
+    let mut out = format!(
+        "Errors of the front over {MUSCLES} random muscles of the accepted range, %\n  \
+         {:<38}{:>9}{:>9}{:>9}\n",
+        "", "median", "95 %", "worst"
+    );
+    for (point, row) in chart.points.iter().zip(everywhere) {
+        if point.on_front {
+            out.push_str(&format!(
+                "  {:<38}{:>9}{:>9}{:>9}  {:>2} ms\n",
+                row.setting.to_string(),
+                digits(row.median_pct),
+                digits(row.most_pct),
+                digits(row.worst_pct),
+                row.output_us / 1000
+            ));
+        }
+    }
+    out
+}
+
 fn text(chart: &Chart) -> String {
     let mut out = String::new();
     for output_us in OUTPUTS_US {
@@ -254,8 +280,20 @@ fn write_interval(out: &mut String, chart: &Chart, output_us: u32) {
     ));
 }
 
-fn json_report(chart: &Chart, again: &[study::MethodError], range: &RangeErrors) -> Value {
-    let points: Vec<Value> = chart.points.iter().map(point_json).collect();
+fn json_report(
+    chart: &Chart,
+    again: &[study::MethodError],
+    range: &RangeErrors,
+    everywhere: &[RangeRow],
+) -> Value {
+    let points = chart.points.iter().zip(everywhere).map(|(point, row)| {
+        let mut value = point_json(point);
+        value["range_errors_pct"] = json!({
+            "median": row.median_pct, "p95": row.most_pct, "worst": row.worst_pct,
+        });
+        value
+    });
+    let points: Vec<Value> = points.collect();
     let verdicts = OUTPUTS_US.into_iter().filter_map(|output_us| {
         let verdict = Verdict::at_output_period(chart, output_us)?;
         Some(json!({
@@ -321,8 +359,9 @@ fn point_json(p: &Point) -> Value {
         "error_pct": p.error_pct,
         "cycles_per_s": p.cycles_per_s,
         "front": p.on_front,
-        "tuned": p.setting.method.is_tuned(),
+        "tuned": p.setting.is_tuned(),
         "cubic": p.setting.reading == Reading::Cubic,
+        "on_demand": p.setting.reading == Reading::Demand,
         "worst_tick_cycles": p.worst_tick,
     })
 }

@@ -21,12 +21,12 @@ fn name(row: &ChartRow) -> String {
         Some(us) => format!("{us}us"),
         None => "pulses".to_owned(),
     };
-    let planned = if row.reading == "cubic" {
-        "/planned"
-    } else {
-        ""
+    let reading = match row.reading.as_str() {
+        "cubic" => "/planned",
+        "demand" => "/demand",
+        _ => "",
     };
-    format!("{}/{}/{step}{planned}", row.method, row.arithmetic)
+    format!("{}/{}/{step}{reading}", row.method, row.arithmetic)
 }
 
 /// Prints the cheapest methods with an error of at most `error_pct`, % of peak, whose force is read

@@ -48,6 +48,20 @@ impl Case {
         }
     }
 
+    /// Returns the same case with another A, mN/s, which scales the force.
+    pub(super) fn with_a(&self, a_mn_per_s: u32) -> Self {
+        let factor = f64::from(a_mn_per_s) / f64::from(self.spec.a_mn_per_s);
+        Self {
+            pulses_us: self.pulses_us.clone(),
+            spec: CalciumForceSpec {
+                a_mn_per_s,
+                ..self.spec
+            },
+            truth: self.truth.iter().map(|force| force * factor).collect(),
+            peak_n: self.peak_n * factor,
+        }
+    }
+
     /// Returns the true force at `at_us`, N; whole ms only, up to [`DURATION_US`].
     pub fn truth_n(&self, at_us: u32) -> f64 {
         self.truth[(at_us / FINEST_US) as usize]

@@ -5,7 +5,7 @@ use super::cost::Cost;
 use super::errors;
 use crate::bench::{BenchError, Row};
 use methods::bench::{MADE, OUTPUTS_US, RUN_US};
-use methods::muscle::{Reading, Setting};
+use methods::muscle::Setting;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -32,7 +32,7 @@ pub struct Point {
 
 /// Returns each pair of a setting and the interval at which its force is read, µs, in the order in
 /// which the image measures them.
-fn settings() -> impl Iterator<Item = (Setting, u32)> {
+pub fn settings() -> impl Iterator<Item = (Setting, u32)> {
     OUTPUTS_US
         .into_iter()
         .flat_map(|output_us| Setting::all(output_us).map(move |s| (s, output_us)))
@@ -165,15 +165,12 @@ impl Chart {
                 digits(point.error_pct),
                 point.cycles_per_s,
                 u8::from(point.on_front),
-                if setting.method.is_tuned() {
+                if setting.is_tuned() {
                     "tuned"
                 } else {
                     "generic"
                 },
-                match setting.reading {
-                    Reading::Steps => "steps",
-                    Reading::Cubic => "cubic",
-                },
+                setting.reading.name(),
                 point.worst_tick
             ));
         }

@@ -3,7 +3,7 @@
 //!
 //! Modules: `cases` (trains and their true forces), `errors` (errors of a setting), `cost` (cycles
 //! on the chip), `front` (error and cost together), `range` (the shipped model over all inputs that
-//! the device accepts), `study` (errors published earlier). The result is a [`Chart`]. The methods
+//! the device accepts), `range_of_all` (every method over these), `study` (errors published earlier). The result is a [`Chart`]. The methods
 //! are in `methods::muscle`, the figures in `figures`.
 
 pub mod cases;
@@ -11,7 +11,8 @@ pub mod cost;
 pub mod errors;
 mod front;
 pub mod range;
+pub mod range_of_all;
 pub mod study;
 pub mod table;
 
-pub use front::{Chart, Point, WANTED_PCT, all_errors, digits, measure};
+pub use front::{Chart, Point, WANTED_PCT, all_errors, digits, measure, settings};

@@ -68,14 +68,9 @@ pub fn study(seed: u32, draws: usize) -> RangeErrors {
         RATES_HZ.map(|rate_hz| (values(at), rate_hz))
     });
     let corners: Vec<_> = corners.map(|(v, hz)| train(v, hz, &mut random)).collect();
-    let drawn: Vec<_> = (0..draws)
-        .map(|_| {
-            let mut even = |[low, high]: [f64; 2]| low * (high / low).powf(random.unit_value());
-            let drawn = values(|_, range| even(ends(range).map(f64::from)) as u32);
-            let rate_hz = even([RATES_HZ[0], RATES_HZ[5]]);
-            train(drawn, rate_hz, &mut random)
-        })
-        .collect();
+    let rates_hz = [RATES_HZ[0], RATES_HZ[5]];
+    let drawn = (0..draws).map(|_| random_train(&mut random, rates_hz));
+    let drawn: Vec<_> = drawn.collect();
     let refused = corners.iter().chain(&drawn);
     let refused = refused.filter(|(spec, ..)| CalciumForce::new(*spec).is_err());
     RangeErrors {
@@ -83,6 +78,15 @@ pub fn study(seed: u32, draws: usize) -> RangeErrors {
         corners: judge(&corners),
         drawn: judge(&drawn),
     }
+}
+
+/// Generates a muscle and a train, each parameter and the rate uniform in its logarithm. The muscle
+/// may be one that the device refuses.
+pub(super) fn random_train(random: &mut Random, rates_hz: [f64; 2]) -> Train {
+    let mut even = |[low, high]: [f64; 2]| low * (high / low).powf(random.unit_value());
+    let drawn = values(|_, range| even(ends(range).map(f64::from)) as u32);
+    let rate_hz = even(rates_hz);
+    train(drawn, rate_hz, random)
 }
 
 const fn ends(range: &Range) -> [u32; 2] {
@@ -99,7 +103,7 @@ fn values(mut choice: impl FnMut(usize, &Range) -> u32) -> [u32; 4] {
 }
 
 /// A muscle, its pulse rate in Hz and its pulse times in µs.
-type Train = (CalciumForceSpec, f64, Vec<u32>);
+pub(super) type Train = (CalciumForceSpec, f64, Vec<u32>);
 
 fn train([k, tau_c, tau1, tau2]: [u32; 4], rate_hz: f64, random: &mut Random) -> Train {
     let spec = CalciumForceSpec {
@@ -109,7 +113,8 @@ fn train([k, tau_c, tau1, tau2]: [u32; 4], rate_hz: f64, random: &mut Random) ->
         tau1_us: tau1,
         tau2_us: tau2,
     };
-    (spec, rate_hz, jittered_train(rate_hz, random))
+    // A train lasts 1 s: at lower rates it is a single twitch.
+    (spec, rate_hz, jittered_train(rate_hz.max(1.0), random))
 }
 
 /// Lengthens τ1 to the shortest that the device accepts, if it refuses the muscle.
@@ -123,20 +128,25 @@ fn with_valid_tau1(spec: CalciumForceSpec) -> CalciumForceSpec {
     }
 }
 
+/// Computes the true force of a train. The τ1 of a muscle that the device refuses is lengthened.
+pub(super) fn case((spec, _, pulses_us): &Train) -> Case {
+    let spec = with_valid_tau1(*spec);
+    let parameters = Parameters {
+        a_n_per_s: f64::from(spec.a_mn_per_s) * 1e-3,
+        k: f64::from(spec.k_micro) * 1e-6,
+        tau_c_s: f64::from(spec.tau_c_us) * 1e-6,
+        tau1_s: f64::from(spec.tau1_us) * 1e-6,
+        tau2_s: f64::from(spec.tau2_us) * 1e-6,
+    };
+    Case::new(&parameters, pulses_us.clone())
+}
+
 fn judge(trains: &[Train]) -> Vec<Place> {
-    let judge = |(spec, rate_hz, pulses_us): &Train| {
-        let spec = with_valid_tau1(*spec);
-        let parameters = Parameters {
-            a_n_per_s: f64::from(spec.a_mn_per_s) * 1e-3,
-            k: f64::from(spec.k_micro) * 1e-6,
-            tau_c_s: f64::from(spec.tau_c_us) * 1e-6,
-            tau1_s: f64::from(spec.tau1_us) * 1e-6,
-            tau2_s: f64::from(spec.tau2_us) * 1e-6,
-        };
-        let case = Case::new(&parameters, pulses_us.clone());
+    let judge = |train: &Train| {
+        let case = case(train);
         Place {
-            spec,
-            rate_hz: *rate_hz,
+            spec: case.spec,
+            rate_hz: train.1,
             error_pct: errors::case_error_pct(&case, Setting::SHIPPED, 1000),
         }
     };

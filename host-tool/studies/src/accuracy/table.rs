@@ -19,7 +19,8 @@ pub struct ChartRow {
     pub cycles_per_s: u64,
     /// `tuned` or `generic`.
     pub kind: String,
-    /// `cubic` if readings come from the cubic of a step, `steps` if a step ends at each.
+    /// `cubic` if readings come from the cubic of a step, `steps` if a step ends at each, `demand` if
+    /// steps go from event to event.
     pub reading: String,
     /// Core clock cycles of the most expensive reading.
     pub worst_tick_cycles: u64,

@@ -103,6 +103,8 @@ fn family(method: Method) -> (&'static str, Color, Shape) {
         Method::Etd1 => ("ETD1", MUTED, Shape::Disc),
         Method::EtdMidpoint => ("ETD midpoint", PALETTE[0], Shape::Up),
         Method::GaussExponential => ("Gauss exponential", PALETTE[3], Shape::Square),
+        Method::RosenbrockEuler => ("Rosenbrock–Euler", MUTED, Shape::Up),
+        Method::Rosenbrock3 => ("exprb32", MUTED, Shape::Square),
         Method::LogTable => ("log-C table", PALETTE[2], Shape::Down),
         Method::LogFlow => ("log-C flow", PALETTE[2], Shape::Diamond),
         Method::EventDriven2 | Method::EventDriven3 | Method::EventDriven4 => {
@@ -157,6 +159,7 @@ fn panel(
         let paint = match series[0].setting.reading {
             Reading::Steps => Paint::Ring(color, 1.3),
             Reading::Cubic => Paint::Full(color),
+            Reading::Demand => Paint::Ring(color, 1.3),
         };
         let dot = |p: &&Point| Mark::Dot(at(p), shape, 3.5, paint);
         marks.extend(series.iter().map(dot));
