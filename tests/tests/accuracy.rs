@@ -1,9 +1,11 @@
-//! Checks docs/charts/accuracy.csv and .svg, the errors and cycles of the integrators. Errors are
-//! computed on this computer, cycles by the chip simulator. Both are the same in every run, so
+//! Checks docs/charts/accuracy.csv, accuracy_range.csv and accuracy.svg, the errors and cycles of the
+//! integrators. Errors are computed on this computer, cycles by the chip simulator. Both are the same in every run, so
 //! every change of code shows in their diff.
 
 use std::path::Path;
-use studies::accuracy::{Chart, all_errors, cases, digits, measure};
+use studies::accuracy::range_of_all::{Sample, line};
+use studies::accuracy::table::rows;
+use studies::accuracy::{Chart, all_errors, cases, digits, measure, settings};
 use studies::figures::accuracy_picture;
 
 const RENEW: &str = "cargo run --release -p host-tool -- chart accuracy";
@@ -44,9 +46,42 @@ fn the_committed_chart_is_that_of_the_code_on_the_chip() {
          x86-64); its first new lines:\n  {}\nif that is meant, renew it with\n  {RENEW}",
         changed.join("\n  ")
     );
-    let same_picture = committed("accuracy.svg") == accuracy_picture(&chart);
+}
+
+#[test]
+fn the_committed_picture_is_that_of_the_table() {
+    let picture = accuracy_picture(&rows(&committed("accuracy.csv")).unwrap());
+    if std::env::var_os("FLEXOR_OVERWRITE").is_some() {
+        let charts = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/charts");
+        std::fs::write(charts.join("accuracy.svg"), &picture).unwrap();
+    }
     assert!(
-        same_picture,
+        committed("accuracy.svg") == picture,
         "docs/charts/accuracy.svg is stale: renew it with\n  {RENEW}"
     );
+}
+
+/// Renewing the table computes every row. This test computes those of the front.
+#[test]
+fn the_errors_over_the_range_are_those_of_the_code() {
+    let chart = rows(&committed("accuracy.csv")).unwrap();
+    let range = committed("accuracy_range.csv");
+    let range: Vec<&str> = range.split_inclusive('\n').skip(1).collect();
+    assert_eq!(
+        (chart.len(), chart.len()),
+        (range.len(), settings().count())
+    );
+    let sample = Sample::new();
+    let compared = settings().zip(chart).zip(range);
+    let mut count = 0;
+    for (((setting, output_us), row), was) in compared.filter(|((_, row), _)| row.front == 1) {
+        assert_eq!(row.output_us, output_us);
+        assert_eq!(
+            line(&sample.errors(setting, output_us)),
+            was,
+            "renew: {RENEW}"
+        );
+        count += 1;
+    }
+    assert!(count >= 4, "{count} settings on the front");
 }

@@ -65,7 +65,7 @@ fn check(heading: &str, table: &str) {
     );
 }
 
-const NAMES: [(&str, &str); 7] = [
+const NAMES: [(&str, &str); 14] = [
     ("hermite_simpson", "Hermite–Simpson"),
     ("rk4_exact_c", "RK4"),
     ("heun_exact_c", "Heun"),
@@ -73,6 +73,13 @@ const NAMES: [(&str, &str); 7] = [
     ("etd_midpoint", "ETD midpoint"),
     ("log_flow", "log-C flow"),
     ("segments", "segments"),
+    ("log_table", "log-C table"),
+    ("rosenbrock_euler", "exponential Rosenbrock–Euler"),
+    ("rosenbrock_3", "exponential Rosenbrock, order 3"),
+    ("event_driven_2", "event-driven, 2 nodes"),
+    ("event_driven_3", "event-driven, 3 nodes"),
+    ("event_driven_4", "event-driven, 4 nodes"),
+    ("rk4", "RK4 on C and F"),
 ];
 
 fn name(point: &ChartRow) -> String {
@@ -82,6 +89,11 @@ fn name(point: &ChartRow) -> String {
         "q7_24" => ", Q7.24",
         "q15_16" => ", Q15.16",
         "f32" => ", f32",
+        "f32_micromath" => ", micromath",
+        "f64" => ", f64",
+        "device" if !matches!(point.method.as_str(), "segments" | "shipped") => {
+            ", device's formats"
+        }
         _ => "",
     };
     format!("{name}{arithmetic}")
@@ -130,7 +142,7 @@ fn the_documents_tables_are_those_of_the_charts() {
 }
 
 /// Families of methods, and what each is good for.
-const FAMILIES: [(&str, &str, &str); 14] = [
+const FAMILIES: [(&str, &str, &str); 16] = [
     (
         "shipped",
         "shipped",
@@ -183,6 +195,16 @@ const FAMILIES: [(&str, &str, &str); 14] = [
         "stiff muscles and the smallest errors",
     ),
     (
+        "rosenbrock_euler",
+        "exponential Rosenbrock–Euler",
+        "errors of a percent; a step has no exponential up to h = τ",
+    ),
+    (
+        "rosenbrock_3",
+        "exponential Rosenbrock, order 3",
+        "the same with a third of the error, for one product more",
+    ),
+    (
         "event_driven_3",
         "event-driven, 3 nodes",
         "one reading per pulse; each reading is an integral",
@@ -223,6 +245,107 @@ fn every_family_says_what_it_is_good_for() {
         table.push_str(&format!(
             "| {name} | {purpose} | {} | {} |\n",
             cells[0], cells[1]
+        ));
+    }
+    check(heading, &table);
+}
+
+/// Returns the cheapest settings of `method` within 0.02 % in these arithmetics and with these
+/// kinds of reading, for readings every 1 and 20 ms.
+fn cheapest_of(
+    points: &[ChartRow],
+    method: &str,
+    arithmetics: &[&str],
+    readings: &[&str],
+) -> String {
+    let cells = [1_000, 20_000].map(|output_us| {
+        let is_one = |p: &&ChartRow| {
+            arithmetics.contains(&p.arithmetic.as_str()) && readings.contains(&p.reading.as_str())
+        };
+        let own: Vec<ChartRow> = points.iter().filter(is_one).cloned().collect();
+        cheapest(&own, method, output_us, 0.02)
+    });
+    cells.join("; ")
+}
+
+#[test]
+fn the_formats_and_readings_of_rivals_are_compared() {
+    let points: Vec<ChartRow> = rows("accuracy.csv");
+    let heading = "| rule, within 0.02 % | f32, Q15.16, Q7.24 |";
+    let mut table = format!(
+        "{heading} the same on demand | device's formats | the same on demand |\n\
+         |---|---|---|---|---|\n"
+    );
+    let generic = ["f32", "q15_16", "q7_24"];
+    for (method, name) in [
+        ("hermite_simpson", "Hermite–Simpson"),
+        ("gauss_exponential", "Gauss exponential"),
+        ("etd_midpoint", "ETD midpoint"),
+    ] {
+        let cells = [
+            (&generic[..], &["steps", "cubic"][..]),
+            (&generic[..], &["demand"][..]),
+            (&["device"][..], &["cubic"][..]),
+            (&["device"][..], &["demand"][..]),
+        ]
+        .map(|(arithmetics, readings)| cheapest_of(&points, method, arithmetics, readings));
+        table.push_str(&format!("| {name} | {} |\n", cells.join(" | ")));
+    }
+    check(heading, &table);
+}
+
+#[derive(Deserialize)]
+struct RangeRow {
+    method: String,
+    arithmetic: String,
+    step_us: Option<u32>,
+    output_us: u32,
+    reading: String,
+    median_pct: f64,
+    p95_pct: f64,
+    worst_pct: f64,
+}
+
+#[test]
+fn the_errors_over_the_range_are_those_of_their_table() {
+    let points: Vec<ChartRow> = rows("accuracy.csv");
+    let range: Vec<RangeRow> = rows("accuracy_range.csv");
+    let heading = "| setting | read every | 140 trains | range: median |";
+    let mut table = format!("{heading} 95 % | worst |\n|---|---|---|---|---|---|\n");
+    let digits = |value: f64| match value {
+        0.0..100.0 => two_digits(value),
+        _ => "beyond 100".to_owned(),
+    };
+    for (point, row) in points.iter().zip(range) {
+        assert_eq!(
+            (&point.method, &point.arithmetic, &point.reading),
+            (&row.method, &row.arithmetic, &row.reading)
+        );
+        assert_eq!(
+            (point.step_us, point.output_us),
+            (row.step_us, row.output_us)
+        );
+        let is_device = matches!(point.method.as_str(), "shipped" | "segments");
+        if !is_device && (point.front == 0 || point.error_pct > 10.0) {
+            continue;
+        }
+        let step = match point.step_us {
+            Some(us) if !is_device => format!(", {} ms", f64::from(us) / 1e3),
+            _ => String::new(),
+        };
+        table.push_str(&format!(
+            "| {}{step}{} | {} ms | {} | {} | {} | {} |\n",
+            name(point),
+            if point.reading == "demand" {
+                ", on demand"
+            } else {
+                ""
+            },
+            point.output_us / 1_000,
+            digits(point.error_pct),
+            digits(row.median_pct),
+            digits(row.p95_pct),
+            digits(row.worst_pct)
         ));
     }
     check(heading, &table);

@@ -1,10 +1,10 @@
 //! A muscle in the formats of [`super::device_formats`] behind the trait of this module: with steps
 //! planned from each pulse on and read through cubics, or with steps from event to event.
 
+use super::Integrator;
 use super::device_formats::{
     Coefficients, NativeMuscle, NativeRule, ONE_PULSE, Scaled, StepFactors, high,
 };
-use super::{Integrator, Reading};
 use firmware::muscle::CalciumForceSpec;
 use firmware::units::{Micros, us};
 
@@ -228,18 +228,25 @@ impl<M: NativeRule> Integrator for Demand<M> {
     }
 }
 
-/// Creates the integrator of a rule for a muscle, and calls `then` with it. `step_us` is shortened
-/// to what the formats allow for this muscle.
+/// Calls `then` with a muscle that plans steps of `step_us`, or of what the formats allow for it.
 #[inline(never)]
-pub(super) fn with_rule<M: NativeRule, T>(
+pub(super) fn with_planned<M: NativeRule, T>(
     spec: &CalciumForceSpec,
     step_us: u32,
-    reading: Reading,
     then: impl FnOnce(&mut dyn Integrator) -> T,
 ) -> T {
     let step_us = step_us.min(NativeMuscle::<M>::longest_us(spec));
-    match reading {
-        Reading::Cubic => then(&mut Planned::<M>::new(spec, step_us)),
-        Reading::Steps | Reading::Demand => then(&mut Demand::<M>::new(spec, step_us)),
-    }
+    then(&mut Planned::<M>::new(spec, step_us))
+}
+
+/// Calls `then` with a muscle whose steps go from event to event and last at most `longest_us`, or
+/// what the formats allow for it.
+#[inline(never)]
+pub(super) fn with_events<M: NativeRule, T>(
+    spec: &CalciumForceSpec,
+    longest_us: u32,
+    then: impl FnOnce(&mut dyn Integrator) -> T,
+) -> T {
+    let longest_us = longest_us.min(NativeMuscle::<M>::longest_us(spec));
+    then(&mut Demand::<M>::new(spec, longest_us))
 }

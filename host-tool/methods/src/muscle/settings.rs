@@ -1,7 +1,7 @@
 //! The list of methods, with their arithmetics and steps.
 
 use super::along::RuleMuscle;
-use super::device_formats::{NativeEtdMidpoint, NativeGauss, NativeHermiteSimpson};
+use super::device_formats::{NativeEtdMidpoint, NativeGauss, NativeHermiteSimpson, NativeRule};
 use super::event_driven::EventDriven;
 use super::explicit::{Euler, ExplicitMuscle, Heun, RungeKutta4};
 use super::exponential::{Etd1, GaussExponential, HeldRate};
@@ -355,28 +355,27 @@ impl Setting {
         spec: &CalciumForceSpec,
         then: impl FnOnce(&mut dyn Integrator) -> T,
     ) -> Result<T, OutOfRange> {
-        let Self {
-            method,
-            step_us,
-            reading,
-            ..
-        } = self;
-        Ok(match method {
-            Method::HermiteSimpson => {
-                native::with_rule::<NativeHermiteSimpson, T>(spec, step_us, reading, then)
-            }
-            Method::EtdMidpoint => {
-                native::with_rule::<NativeEtdMidpoint, T>(spec, step_us, reading, then)
-            }
-            Method::GaussExponential => {
-                native::with_rule::<NativeGauss, T>(spec, step_us, reading, then)
-            }
+        Ok(match self.method {
+            Method::HermiteSimpson => self.with_native::<NativeHermiteSimpson, T>(spec, then),
+            Method::EtdMidpoint => self.with_native::<NativeEtdMidpoint, T>(spec, then),
+            Method::GaussExponential => self.with_native::<NativeGauss, T>(spec, then),
             Method::Shipped => match Tabulated::new(spec) {
                 Some(mut tabulated) => then(&mut tabulated),
                 None => then(&mut Integrated::new(spec)?),
             },
             _ => then(&mut Integrated::new(spec)?),
         })
+    }
+
+    fn with_native<M: NativeRule, T>(
+        self,
+        spec: &CalciumForceSpec,
+        then: impl FnOnce(&mut dyn Integrator) -> T,
+    ) -> T {
+        match self.reading {
+            Reading::Cubic => native::with_planned::<M, T>(spec, self.step_us, then),
+            _ => native::with_events::<M, T>(spec, self.step_us, then),
+        }
     }
 
     fn with_dense<S: Dense, T>(

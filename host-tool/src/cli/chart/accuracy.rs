@@ -10,8 +10,8 @@ use serde_json::{Value, json};
 use std::path::PathBuf;
 use studies::accuracy::range::{self, Place, RangeErrors};
 use studies::accuracy::range_of_all::{MUSCLES, RangeRow, all_range_errors, range_csv};
-use studies::accuracy::study;
 use studies::accuracy::{Chart, Point, WANTED_PCT, cases, digits, measure};
+use studies::accuracy::{study, table};
 use studies::figures::accuracy_picture;
 
 /// Chart the muscle model's integrators: error against cycles
@@ -52,10 +52,12 @@ pub fn main(args: &Accuracy, output: Output) -> anyhow::Result<()> {
     let chart = chart?;
     let everywhere = all_range_errors(|part| bar.set(0.5 + part / 2.0));
     bar.finish();
+    let table = chart.csv();
+    let rows = table::rows(&table).context("accuracy.csv, as it is written")?;
     for (name, contents) in [
-        ("accuracy.csv", chart.csv()),
+        ("accuracy.csv", table),
         ("accuracy_range.csv", range_csv(&everywhere)),
-        ("accuracy.svg", accuracy_picture(&chart)),
+        ("accuracy.svg", accuracy_picture(&rows)),
     ] {
         let path = args.out.join(name);
         std::fs::write(&path, contents).with_context(|| {

@@ -22,6 +22,8 @@ pub struct ChartRow {
     /// `cubic` if readings come from the cubic of a step, `steps` if a step ends at each, `demand` if
     /// steps go from event to event.
     pub reading: String,
+    /// 1 if the setting is on the front of its interval of reading.
+    pub front: u8,
     /// Core clock cycles of the most expensive reading.
     pub worst_tick_cycles: u64,
 }

@@ -1,225 +1,244 @@
-//! Figure of error against cycles for every integrator, both logarithmic: one row of panels for
-//! each arithmetic, one column for each interval of reading.
+//! Figure of error against device load for the families of integrators, drawn from the committed
+//! table: one panel for each interval of reading, each family with its best settings only.
 
-use crate::accuracy::{Chart, Point, WANTED_PCT, digits};
+use crate::accuracy::WANTED_PCT;
+use crate::accuracy::table::ChartRow;
 use host_core::plot::ink::{BROWN, INK, MUTED, PALETTE, SKY, stroke};
-use host_core::plot::{At, Axis, Color, Figure, Key, Mark, Paint, Panel, Shape};
+use host_core::plot::{At, Axis, Color, Figure, Mark, Paint, Panel, Scale, Shape};
 use methods::bench::OUTPUTS_US;
-use methods::muscle::{Method, Number, Reading, Setting};
 
-/// Exponents of the powers of ten at both ends of a logarithmic axis.
-type Decades = (i32, i32);
+/// Methods that are drawn as one family.
+struct Family {
+    /// Name in the figure.
+    name: &'static str,
+    /// What the family is good for.
+    purpose: &'static str,
+    /// Names of the methods in the table.
+    methods: &'static [&'static str],
+    color: Color,
+    shape: Shape,
+}
 
-/// Rows of panels from the top: arithmetic, its label, range of cycles per second, and range of the
-/// error in %, both as powers of ten. The row of f64 leaves out the smallest errors.
-const ROWS: [(Number, &str, Decades, Decades); 5] = [
-    (Number::Q7_24, "Q7.24", (4, 7), (-4, 2)),
-    (Number::Q15_16, "Q15.16", (4, 7), (-3, 2)),
-    (Number::F32, "f32", (4, 7), (-5, 2)),
-    (
-        Number::Micromath,
-        "f32 with micromath's functions",
-        (4, 7),
-        (-4, 2),
-    ),
-    (
-        Number::F64,
-        "f64 in software (down to 0.001 %)",
-        (5, 8),
-        (-3, 2),
-    ),
+const FAMILIES: [Family; 9] = [
+    Family {
+        name: "SHIPPED: table over intervals of log C",
+        purpose: "the smallest errors in integers; needs a table for each muscle",
+        methods: &["shipped"],
+        color: INK,
+        shape: Shape::Star,
+    },
+    Family {
+        name: "segments",
+        purpose: "the device's model where a muscle has no table, or tires",
+        methods: &["segments"],
+        color: INK,
+        shape: Shape::Square,
+    },
+    Family {
+        name: "Hermite–Simpson",
+        purpose: "the best without a table",
+        methods: &["hermite_simpson"],
+        color: PALETTE[5],
+        shape: Shape::Disc,
+    },
+    Family {
+        name: "Runge–Kutta along exact C",
+        purpose: "simple code in floating point; diverges at long steps of a fast muscle",
+        methods: &["euler_exact_c", "heun_exact_c", "rk4_exact_c"],
+        color: PALETTE[1],
+        shape: Shape::Diamond,
+    },
+    Family {
+        name: "exponential (Gauss, midpoint)",
+        purpose: "never diverges, also at steps far beyond a time constant",
+        methods: &["etd1", "etd_midpoint", "gauss_exponential"],
+        color: PALETTE[0],
+        shape: Shape::Up,
+    },
+    Family {
+        name: "exponential Rosenbrock",
+        purpose: "as exponential, without its division inside a step; less exact",
+        methods: &["rosenbrock_euler", "rosenbrock_3"],
+        color: SKY,
+        shape: Shape::Down,
+    },
+    Family {
+        name: "exact solution from a table",
+        purpose: "few readings; the table is slow to build, and constants must not change",
+        methods: &["log_flow", "log_table"],
+        color: PALETTE[2],
+        shape: Shape::Square,
+    },
+    Family {
+        name: "integral from pulse to pulse",
+        purpose: "one reading per pulse or less",
+        methods: &["event_driven_2", "event_driven_3", "event_driven_4"],
+        color: BROWN,
+        shape: Shape::Up,
+    },
+    Family {
+        name: "Runge–Kutta on C and F, as the paper",
+        purpose: "a reference: C needs no steps",
+        methods: &["rk4", "rk4_snapped"],
+        color: MUTED,
+        shape: Shape::Diamond,
+    },
 ];
+
 /// Error above which people notice a difference of force, %; drawn as a line.
 const NOTICED_PCT: f64 = 10.0;
-/// Length of a power of ten on an axis, pixels.
-const DECADE: f64 = 34.0;
+/// Range of the errors, as powers of ten of %.
+const ERRORS: (i32, i32) = (-4, 1);
+/// Range of the load, cycles per second, and the loads with a label.
+const LOAD: At = (2e4, 2e6);
+const LABELLED: [f64; 7] = [2e4, 5e4, 1e5, 2e5, 5e5, 1e6, 2e6];
+/// Core clock cycles per second.
+const CORE_HZ: f64 = 168e6;
 
-/// Draws all panels as an SVG file and returns its text.
-pub fn picture(chart: &Chart) -> String {
-    let mut legend: Vec<(Key, String)> = Vec::new();
-    for method in Method::ALL.into_iter().filter(|m| is_drawn(chart, *m)) {
-        let (name, color, shape) = family(method);
-        let tuned = if method.is_tuned() { " (tuned)" } else { "" };
-        let name = format!("{name}{tuned}");
-        if legend.iter().all(|(_, other)| *other != name) {
-            legend.push((Key::Marked(stroke(color, 1.4), shape), name));
-        }
-    }
-    let full = Paint::Full(INK);
-    legend.push((
-        Key::Dot(Shape::Star, full),
-        "shipped (tuned, its own formats)".to_owned(),
-    ));
-    legend.push((
-        Key::Dot(Shape::Disc, Paint::Ring(INK, 1.6)),
-        "the paper's method".to_owned(),
-    ));
-    legend.push((
-        Key::Line(FRONT),
-        "Pareto front of all arithmetics".to_owned(),
-    ));
-    let row = |(number, name, cycles, errors)| {
-        let panels =
-            OUTPUTS_US.map(|output_us| panel(chart, number, output_us, name, cycles, errors));
-        Vec::from(panels)
-    };
-    let description = "Worst error in percent of peak force against core clock cycles per simulated \
-                second and muscle, for every integrator";
+/// Draws the figure from the rows of docs/charts/accuracy.csv as an SVG file and returns its text.
+pub fn picture(rows: &[ChartRow]) -> String {
+    let panel = |output_us| vec![panel(rows, output_us)];
+    let purposes = FAMILIES
+        .iter()
+        .map(|f| format!("{}: {}.", f.name, f.purpose));
+    let notes = [
+        "Lower is more exact, further left is cheaper. A mark is one setting (step and arithmetic); \
+         a family shows only its settings that no other of the family beats, without double \
+         precision. Errors are the worst of 140 trains, in % of the largest force of the train. \
+         Simulated: cycles are counted by the chip simulator.",
+        "",
+        "What each family is good for",
+    ];
     Figure {
-        description: description.to_owned(),
-        legend,
-        rows: ROWS.into_iter().map(row).collect(),
-        notes: vec![
-            "Simulated: cycles of a Cortex-M4 counted by the chip simulator; 168 · 10⁶ per second \
-             are the whole CPU. A line joins the step sizes of one method, longer steps to the \
-             left. Filled marks: steps start at each pulse, and readings are interpolated by \
-             cubics. Rings: a step ends at every reading. Marks with names lie on the Pareto \
-             front, with errors of at most 10 %."
+        title: "What does a muscle's force cost on the device, and how exact is it?".to_owned(),
+        description:
+            "Worst error in percent of peak force against core clock cycles per simulated \
+                      second, for families of integrators"
                 .to_owned(),
-        ],
+        rows: OUTPUTS_US.into_iter().map(panel).collect(),
+        notes: notes
+            .into_iter()
+            .map(str::to_owned)
+            .chain(purposes)
+            .collect(),
         ..Figure::default()
     }
     .file()
 }
 
-const FRONT: host_core::plot::Stroke = stroke(INK, 1.0);
-
-fn is_drawn(chart: &Chart, method: Method) -> bool {
-    let is_it = |p: &Point| p.setting.method == method && p.setting != Setting::PAPER;
-    chart.points.iter().any(is_it)
+fn at(row: &ChartRow) -> At {
+    (row.cycles_per_s as f64, row.error_pct)
 }
 
-/// Returns the label of a method, and the colour and mark of its points. Related methods share
-/// colour and mark.
-fn family(method: Method) -> (&'static str, Color, Shape) {
-    match method {
-        Method::Euler | Method::EulerExactC => ("Euler", SKY, Shape::Disc),
-        Method::Heun | Method::HeunExactC => ("Heun", PALETTE[4], Shape::Square),
-        Method::RungeKutta4 | Method::RungeKutta4Snapped => {
-            ("RK4 on C and F", MUTED, Shape::Diamond)
-        }
-        Method::RungeKutta4ExactC => ("RK4", PALETTE[1], Shape::Diamond),
-        Method::HermiteSimpson => ("Hermite–Simpson", PALETTE[5], Shape::Disc),
-        Method::Etd1 => ("ETD1", MUTED, Shape::Disc),
-        Method::EtdMidpoint => ("ETD midpoint", PALETTE[0], Shape::Up),
-        Method::GaussExponential => ("Gauss exponential", PALETTE[3], Shape::Square),
-        Method::RosenbrockEuler => ("Rosenbrock–Euler", MUTED, Shape::Up),
-        Method::Rosenbrock3 => ("exprb32", MUTED, Shape::Square),
-        Method::LogTable => ("log-C table", PALETTE[2], Shape::Down),
-        Method::LogFlow => ("log-C flow", PALETTE[2], Shape::Diamond),
-        Method::EventDriven2 | Method::EventDriven3 | Method::EventDriven4 => {
-            ("event-driven", BROWN, Shape::Up)
-        }
-        Method::Segments => ("segments", INK, Shape::Square),
-        Method::Shipped => ("shipped", INK, Shape::Star),
-    }
+fn is_inside(row: &&ChartRow) -> bool {
+    let errors = 10f64.powi(ERRORS.0)..=10f64.powi(ERRORS.1);
+    errors.contains(&row.error_pct) && (LOAD.0..=LOAD.1).contains(&(row.cycles_per_s as f64))
 }
 
-/// Returns a point's cycles per second and its error, rounded as in the committed table, so that
-/// the table suffices to draw the figure.
-fn at(point: &Point) -> At {
-    let error = digits(point.error_pct).parse();
-    (point.cycles_per_s as f64, error.unwrap_or(f64::INFINITY))
+/// Returns the settings that no other of `rows` beats in error or load without being worse in the
+/// other, the cheapest first.
+fn best<'a>(rows: impl Iterator<Item = &'a ChartRow>) -> Vec<&'a ChartRow> {
+    let mut rows: Vec<&ChartRow> = rows.collect();
+    rows.sort_by(|a, b| {
+        at(a)
+            .partial_cmp(&at(b))
+            .unwrap_or(std::cmp::Ordering::Equal)
+    });
+    let mut least = f64::INFINITY;
+    rows.retain(|row| {
+        let is_better = row.error_pct < least;
+        least = least.min(row.error_pct);
+        is_better
+    });
+    rows
 }
 
-fn panel(
-    chart: &Chart,
-    number: Number,
-    output_us: u32,
-    name: &str,
-    cycles: (i32, i32),
-    errors: (i32, i32),
-) -> Panel {
-    let [least, most] = [errors.0, errors.1].map(|power| 10f64.powi(power));
-    let cheapest = 10f64.powi(cycles.0);
-    let points: Vec<&Point> = (chart.read_every(output_us))
-        .filter(|p| p.error_pct <= most && p.cycles_per_s as f64 >= cheapest)
-        .collect();
-    let x = Axis::decades("cycles per simulated second and muscle", cycles);
-    let y = Axis::decades("worst error (% of peak)", errors)
-        .reference_line(NOTICED_PCT, "noticed", MUTED)
-        .reference_line(WANTED_PCT, "goal", MUTED);
-    let is_last = number == Number::F64 || number == Number::Micromath;
-    let title = format!("{name}; read every {} ms", output_us / 1000);
-    let height = f64::from(errors.1 - errors.0) * DECADE;
+fn panel(rows: &[ChartRow], output_us: u32) -> Panel {
+    let usual = || rows.iter().filter(|row| row.arithmetic != "f64");
+    let read = || usual().filter(|row| row.output_us == output_us);
+    let share = |cycles: f64| format!("{} ({} %)", grouped(cycles), percent(cycles));
+    let ticks = LABELLED.map(|cycles| (cycles, share(cycles)));
+    let x = Axis::new(
+        "device load of one muscle: cycles per second (share of a 168 MHz core)",
+        Scale::Log(LOAD.0, LOAD.1),
+    )
+    .ticks(ticks.to_vec());
+    let (low, high) = ERRORS;
+    let errors = (low..=high).map(|n| (10f64.powi(n), plain(n)));
+    let y = Axis::new(
+        "worst error (% of peak force)",
+        Scale::Log(10f64.powi(low), 10f64.powi(high)),
+    )
+    .ticks(errors.collect())
+    .reference_line(NOTICED_PCT, "people notice", MUTED)
+    .reference_line(WANTED_PCT, "goal, 0.02 %", MUTED);
     let mut marks = Vec::new();
-    if number != Number::F64 {
-        marks.push(Mark::Line(front(&points, least), FRONT));
-    }
-    let own = |p: &&&Point| p.setting.number == number && p.error_pct >= least;
-    let mut own: Vec<&Point> = points.iter().filter(own).copied().collect();
-    let series_of = |point: &Point| (point.setting.method, point.setting.reading);
-    own.sort_by_key(|point| series_of(point));
-    let is_named = |p: &&&Point| p.on_front && p.error_pct <= NOTICED_PCT;
-    let named: Vec<&Point> = own.iter().filter(is_named).copied().collect();
-    for series in own.chunk_by(|a, b| series_of(a) == series_of(b)) {
-        let (_, color, shape) = family(series[0].setting.method);
-        let path = series.iter().map(|point| at(point)).collect();
-        marks.push(Mark::Line(path, stroke(color, 1.0)));
-        let paint = match series[0].setting.reading {
-            Reading::Steps => Paint::Ring(color, 1.3),
-            Reading::Cubic => Paint::Full(color),
-            Reading::Demand => Paint::Ring(color, 1.3),
+    let front: Vec<&ChartRow> = best(read()).into_iter().filter(is_inside).collect();
+    marks.push(Mark::Line(staircase(&front), stroke(MUTED, 2.6)));
+    let mut labels = Vec::new();
+    for family in &FAMILIES {
+        let own = read().filter(|row| family.methods.contains(&row.method.as_str()));
+        let own: Vec<&ChartRow> = best(own).into_iter().filter(is_inside).collect();
+        let radius = if family.shape == Shape::Star {
+            6.0
+        } else {
+            3.5
         };
-        let dot = |p: &&Point| Mark::Dot(at(p), shape, 3.5, paint);
-        marks.extend(series.iter().map(dot));
-    }
-    for point in &points {
-        if point.setting == Setting::SHIPPED && number != Number::F64 {
-            marks.push(Mark::Dot(at(point), Shape::Star, 4.0, Paint::Full(INK)));
-        } else if point.setting == Setting::PAPER && number == Number::F32 {
-            marks.push(Mark::Dot(
-                at(point),
-                Shape::Disc,
-                7.0,
-                Paint::Ring(INK, 1.6),
-            ));
-            let words = "the paper's: 0.2 ms, not split";
-            marks.push(Mark::Label(at(point), words.to_owned(), INK));
+        marks.push(Mark::Line(
+            own.iter().map(|row| at(row)).collect(),
+            stroke(family.color, 1.4),
+        ));
+        let dot =
+            |row: &&ChartRow| Mark::Dot(at(row), family.shape, radius, Paint::Full(family.color));
+        marks.extend(own.iter().map(dot));
+        if let Some(row) = own.get(own.len() / 2) {
+            labels.push(Mark::Label(at(row), family.name.to_owned(), INK));
         }
     }
-    for series in named.chunk_by(|a, b| series_of(a) == series_of(b)) {
-        let place = at(series[series.len() / 2]);
-        marks.push(Mark::Label(place, label(series), INK));
+    if let Some(row) = front.first() {
+        let words = "front: nothing is both cheaper and more exact";
+        labels.push(Mark::Label(at(row), words.to_owned(), MUTED));
     }
+    marks.extend(labels);
+    let title = format!(
+        "Force read {} times a second (every {} ms)",
+        1_000_000 / output_us,
+        output_us / 1000
+    );
     Panel {
         marks,
-        ..Panel::new(&title, x.hide_labels(!is_last), y, height)
+        ..Panel::new(&title, x, y, 320.0)
     }
 }
 
-/// Returns the Pareto front as a staircase, cut off at `foot`, the smallest error in the panel.
-fn front(points: &[&Point], foot: f64) -> Vec<At> {
-    let mut front: Vec<&&Point> = points.iter().filter(|p| p.on_front).collect();
-    front.sort_by_key(|point| point.cycles_per_s);
+/// Returns a Pareto front as a staircase.
+fn staircase(front: &[&ChartRow]) -> Vec<At> {
     let mut path: Vec<At> = Vec::new();
-    for point in front {
-        let before = path.last().map(|(_, y)| (at(point).0, *y));
+    for row in front {
+        let before = path.last().map(|(_, y)| (at(row).0, *y));
         path.extend(before);
-        path.push((at(point).0, at(point).1.max(foot)));
-        if at(point).1 < foot {
-            break;
-        }
+        path.push(at(row));
     }
     path
 }
 
-/// Returns the label of one method's points on the front: the method with its range of steps.
-fn label(series: &[&Point]) -> String {
-    let setting = series[0].setting;
-    let nodes = match setting.method {
-        Method::EventDriven2 => " 2",
-        Method::EventDriven3 => " 3",
-        Method::EventDriven4 => " 4",
-        _ => "",
-    };
-    let name = family(setting.method).0;
-    let steps = || series.iter().map(|p| p.setting.step_us);
-    let (least, most) = (steps().min().unwrap_or(0), steps().max().unwrap_or(0));
-    let ms = |us: u32| f64::from(us) / 1000.0;
-    match setting.step_us {
-        Setting::WHOLE_US => format!("{name}{nodes}"),
-        _ if least == most => format!("{name}{nodes}, {} ms", ms(least)),
-        _ => format!("{name}{nodes}, {}–{} ms", ms(least), ms(most)),
+/// Formats a power of ten as a decimal number.
+fn plain(n: i32) -> String {
+    format!("{:.*}", usize::try_from(-n).unwrap_or(0), 10f64.powi(n))
+}
+
+/// Formats a number of cycles with separators.
+fn grouped(cycles: f64) -> String {
+    let thousands = (cycles / 1e3).round() as u32;
+    match thousands {
+        1_000.. => format!("{},{:03},000", thousands / 1_000, thousands % 1_000),
+        _ => format!("{thousands},000"),
     }
+}
+
+/// Formats the share of the core that these cycles per second take, %.
+fn percent(cycles: f64) -> String {
+    let share = 100.0 * cycles / CORE_HZ;
+    let decimals = if share < 0.1 { 3 } else { 2 };
+    format!("{share:.decimals$}")
 }
