@@ -94,8 +94,8 @@ pub trait NativeRule {
     /// Places inside the step where the rule evaluates the equation, as parts of 2^28.
     const INSIDE: [u32; 2];
     /// Returns F (Q31) at the end of a step that begins with `f`. `ends` are the coefficients at
-    /// both ends of the step, and `inside` returns those at a place inside it with τ/τm, Q29.
-    fn force(ends: [Scaled; 2], inside: impl Fn(usize) -> (Scaled, u32), f: i32) -> i32;
+    /// both ends of the step, and `inside` those at the places inside it, with x·τ/τm, Q29.
+    fn force(ends: [Scaled; 2], inside: [(Scaled, u32); 2], f: i32) -> i32;
 }
 
 /// Hermite–Simpson (see [`super::lobatto`]), as F1 − F0 = (g0 + 4gm + g1 − zm(g0 − g1)/2)/(6 + z1 +
@@ -106,9 +106,9 @@ pub struct NativeHermiteSimpson;
 impl NativeRule for NativeHermiteSimpson {
     const INSIDE: [u32; 2] = [1 << 27; 2];
     #[inline(always)]
-    fn force([begin, end]: [Scaled; 2], inside: impl Fn(usize) -> (Scaled, u32), f: i32) -> i32 {
-        let (middle, _) = inside(0);
-        let [g0, gm, g1] = [begin, middle, end].map(|place| place.slope(f));
+    fn force([begin, end]: [Scaled; 2], inside: [(Scaled, u32); 2], f: i32) -> i32 {
+        let (middle, _) = inside[0];
+        let (g0, gm, g1) = (begin.slope(f), middle.slope(f), end.slope(f));
         // An eighth of the numerator, Q30: each slope is below 2, so the sum is below 1.5.
         let sum = (g0 >> 3).wrapping_add(g1 >> 3).wrapping_add(gm >> 1);
         let bend = (g0 >> 1).wrapping_sub(g1 >> 1); // below 2
@@ -132,23 +132,24 @@ pub struct NativeGauss;
 #[inline(always)]
 fn decay(z: u32) -> u32 {
     // Q30 · Q31 is Q61, below 2^64.
-    exp2_neg((u64::from(z) * LOG2_E) >> 29)
+    exp2_neg(u64::from(z).wrapping_mul(LOG2_E) >> 29)
 }
 
 impl NativeRule for NativeGauss {
     const INSIDE: [u32; 2] = [56_727_087, 211_708_369];
     #[inline(always)]
-    fn force(_: [Scaled; 2], inside: impl Fn(usize) -> (Scaled, u32), f: i32) -> i32 {
+    fn force(_: [Scaled; 2], inside: [(Scaled, u32); 2], f: i32) -> i32 {
         // The integral of the linear rate from a node n to the end of the step is (1 − n)·((1 −
         // m)·z0 + m·z1): z0/4 + 0.54·z1 from the first node, z1/4 − 0.04·z0 from the second, Q31.
         const MORE: u64 = 1_156_796_043;
         const LESS: u64 = 83_054_219;
-        let [(begin, _), (end, _)] = [inside(0), inside(1)];
+        let [(begin, _), (end, _)] = inside;
         let rates = [begin.z as u64, end.z as u64];
-        let first = ((rates[0] << 29) + rates[1] * MORE) >> 31;
-        let second = (rates[1] << 29).saturating_sub(rates[0] * LESS) >> 31;
+        // Each product is below 2^62.
+        let first = (rates[0] << 29).wrapping_add(rates[1].wrapping_mul(MORE)) >> 31;
+        let second = (rates[1] << 29).saturating_sub(rates[0].wrapping_mul(LESS)) >> 31;
         let source = |u: i32, rest: u64| high(u as u32, decay(rest as u32)); // Q29
-        let kept = decay(((rates[0] + rates[1]) >> 1) as u32);
+        let kept = decay((rates[0].wrapping_add(rates[1]) >> 1) as u32);
         let added = source(begin.u, first).wrapping_add(source(end.u, second)); // half of it is Q30
         let f = high(f as u32, kept) << 1;
         f.wrapping_add(added << 1) as i32
@@ -162,8 +163,8 @@ pub struct NativeEtdMidpoint;
 impl NativeRule for NativeEtdMidpoint {
     const INSIDE: [u32; 2] = [1 << 27; 2];
     #[inline(always)]
-    fn force(_: [Scaled; 2], inside: impl Fn(usize) -> (Scaled, u32), f: i32) -> i32 {
-        let (middle, steady) = inside(0);
+    fn force(_: [Scaled; 2], inside: [(Scaled, u32); 2], f: i32) -> i32 {
+        let (middle, steady) = inside[0];
         let share = (1u32 << 31).wrapping_sub(decay(middle.z as u32));
         // The steady state is at most 1, as Q31 saturates.
         let goal = (steady << 2).min(i32::MAX as u32) as i32;
@@ -215,7 +216,7 @@ impl<M: NativeRule> NativeMuscle<M> {
     #[inline(always)]
     pub(super) fn decay_in(&self, us: u32) -> u32 {
         // Below 2^36 (τc of 5 ms) times 2^18 µs.
-        exp2_neg((self.fall * u64::from(us)) >> 16)
+        exp2_neg(self.fall.wrapping_mul(us.into()) >> 16)
     }
 
     /// Computes the constants of a step of `us` microseconds.
@@ -225,8 +226,8 @@ impl<M: NativeRule> NativeMuscle<M> {
         let length = u64::from(us) * u64::from(per_us);
         let shift = length.leading_zeros();
         // At most 5.8 octaves, Q32, times Q28.
-        let fall = (self.fall * u64::from(us)) >> 16;
-        let octaves_of = |part: u32| (fall * u64::from(part)) >> 28;
+        let fall = self.fall.wrapping_mul(us.into()) >> 16;
+        let octaves_of = |part: u32| fall.wrapping_mul(part.into()) >> 28;
         let [first, second] = const { M::INSIDE };
         let near = exp2_neg(octaves_of(first));
         let far = match first == second {
@@ -275,6 +276,13 @@ impl<M: NativeRule> NativeMuscle<M> {
         }
     }
 
+    /// Returns drive and rate, and the steady state x·τ/τm (Q29), where `left` of `c` is left.
+    #[inline(always)]
+    fn inside(&self, step: &StepFactors, c: u32, left: u32) -> (Scaled, u32) {
+        let at = self.coefficients(high(c, left) << 1);
+        (Self::scaled(step, &at), high(at.x, at.inverse_ratio) << 3)
+    }
+
     /// Advances C (U5F27) and F (Q31) by one step, and returns them with the coefficients at its
     /// end.
     #[inline(always)]
@@ -285,15 +293,17 @@ impl<M: NativeRule> NativeMuscle<M> {
         c: u32,
         f: i32,
     ) -> (u32, i32, Coefficients) {
-        let inside = |n: usize| {
-            let left = if n == 0 { step.left[0] } else { step.left[1] };
-            let at = self.coefficients(high(c, left) << 1);
-            (Self::scaled(step, &at), high(at.x, at.inverse_ratio) << 3)
+        let first = self.inside(step, c, step.left[0]);
+        let [near, far] = const { M::INSIDE };
+        let second = if near == far {
+            first
+        } else {
+            self.inside(step, c, step.left[1])
         };
         let end_c = high(c, step.left[2]) << 1;
         let end = self.coefficients(end_c);
-        let ends = [here, &end].map(|at| Self::scaled(step, at));
-        let force = M::force(ends, inside, f);
+        let ends = [Self::scaled(step, here), Self::scaled(step, &end)];
+        let force = M::force(ends, [first, second], f);
         (end_c, force & !(force >> 31), end)
     }
 }

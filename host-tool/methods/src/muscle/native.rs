@@ -2,9 +2,7 @@
 //! planned from each pulse on and read through cubics, or with steps from event to event.
 
 use super::Integrator;
-use super::device_formats::{
-    Coefficients, NativeMuscle, NativeRule, ONE_PULSE, Scaled, StepFactors, high,
-};
+use super::device_formats::{Coefficients, NativeMuscle, NativeRule, ONE_PULSE, StepFactors, high};
 use firmware::muscle::CalciumForceSpec;
 use firmware::units::{Micros, us};
 
@@ -97,9 +95,9 @@ impl<M: NativeRule> Planned<M> {
         self.c = c;
         self.end = self.muscle.step(&self.whole, &here, c, f);
         let (_, f1, there) = &self.end;
-        let scaled = |at: &Coefficients| NativeMuscle::<M>::scaled(&self.whole, at);
-        let slope = |at: Scaled, f| at.slope(f) >> 1; // Q29
-        let [g0, g1] = [slope(scaled(&here), f), slope(scaled(there), *f1)];
+        let begin = NativeMuscle::<M>::scaled(&self.whole, &here);
+        let end = NativeMuscle::<M>::scaled(&self.whole, there);
+        let (g0, g1) = (begin.slope(f) >> 1, end.slope(*f1) >> 1); // Q29
         let rise = f1.wrapping_sub(f) >> 2;
         let bend = rise.wrapping_sub(g0);
         let turn = g1.wrapping_sub(rise).wrapping_sub(bend);
