@@ -193,7 +193,7 @@ fn panel(rows: &[ChartRow], output_us: u32) -> Panel {
         let dot =
             |row: &&ChartRow| Mark::Dot(at(row), family.shape, radius, Paint::Full(family.color));
         marks.extend(own.iter().map(dot));
-        if let Some(row) = own.get(own.len() / 2) {
+        if let Some(row) = own.get(own.len() * 3 / 4) {
             labels.push(Mark::Label(at(row), family.name.to_owned(), INK));
         }
     }
