@@ -49,7 +49,7 @@ impl Answer {
 /// A muscle with the step that is planned from the latest pulse, or from the end of the previous
 /// step; readings come from its cubic.
 #[derive(Clone, Copy, Debug)]
-struct Planned<M> {
+struct NativeCurve<M> {
     muscle: NativeMuscle<M>,
     answer: Answer,
     whole: StepFactors,
@@ -72,7 +72,7 @@ const fn twice_high(a: i32, b: i32) -> i32 {
     (((a as i64 * b as i64) >> 32) as i32) << 1
 }
 
-impl<M: NativeRule> Planned<M> {
+impl<M: NativeRule> NativeCurve<M> {
     fn new(spec: &CalciumForceSpec, step_us: u32) -> Self {
         let muscle = NativeMuscle::new(spec);
         Self {
@@ -129,7 +129,7 @@ impl<M: NativeRule> Planned<M> {
     }
 }
 
-impl<M: NativeRule> Integrator for Planned<M> {
+impl<M: NativeRule> Integrator for NativeCurve<M> {
     #[inline(never)]
     fn pulse(&mut self, at: Micros) {
         self.advance(at);
@@ -157,7 +157,7 @@ impl<M: NativeRule> Integrator for Planned<M> {
 
 /// A muscle whose steps end at pulses and readings.
 #[derive(Clone, Copy, Debug)]
-struct Demand<M> {
+struct NativeEvents<M> {
     muscle: NativeMuscle<M>,
     answer: Answer,
     longest_us: u32,
@@ -168,7 +168,7 @@ struct Demand<M> {
     at: Micros,
 }
 
-impl<M: NativeRule> Demand<M> {
+impl<M: NativeRule> NativeEvents<M> {
     fn new(spec: &CalciumForceSpec, longest_us: u32) -> Self {
         let muscle = NativeMuscle::new(spec);
         let longest = muscle.factors(longest_us);
@@ -190,7 +190,7 @@ impl<M: NativeRule> Demand<M> {
     }
 }
 
-impl<M: NativeRule> Integrator for Demand<M> {
+impl<M: NativeRule> Integrator for NativeEvents<M> {
     fn pulse(&mut self, at: Micros) {
         self.advance(at);
         let (c, f, _) = self.state;
@@ -234,7 +234,7 @@ pub(super) fn with_planned<M: NativeRule, T>(
     then: impl FnOnce(&mut dyn Integrator) -> T,
 ) -> T {
     let step_us = step_us.min(NativeMuscle::<M>::longest_us(spec));
-    then(&mut Planned::<M>::new(spec, step_us))
+    then(&mut NativeCurve::<M>::new(spec, step_us))
 }
 
 /// Calls `then` with a muscle whose steps go from event to event and last at most `longest_us`, or
@@ -246,5 +246,5 @@ pub(super) fn with_events<M: NativeRule, T>(
     then: impl FnOnce(&mut dyn Integrator) -> T,
 ) -> T {
     let longest_us = longest_us.min(NativeMuscle::<M>::longest_us(spec));
-    then(&mut Demand::<M>::new(spec, longest_us))
+    then(&mut NativeEvents::<M>::new(spec, longest_us))
 }

@@ -1,6 +1,6 @@
 //! Exponential Rosenbrock methods on the pair (C, F): eqs. (2) and (3) are linearized at the
 //! beginning of a step, the linear part is solved exactly, and the rest is integrated
-//! (Hochbruck, Ostermann & Schweitzer, SIAM J. Numer. Anal. 47, 2009, section 5).
+//! (Hochbruck, Ostermann & Schweitzer, SIAM Journal on Numerical Analysis 47, 2009, section 5).
 //!
 //! C is linear and thus exact. With a = −h/τc, b = −h/τ and the slope g of dF/dt over C, all at the
 //! beginning, the linear part moves F by h·(φ1(b)·dF/dt + a·C·g·φ1\[a, b\]), where φ1\[a, b\] is the
