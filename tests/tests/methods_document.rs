@@ -151,7 +151,7 @@ const FAMILIES: [(&str, &str, &str); 16] = [
     (
         "segments",
         "segments",
-        "the cheapest when force is read every tick; fatigue",
+        "muscles without a table, and fatigue",
     ),
     (
         "log_flow",
