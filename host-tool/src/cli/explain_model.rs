@@ -172,9 +172,10 @@ fn arm_text(session: &Session, choice: &Choice) -> String {
     let errors = tried
         .iter()
         .map(|effect| format!("{} {:.2} %", effect.setting, effect.error * 100.0));
-    let quantity = match held {
-        Support::InCuff => "true force at the hand (rms, in % of\n  the largest)",
-        Support::Freely => "elbow angle (rms, in % of its\n  range)",
+    // The true force at the hand is recorded only if the session produces a force there.
+    let quantity = match (held, &session.limb) {
+        (Support::InCuff, Some(_)) => "true force at the hand (rms, in % of\n  the largest)",
+        _ => "elbow angle (rms, in % of its\n  range)",
     };
     text.push_str(&format!(
         "  in steps of {} ms; change of the {quantity} at each step in ms:\n  {}\n",

@@ -10,6 +10,7 @@
 //! pulse tape, those words appear on the output lines for the microsecond until the handler
 //! disconnects the outputs.
 
+use crate::device::MuscleTables;
 use core::sync::atomic::{Ordering, compiler_fence};
 use cortex_m::asm::{dsb, isb};
 use cortex_m::peripheral::MPU;
@@ -29,6 +30,8 @@ const RAM: u32 = 0b1 << 19 | 0b11 << 16;
 const DEVICE: u32 = 0b01 << 16;
 /// SRD in MPU_RASR: the last eighth of the addresses does not belong to the region.
 const LAST_EIGHTH_OFF: u32 = 1 << 15;
+/// The same of the last three eighths.
+const LAST_THREE_EIGHTHS_OFF: u32 = 0b111 << 13;
 /// ENABLE in MPU_RASR (this region) and in MPU_CTRL (the whole MPU).
 const ENABLE: u32 = 1;
 
@@ -43,8 +46,12 @@ const REGIONS: [(u32, u32, u32); 6] = [
         17,
         READ_WRITE | NO_EXECUTE | RAM | LAST_EIGHTH_OFF,
     ),
-    // CCM, 64 KiB.
-    (0x1000_0000, 16, READ_WRITE | NO_EXECUTE | RAM),
+    // The part of CCM with the muscles' tables, 40 KiB: five eighths of 64 KiB.
+    (
+        0x1000_0000,
+        16,
+        READ_WRITE | NO_EXECUTE | RAM | LAST_THREE_EIGHTHS_OFF,
+    ),
     // APB1, APB2, and AHB1 up to OTG_HS, 256 KiB.
     (0x4000_0000, 18, READ_WRITE | NO_EXECUTE | DEVICE),
     // OTG_FS, 256 KiB.
@@ -52,6 +59,9 @@ const REGIONS: [(u32, u32, u32); 6] = [
     // The unique device ID (section 39.1), 32 bytes within system memory.
     (0x1FFF_7A00, 5, READ_ONLY | NO_EXECUTE | FLASH),
 ];
+
+// Nothing else is in CCM.
+const _: () = assert!(size_of::<MuscleTables>() <= 40 * 1024);
 
 /// Region of the pulse tape (memory.x), in the form of [`REGIONS`].
 ///

@@ -1,6 +1,6 @@
 //! The settings that `[fidelity]` makes coarser besides the models: the period of the control law,
-//! the period of telemetry, and the level of detail of a simulated finger, hand or arm. Each is found by playing the session
-//! with it.
+//! the period of telemetry, and the level of detail of a simulated finger, hand or arm. Each is
+//! found by playing the session with it.
 
 use super::arm::try_arm_steps;
 use super::effect::{Effect, coarsest};
@@ -25,7 +25,8 @@ const STEPS_US: [u32; 4] = [1_000, 2_000, 5_000, 10_000];
 pub struct Fidelity {
     /// Errors of the telemetry periods. The error is the largest difference between the values that
     /// the device reports every millisecond and straight lines through the values at this period.
-    /// Forces and the measured angle are compared.
+    /// Forces, the measured angle and the true angle of an arm are compared. Empty if none of them
+    /// varies.
     pub telemetry: Vec<Effect>,
     /// Errors of the periods of the control law: increase of the root mean square tracking error.
     pub law: Vec<Effect>,
@@ -52,7 +53,7 @@ pub(super) fn try_settings(
     let mut dense = finest.clone();
     dense.telemetry_ms = TELEMETRY_MS[0];
     let mut fidelity = Fidelity {
-        telemetry: telemetry_effects(&play_trial(&dense, seed)?.samples),
+        telemetry: telemetry_effects(&dense, &play_trial(&dense, seed)?.samples),
         ..Fidelity::default()
     };
     let off = |sessions: Vec<(u32, Session)>| {
@@ -143,7 +144,7 @@ fn tracking_error(samples: &Samples) -> f64 {
 }
 
 /// Returns the effect of each telemetry period, from samples that were reported every millisecond.
-fn telemetry_effects(dense: &Samples) -> Vec<Effect> {
+fn telemetry_effects(session: &Session, dense: &Samples) -> Vec<Effect> {
     let muscles = dense.first().map_or(0, |sample| sample.forces_n.len());
     let force = |n: usize| -> Vec<f64> {
         dense
@@ -155,7 +156,16 @@ fn telemetry_effects(dense: &Samples) -> Vec<Effect> {
         .iter()
         .filter_map(|sample| sample.measured_deg)
         .collect();
-    let courses = (0..muscles).map(force).chain([angle]);
+    let hand = (0..3).flat_map(|axis| {
+        let along = |forces: &[Option<f64>]| forces.get(axis).copied().flatten();
+        let reported = dense.iter().filter_map(|s| along(&s.hand_n)).collect();
+        let exact = dense.iter().filter_map(|s| along(&s.hand_true_n)).collect();
+        [reported, exact]
+    });
+    let is_arm = matches!(session.body, Some(BodySpec::Arm { .. }));
+    let elbow = dense.iter().filter_map(|s| s.true_deg.filter(|_| is_arm));
+    let courses = (0..muscles).map(force);
+    let courses = courses.chain(hand).chain([angle, elbow.collect()]);
     let courses: Vec<(Vec<f64>, f64)> = courses
         .map(|course| {
             let low = course.iter().copied().fold(f64::INFINITY, f64::min);
@@ -164,6 +174,9 @@ fn telemetry_effects(dense: &Samples) -> Vec<Effect> {
         })
         .filter(|(_, span)| *span > 0.0)
         .collect();
+    if courses.is_empty() {
+        return Vec::new();
+    }
     let effect = |ms: u16| Effect {
         setting: u32::from(ms) * 1_000,
         error: (courses.iter())
@@ -194,17 +207,17 @@ impl Fidelity {
     /// Sets the coarsest periods and step within `tolerance` in `session`. Returns a note for the
     /// user that lists them.
     pub(super) fn coarsen_session(&self, session: &mut Session, tolerance: f64) -> String {
-        let mut note = String::new();
+        let mut notes = Vec::new();
         if let Some(effect) = coarsest(&self.telemetry, tolerance) {
             session.telemetry_ms = (effect.setting / 1_000) as u16; // at most 100
-            note.push_str(&format!("telemetry every {} ms", effect.setting / 1_000));
+            notes.push(format!("telemetry every {} ms", effect.setting / 1_000));
         }
         if let (Some(BodySpec::Finger(finger)), Some(effect)) =
             (&mut session.body, coarsest(&self.step, tolerance))
         {
             finger.step_us = effect.setting;
-            note.push_str(&format!(
-                ", finger simulated in steps of {} ms",
+            notes.push(format!(
+                "finger simulated in steps of {} ms",
                 effect.setting / 1_000
             ));
         }
@@ -213,8 +226,8 @@ impl Fidelity {
         {
             let units = effect.setting as usize; // at most 256
             hand.simulated_units = (units < hand.spec.units).then_some(units);
-            note.push_str(&format!(
-                ", hand simulated with {units} of {} motor units per pool",
+            notes.push(format!(
+                "hand simulated with {units} of {} motor units per pool",
                 hand.spec.units
             ));
         }
@@ -222,12 +235,12 @@ impl Fidelity {
             (&mut session.body, coarsest(&self.arm, tolerance))
         {
             *step_ms = effect.setting;
-            note.push_str(&format!(", arm simulated in steps of {step_ms} ms"));
+            notes.push(format!("arm simulated in steps of {step_ms} ms"));
         }
         if let (Some(joint), Some(effect)) = (&mut session.joint, coarsest(&self.law, tolerance)) {
             joint.law_period_ms = (effect.setting / 1_000) as u8; // at most 20
-            note.push_str(&format!(", controller every {} ms", effect.setting / 1_000));
+            notes.push(format!("controller every {} ms", effect.setting / 1_000));
         }
-        note
+        notes.join(", ")
     }
 }

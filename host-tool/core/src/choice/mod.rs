@@ -273,6 +273,10 @@ pub fn resolve_auto_models(session: &mut Session) -> Result<(), ChoiceError> {
         let note = choice
             .fidelity
             .coarsen_session(session, choice.tolerance.fraction());
+        let note = match note.is_empty() {
+            true => "no setting may be coarser".to_owned(),
+            false => note,
+        };
         session
             .notes
             .push(format!("fidelity {}: {note}", choice.tolerance));
