@@ -1,7 +1,7 @@
 //! Selection of muscle models by simulating the session.
 
 use firmware::muscle::MuscleLevel;
-use host_core::choice::{SEED, choose, measured_levels};
+use host_core::choice::{Effect, SEED, choose, measured_levels};
 use host_core::session::{Model, Session, Share};
 use std::path::Path;
 
@@ -195,4 +195,24 @@ fn a_run_takes_what_trying_finds() {
         .filter(|level| **level == MuscleLevel::None)
         .count();
     assert_eq!(none, 2, "{levels:?}");
+}
+
+/// The telemetry of an arm is chosen by the force at its hand, and the error of its steps does not
+/// depend on the telemetry of the session.
+#[test]
+fn an_arm_s_telemetry_and_steps_are_judged_by_its_force() {
+    let sessions = Path::new(env!("CARGO_MANIFEST_DIR")).join("../sessions");
+    let text = std::fs::read_to_string(sessions.join("endpoint_arm.toml")).unwrap();
+    let judged = |telemetry_ms| {
+        let mut session = Session::parse("arm.toml", &text).unwrap();
+        (session.has_fidelity, session.telemetry_ms) = (true, telemetry_ms);
+        session.try_us = 3_000_000;
+        choose(&session, session.tolerance, SEED).unwrap().fidelity
+    };
+    let [rare, often] = [10, 1].map(judged);
+    assert_eq!(rare, often);
+    let errors = |tried: &[Effect]| -> Vec<f64> { tried.iter().map(|e| e.error).collect() };
+    let (telemetry, steps) = (errors(&rare.telemetry), errors(&rare.arm));
+    println!("telemetry {telemetry:.4?}, steps {steps:.4?}");
+    assert!(telemetry.last() > Some(&0.01) && steps.last() > Some(&0.005));
 }
