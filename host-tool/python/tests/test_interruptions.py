@@ -10,6 +10,8 @@ from helpers import run_python, running
 
 SETUP = """
 import os, signal, sys, threading, time
+# A shell ignores Ctrl-C for a command in the background, and the tests inherit that.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 import flexor
 def running(address="sim:", **arguments):
     dev = flexor.connect(address, **arguments)
