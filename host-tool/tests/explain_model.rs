@@ -2,6 +2,7 @@
 
 use crate::program::{self, ProgramOutput, run_flexor, write_file};
 use serde_json::Value;
+use std::path::Path;
 use std::process::Stdio;
 
 const HEAD: &str = r#"
@@ -225,19 +226,8 @@ fn a_hand_gets_no_more_motor_units_than_it_needs() {
     };
     assert_eq!(error(32), 0.0);
     assert!(error(coarse) > 0.0 && error(coarse) <= 30.0, "{hand}");
-    let (exit, output, _) = run_flexor(&folder, &["run", "hand.toml", "--out", "first"]);
-    assert_eq!(exit, Some(0), "{output}");
-    let (exit, output, _) = run_flexor(&folder, &["rerun", "first", "--out", "again"]);
-    assert_eq!(exit, Some(0), "{output}");
-    let trial = |record: &str| {
-        let mut trials = std::fs::read_dir(folder.join(record)).unwrap();
-        trials
-            .find_map(|entry| std::fs::read_to_string(entry.ok()?.path().join("trial.json")).ok())
-            .unwrap()
-    };
-    let recorded: Value = serde_json::from_str(&trial("first")).unwrap();
+    let recorded = run_and_rerun(&folder, "hand.toml");
     assert_eq!(recorded["fidelity"]["hand_units"], coarse);
-    assert_eq!(trial("first"), trial("again"));
 }
 
 /// The time step of a simulated arm is chosen within the tolerance, is recorded, and a rerun repeats
@@ -272,9 +262,15 @@ fn an_arm_gets_no_finer_step_than_it_needs() {
     let errors: Vec<f64> = errors.collect::<Option<_>>().unwrap();
     assert_eq!(errors[0], 0.0);
     assert!(errors.is_sorted() && errors[1] > 0.0, "{arm}");
-    let (exit, output, _) = run_flexor(&folder, &["run", "arm.toml", "--out", "first"]);
+    let recorded = run_and_rerun(&folder, "arm.toml");
+    assert_eq!(recorded["fidelity"]["arm_step_ms"], coarse);
+}
+
+/// Runs a session file and reruns its record. Checks that both wrote the same trial, and returns it.
+fn run_and_rerun(folder: &Path, file: &str) -> Value {
+    let (exit, output, _) = run_flexor(folder, &["run", file, "--out", "first"]);
     assert_eq!(exit, Some(0), "{output}");
-    let (exit, output, _) = run_flexor(&folder, &["rerun", "first", "--out", "again"]);
+    let (exit, output, _) = run_flexor(folder, &["rerun", "first", "--out", "again"]);
     assert_eq!(exit, Some(0), "{output}");
     let trial = |record: &str| {
         let mut trials = std::fs::read_dir(folder.join(record)).unwrap();
@@ -282,7 +278,6 @@ fn an_arm_gets_no_finer_step_than_it_needs() {
             .find_map(|entry| std::fs::read_to_string(entry.ok()?.path().join("trial.json")).ok())
             .unwrap()
     };
-    let recorded: Value = serde_json::from_str(&trial("first")).unwrap();
-    assert_eq!(recorded["fidelity"]["arm_step_ms"], coarse);
     assert_eq!(trial("first"), trial("again"));
+    serde_json::from_str(&trial("first")).unwrap()
 }
