@@ -156,16 +156,18 @@ fn telemetry_effects(session: &Session, dense: &Samples) -> Vec<Effect> {
         .iter()
         .filter_map(|sample| sample.measured_deg)
         .collect();
-    let hand = (0..3).flat_map(|axis| {
+    // Each course reads all samples, so only those that the session can have.
+    let axes = if session.limb.is_some() { 3 } else { 0 };
+    let hand = (0..axes).flat_map(|axis| {
         let along = |forces: &[Option<f64>]| forces.get(axis).copied().flatten();
         let reported = dense.iter().filter_map(|s| along(&s.hand_n)).collect();
         let exact = dense.iter().filter_map(|s| along(&s.hand_true_n)).collect();
         [reported, exact]
     });
     let is_arm = matches!(session.body, Some(BodySpec::Arm { .. }));
-    let elbow = dense.iter().filter_map(|s| s.true_deg.filter(|_| is_arm));
+    let elbow = is_arm.then(|| dense.iter().filter_map(|s| s.true_deg).collect());
     let courses = (0..muscles).map(force);
-    let courses = courses.chain(hand).chain([angle, elbow.collect()]);
+    let courses = courses.chain(hand).chain([angle]).chain(elbow);
     let courses: Vec<(Vec<f64>, f64)> = courses
         .map(|course| {
             let low = course.iter().copied().fold(f64::INFINITY, f64::min);
