@@ -3,6 +3,7 @@
 //! Experiments that are declarations are in `experiments`, the runner is in `laboratory`, the
 //! commands are in `cli`.
 
+use crate::hamana2022::conditioning::{self, ConditioningStudy};
 use crate::hamana2022::paper::{self, Kind};
 use crate::hamana2022::{Cells, CellsRun, EXPERIMENTS, TwoPointsError, WEARERS};
 use crate::laboratory::Runnable;
@@ -49,7 +50,7 @@ const SIMULATORS: &[DeviceName] = &[DeviceName::Native, DeviceName::Chip, Device
 const NATIVE: &[DeviceName] = &[DeviceName::Native];
 
 /// All studies with random wearers.
-pub const ENTRIES: [Entry; 8] = [
+pub const ENTRIES: [Entry; 9] = [
     Entry {
         names: &[
             (
@@ -81,6 +82,31 @@ pub const ENTRIES: [Entry; 8] = [
         devices: ("the forearm is simulated", SIMULATORS),
         has_participants: true,
         begin: hamana,
+    },
+    Entry {
+        names: &[
+            (
+                conditioning::PARTICIPANTS,
+                "forearms that agree with the printed voltages of P, Q, R and S",
+            ),
+            (
+                conditioning::MECHANISMS,
+                "the same under single changes of the forearm model",
+            ),
+        ],
+        declarations: &[
+            ("hamana-participants.toml", conditioning::DECLARED),
+            ("hamana-population.toml", hamana2022::DECLARED),
+        ],
+        command: "flexor experiment hamana-participants",
+        draws: 1..=100_000,
+        devices: ("the forearms are simulated without a device", NATIVE),
+        has_participants: true,
+        begin: |request| {
+            let is_of_mechanisms = request.name == conditioning::MECHANISMS;
+            let study = ConditioningStudy::new(is_of_mechanisms, request.wearer, request.decided)?;
+            Ok(Box::new(study))
+        },
     },
     Entry {
         names: &[(

@@ -17,6 +17,8 @@ pub struct Forces {
     parameters: Parameters,
     period_us: u32,
     known: BTreeMap<Vec<u32>, f64>,
+    /// Pattern that was asked for last, and its force: most units spike alike.
+    latest: (Vec<u32>, f64),
 }
 
 impl Forces {
@@ -28,6 +30,7 @@ impl Forces {
             parameters: Parameters::mean_subject_at_50_hz(),
             period_us,
             known: BTreeMap::new(),
+            latest: (Vec::new(), 0.0),
         }
     }
 
@@ -41,12 +44,16 @@ impl Forces {
         let grains = at_us
             .iter()
             .map(|at| (at - first + GRAIN_US / 2) / GRAIN_US);
-        let pattern: Vec<u32> = grains.collect();
-        if let Some(&force) = self.known.get(&pattern) {
-            return force;
+        if grains.clone().eq(self.latest.0.iter().copied()) {
+            return self.latest.1;
         }
-        let force = self.settled_force(&pattern);
-        self.known.insert(pattern, force);
+        let pattern: Vec<u32> = grains.collect();
+        let known = self.known.get(&pattern).copied();
+        let force = known.unwrap_or_else(|| self.settled_force(&pattern));
+        if known.is_none() {
+            self.known.insert(pattern.clone(), force);
+        }
+        self.latest = (pattern, force);
         force
     }
 

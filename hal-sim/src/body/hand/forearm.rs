@@ -8,6 +8,7 @@ use super::network::{
 use super::pools::{POOLS, Pool};
 use super::spec::{ELECTRODES, HandSpec, RETURN, ROUND_M, Rule};
 use crate::random::{standard_normal, unit};
+use std::cell::OnceCell;
 use std::f64::consts::{PI, TAU};
 
 /// Random stream of a wearer's seed for the mean position of each pool.
@@ -25,6 +26,11 @@ const LOOK_S: f64 = 20e-6;
 /// Factor by which each threshold check after the first ten comes later than the one before: the
 /// drive decays, so that the charge then changes more slowly.
 const GROWS: f64 = 1.25;
+
+/// Largest voltage across the skin that counts as no charge, V.
+const RESTING_V: f64 = 1e-6;
+/// Largest charge of a nerve that counts as none, as a fraction of its threshold.
+const RESTING_PART: f64 = 1e-9;
 
 /// Motor unit: its pool, and the position, direction and threshold of its nerve.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -150,9 +156,6 @@ impl Forearm {
             let row = pads.iter().map(|b| field.resistance(a, b));
             row.collect::<Vec<_>>()
         });
-        let skins = pads.iter().enumerate();
-        let skins = skins.map(|(index, pad)| spec.skin(pad, index));
-        let network = Network::new(&resistance_ohm, skins.collect(), spec.limiter_a)?;
         let of_return = |unit: &Unit| {
             let mut drives = [0.0; ELECTRODES];
             drives[RETURN] = spec
@@ -160,15 +163,32 @@ impl Forearm {
                 .nerve_drive(&field.transfer(&pads[RETURN], unit.at_m), unit);
             drives
         };
-        let mut forearm = Self {
-            network,
-            membrane: spec.membrane,
-            sums: spec.sums,
-            drives: units.iter().map(of_return).collect(),
-            units,
-        };
+        let drives = units.iter().map(of_return).collect();
+        let mut forearm = Self::with_drives(spec, pads, &resistance_ohm, (units, drives))?;
         forearm.shift(spec, pads, field, shift_m);
         Ok(forearm)
+    }
+
+    /// Creates a forearm from known resistances of the tissue between `pads`, Ω, and from known
+    /// drives of each unit per ampere through each electrode.
+    ///
+    /// # Errors
+    /// Fails as [`Network::new`].
+    pub(super) fn with_drives(
+        spec: &HandSpec,
+        pads: &[Pad; ELECTRODES],
+        resistance_ohm: &[Vec<f64>],
+        (units, drives): (Vec<Unit>, Vec<[f64; ELECTRODES]>),
+    ) -> Result<Self, InvalidNetwork> {
+        let skins = pads.iter().enumerate();
+        let skins = skins.map(|(index, pad)| spec.skin(pad, index));
+        Ok(Self {
+            network: Network::new(resistance_ohm, skins.collect(), spec.limiter_a)?,
+            membrane: spec.membrane,
+            sums: spec.sums,
+            units,
+            drives,
+        })
     }
 
     /// Moves the skin over the muscles to `shift_m`, along and around from its position at rest.
@@ -246,6 +266,19 @@ impl Forearm {
         }
     }
 
+    /// Returns whether this state leads to the same spikes as [`Self::resting_memory`]: no skin
+    /// keeps more than [`RESTING_V`], no nerve more than [`RESTING_PART`] of its threshold, and none
+    /// is refractory. `factor` scales the threshold of every unit.
+    pub(super) fn is_resting(&self, memory: &Memory, factor: f64) -> bool {
+        let mut skins = 0..ELECTRODES;
+        let mut nerves = memory.nerves.iter().zip(&self.units);
+        skins.all(|electrode| memory.charge.volts(electrode).abs() <= RESTING_V)
+            && nerves.all(|(nerve, unit)| {
+                nerve.since_s >= self.membrane.relative_s
+                    && nerve.charged.abs() <= RESTING_PART * factor * unit.threshold
+            })
+    }
+
     /// Advances by `duration_s` during which the terminals do not change, and appends the spikes to
     /// `spikes`. `factor` scales the threshold of every unit.
     ///
@@ -277,6 +310,36 @@ impl Forearm {
         Ok(())
     }
 
+    /// Returns for each unit its largest charge during a segment that begins at rest, relative to its
+    /// threshold. A unit is recruited if the factor on all thresholds is at most that.
+    ///
+    /// # Errors
+    /// Fails as [`Network::segment`].
+    pub(super) fn peaks(
+        &self,
+        terminals: &[Terminal; RETURN],
+        duration_s: f64,
+    ) -> Result<Vec<f64>, InvalidSegment> {
+        let mut memory = self.resting_memory();
+        let mut peaks = vec![0.0_f64; self.units.len()];
+        for piece in self
+            .network
+            .segment(&mut memory.charge, terminals, duration_s)?
+        {
+            let looks = NerveSamples::new(&self.membrane, &piece);
+            let nerves = memory.nerves.iter_mut().zip(&self.drives);
+            for ((nerve, drives), peak) in nerves.zip(&mut peaks) {
+                let weights = weights(&piece, drives);
+                let charges = looks.all().iter();
+                let charges = charges.map(|sample| sample.charged(nerve.charged, &weights));
+                *peak = charges.fold(*peak, f64::max);
+                nerve.charged = looks.last(nerve.charged, &weights);
+            }
+        }
+        let relative = peaks.iter().zip(&self.units);
+        Ok(relative.map(|(peak, unit)| peak / unit.threshold).collect())
+    }
+
     /// Applies the currents of `piece` to every nerve and appends the spikes that follow.
     fn charge_nerves(
         &self,
@@ -290,9 +353,12 @@ impl Forearm {
         for (index, nerve) in nerves.iter_mut().enumerate() {
             let threshold = factor * self.units[index].threshold;
             let weights = weights(piece, &self.drives[index]);
-            let most = nerve.charged.max(0.0) + weights.iter().map(|w| w.abs()).sum::<f64>();
+            // A leaky integrator exceeds neither its start nor its largest drive, and no term of the
+            // drive grows.
+            let drive: f64 = weights.iter().map(|weight| weight.max(0.0)).sum();
+            let most = nerve.charged.max(drive);
             let spiked = (most >= threshold)
-                .then(|| looks.first_crossing(&self.membrane, *nerve, &weights, threshold))
+                .then(|| looks.first_crossing(*nerve, &weights, threshold))
                 .flatten();
             if let Some(at_s) = spiked {
                 spikes.push(Spike {
@@ -317,69 +383,83 @@ const DRIVES: usize = SIZE + 1;
 
 /// Times within a piece at which nerves are checked, and the charge that each drive has caused by
 /// then. They are the same for all nerves.
-struct NerveSamples {
-    at_s: Vec<f64>,
-    /// Remaining share of an initial charge at each of the times.
-    kept: Vec<f64>,
-    /// Charge that each drive of amplitude 1 has caused at each of the times.
-    basis: Vec<[f64; DRIVES]>,
-    /// Number of drives of the piece.
-    count: usize,
+struct NerveSamples<'p> {
+    membrane: &'p Membrane,
+    piece: &'p Piece,
+    end: NerveSample,
+    /// Samples from the first to the end of the piece; most pieces need only the end.
+    all: OnceCell<Vec<NerveSample>>,
 }
 
-impl NerveSamples {
-    fn new(membrane: &Membrane, piece: &Piece) -> Self {
-        let mut at_s = Vec::new();
-        let (mut t_s, mut step_s) = (0.0, LOOK_S);
-        while t_s + step_s < piece.duration_s {
-            t_s += step_s;
-            at_s.push(t_s);
-            if t_s > 10.0 * LOOK_S {
-                step_s *= GROWS;
-            }
+/// One of the times.
+#[derive(Clone, Copy)]
+struct NerveSample {
+    at_s: f64,
+    /// Remaining share of an initial charge.
+    kept: f64,
+    /// Charge that each drive of amplitude 1 has caused.
+    basis: [f64; DRIVES],
+}
+
+impl NerveSample {
+    fn new(membrane: &Membrane, piece: &Piece, at_s: f64) -> Self {
+        let mut basis = [0.0; DRIVES];
+        for (place, (rate, _)) in basis.iter_mut().zip(drives(piece)) {
+            let decay = Decay {
+                amplitude: 1.0,
+                rate,
+            };
+            *place = membrane.charge_after(0.0, [decay], at_s);
         }
-        at_s.push(piece.duration_s);
-        let basis = at_s.iter().map(|&t_s| {
-            let mut basis = [0.0; DRIVES];
-            for (place, (rate, _)) in basis.iter_mut().zip(drives(piece)) {
-                let decay = Decay {
-                    amplitude: 1.0,
-                    rate,
-                };
-                *place = membrane.charge_after(0.0, [decay], t_s);
-            }
-            basis
-        });
+        let kept = (-at_s / membrane.leak_s).exp();
+        Self { at_s, kept, basis }
+    }
+
+    /// Returns the charge of a nerve; weights beyond the piece's drives are 0.
+    fn charged(&self, before: f64, weights: &[f64; DRIVES]) -> f64 {
+        let driven = self.basis.iter().zip(weights);
+        before * self.kept + driven.map(|(b, w)| b * w).sum::<f64>()
+    }
+}
+
+impl<'p> NerveSamples<'p> {
+    fn new(membrane: &'p Membrane, piece: &'p Piece) -> Self {
         Self {
-            basis: basis.collect(),
-            kept: at_s.iter().map(|t| (-t / membrane.leak_s).exp()).collect(),
-            count: 1 + piece.terms().len(),
-            at_s,
+            membrane,
+            piece,
+            end: NerveSample::new(membrane, piece, piece.duration_s),
+            all: OnceCell::new(),
         }
     }
 
-    fn charged(&self, place: usize, before: f64, weights: &[f64; DRIVES]) -> f64 {
-        let driven = self.basis[place].iter().zip(weights).take(self.count);
-        before * self.kept[place] + driven.map(|(b, w)| b * w).sum::<f64>()
+    fn all(&self) -> &[NerveSample] {
+        self.all.get_or_init(|| {
+            let mut all = Vec::new();
+            let (mut t_s, mut step_s) = (0.0, LOOK_S);
+            while t_s + step_s < self.piece.duration_s {
+                t_s += step_s;
+                all.push(NerveSample::new(self.membrane, self.piece, t_s));
+                if t_s > 10.0 * LOOK_S {
+                    step_s *= GROWS;
+                }
+            }
+            all.push(self.end);
+            all
+        })
     }
 
     fn last(&self, before: f64, weights: &[f64; DRIVES]) -> f64 {
-        self.charged(self.at_s.len() - 1, before, weights)
+        self.end.charged(before, weights)
     }
 
     /// Returns the time within the piece at which the nerve first reaches its threshold, or `None`
     /// if it never does.
-    fn first_crossing(
-        &self,
-        membrane: &Membrane,
-        nerve: Nerve,
-        weights: &[f64; DRIVES],
-        threshold: f64,
-    ) -> Option<f64> {
+    fn first_crossing(&self, nerve: Nerve, weights: &[f64; DRIVES], threshold: f64) -> Option<f64> {
         let (mut before_s, mut below) = (0.0, nerve.charged - threshold);
-        for (place, &at_s) in self.at_s.iter().enumerate() {
-            let needed = threshold * membrane.threshold_factor(nerve.since_s + at_s);
-            let above = self.charged(place, nerve.charged, weights) - needed;
+        for sample in self.all() {
+            let at_s = sample.at_s;
+            let needed = threshold * self.membrane.threshold_factor(nerve.since_s + at_s);
+            let above = sample.charged(nerve.charged, weights) - needed;
             if above >= 0.0 {
                 // Interpolates linearly between the two times.
                 let part = if below < 0.0 {

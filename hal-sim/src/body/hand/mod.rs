@@ -5,7 +5,8 @@
 //! stages and their current limiter as a circuit), `pools` and `membrane` (motor nerves), `forearm`
 //! (combines these three into spikes), `force`, `digits` (angles), `response` (a hand under a
 //! periodic stimulus), `moving` (a hand over time), `detail` (how much
-//! of it is simulated), `placement` (possible positions of electrodes),
+//! of it is simulated), `placement` (possible positions of electrodes), `places` (electrodes at many
+//! positions of one forearm),
 //! `spec`. Voltages, searches and experiments belong to `studies`. Input: the state of each point's
 //! terminal over time. Output: torques and angles of five digits. All numbers are simulated; most
 //! parameters are assumed, and each says so.
@@ -19,6 +20,7 @@ pub mod membrane;
 mod moving;
 pub mod network;
 mod placement;
+mod places;
 pub mod pools;
 mod response;
 pub mod spec;
@@ -27,5 +29,6 @@ mod tests;
 
 pub use moving::{FittedHand, MovingHand};
 pub use placement::PlacementError;
+pub use places::Places;
 pub use response::{Hand, InvalidHand, Response, Segment};
 pub use spec::{HandSpec, Rule, SkinSpec};

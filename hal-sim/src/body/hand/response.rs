@@ -1,13 +1,14 @@
 //! Steady response of a hand to a repeated period of stimulation: torques and angles of its digits.
 
 use super::detail::Pools;
-use super::digits::{INDEX, Torques, individuation, normalised};
+use super::digits::{INDEX, REST_DEG, Torques, individuation, normalised};
 use super::field::{Field, InvalidTissue, Pad};
 use super::force::Forces;
 use super::forearm::{Forearm, Memory, Spike};
 use super::network::{InvalidNetwork, InvalidSegment, Terminal};
 use super::pools::{DIGITS, Pool};
 use super::spec::{ELECTRODES, HandSpec, RETURN};
+use std::sync::Arc;
 
 /// Number of periods in which spikes and skin settle before any period is evaluated.
 const SETTLES: usize = 2;
@@ -49,7 +50,7 @@ pub enum InvalidHand {
 #[derive(Debug, Clone)]
 pub struct Hand {
     spec: HandSpec,
-    field: Field,
+    field: Arc<Field>,
     pads: [Pad; ELECTRODES],
     forearm: Forearm,
     forces: Forces,
@@ -121,20 +122,42 @@ impl Hand {
         pools: Pools,
         shift_m: [f64; 2],
     ) -> Result<Self, InvalidHand> {
-        let field = Field::coarse(spec.tissue)?;
+        let field = Arc::new(Field::coarse(spec.tissue)?);
         let [a, b, e] = points;
         let pads = [a, b, e, spec.return_pad()];
         let mut units = spec.motor_units();
         units.retain(|unit| pools.contains(unit.pool));
         let forearm = Forearm::new(&spec, &pads, units, &field, shift_m)?;
-        Ok(Self {
+        Ok(Self::from_forearm(
+            spec,
+            pads,
+            forearm,
+            (field, Forces::new(SPAN_US)),
+        ))
+    }
+
+    /// Creates a hand from a forearm whose field is already solved, with the cache `forces`.
+    pub(super) fn from_forearm(
+        spec: HandSpec,
+        pads: [Pad; ELECTRODES],
+        forearm: Forearm,
+        (field, forces): (Arc<Field>, Forces),
+    ) -> Self {
+        Self {
             field,
             pads,
             forearm,
-            forces: Forces::new(SPAN_US),
+            forces,
             factor: 1.0,
             spec,
-        })
+        }
+    }
+
+    /// Returns a cache that knows the force of one spike in each period.
+    pub(super) fn warm_forces() -> Forces {
+        let mut forces = Forces::new(SPAN_US);
+        forces.mean_force(&[0, PERIOD_US]);
+        forces
     }
 
     /// Returns the specification from which the hand was created.
@@ -161,6 +184,35 @@ impl Hand {
             self.forearm.scale_coupling(electrode, coupling / *slot);
             *slot = coupling;
         }
+    }
+
+    /// Estimates the factor on all thresholds at which one pulse of `pulse` in each period just bends
+    /// the index finger by `bent_deg`: the factor at which enough of its flexors are recruited, if
+    /// nothing extends it. `None` if all of them do not suffice.
+    ///
+    /// # Errors
+    /// Fails if the circuit cannot be solved.
+    pub fn estimated_factor(
+        &self,
+        pulse: &Segment,
+        bent_deg: f64,
+    ) -> Result<Option<f64>, InvalidSegment> {
+        let lasts_s = f64::from(pulse.lasts_us) * 1e-6;
+        let peaks = self.forearm.peaks(&pulse.terminals, lasts_s)?;
+        let units = self.forearm.units().iter().zip(peaks);
+        let own = units.filter(|(unit, _)| unit.pool.flexed_digit() == Some(INDEX));
+        let mut peaks: Vec<f64> = own.map(|(_, peak)| peak).collect();
+        peaks.sort_unstable_by(|a, b| b.total_cmp(a));
+        let of_one = self.spec.flexor_nm / peaks.len() as f64;
+        let bends = |count: usize| {
+            let mut torques = Torques::default();
+            torques.flexors_nm[INDEX] = of_one * count as f64;
+            torques.angles_deg(self.spec.stiffness_nm_per_rad)[INDEX] - REST_DEG[INDEX] >= bent_deg
+        };
+        let needed = (1..=peaks.len()).find(|count| bends(*count));
+        Ok(needed
+            .map(|count| peaks[count - 1])
+            .filter(|peak| *peak > 0.0))
     }
 
     /// Returns the load that a point presents to its output stage, Ω, as a device measures it.
@@ -213,15 +265,24 @@ impl Hand {
     /// Returns the spike times of each unit in the evaluated periods, µs.
     fn settled_spikes(&self, period: &[Segment]) -> Result<Vec<Vec<u32>>, InvalidSegment> {
         let mut memory = self.forearm.resting_memory();
-        for _ in 0..SETTLES {
-            self.simulate_period(&mut memory, period)?;
-        }
         let mut spikes = vec![Vec::new(); self.forearm.units().len()];
-        for count in 0..COUNTS {
-            for spike in self.simulate_period(&mut memory, period)? {
+        let mut keep = |count: u32, period: &[Spike]| {
+            for spike in period {
                 let at_us = (spike.at_s * 1e6) as u32;
                 spikes[spike.unit].push(count * PERIOD_US + at_us);
             }
+        };
+        let first = self.simulate_period(&mut memory, period)?;
+        if self.forearm.is_resting(&memory, self.factor) {
+            // Nothing is left for the next period, so that all periods are alike.
+            (0..COUNTS).for_each(|count| keep(count, &first));
+            return Ok(spikes);
+        }
+        for _ in 1..SETTLES {
+            self.simulate_period(&mut memory, period)?;
+        }
+        for count in 0..COUNTS {
+            keep(count, &self.simulate_period(&mut memory, period)?);
         }
         Ok(spikes)
     }

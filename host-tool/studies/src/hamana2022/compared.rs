@@ -3,8 +3,8 @@
 
 use super::angles::{intensities, postures};
 use super::experiments::{Experiment, Protocol};
-use super::paper::TABLE_5_P;
 use super::pattern::Pattern;
+use super::printed::TABLE_5_P;
 use super::replication::{Averages, CONDUCTED, PATTERNS, Replication};
 use super::sessions::{Session, claim, people, row};
 use crate::laboratory::{Row, Share};

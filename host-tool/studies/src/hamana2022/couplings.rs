@@ -29,18 +29,30 @@ pub(super) fn fit(
     b_v: Option<f64>,
     extensor_v: Option<f64>,
 ) -> Result<bool, TwoPointsError> {
-    let alone = Pattern::isolated_point(B);
     let is_fitted = match b_v {
         None => true,
-        Some(volts) => weakest(hand, B, |hand| {
-            Ok(bent_deg(hand, alone, [volts; 2])? >= VISIBLE_DEG)
-        })?,
+        Some(volts) => fit_flexor(hand, B, volts)?,
     };
     let Some(volts) = extensor_v.filter(|_| is_fitted) else {
         return Ok(is_fitted);
     };
     weakest(hand, E, |hand| {
         Ok(extended_deg(hand, volts)?.0 >= VISIBLE_DEG)
+    })
+}
+
+/// Sets the coupling of `point`, A or B, as [`fit`] does.
+///
+/// # Errors
+/// Fails if the hand's circuit cannot be solved.
+pub(super) fn fit_flexor(
+    hand: &mut Hand,
+    point: usize,
+    volts: f64,
+) -> Result<bool, TwoPointsError> {
+    let alone = Pattern::isolated_point(point);
+    weakest(hand, point, |hand| {
+        Ok(bent_deg(hand, alone, [volts; 2])? >= VISIBLE_DEG)
     })
 }
 

@@ -59,7 +59,7 @@ pub fn first_found(
     let is_selective = |pad: &Pad| selectivity(spec, field, units.iter(), pad) > 1.0;
     let mut found = pads.into_iter();
     let first = found.find(is_selective)?;
-    let second = found.find(|pad| distance_m(pad, &first) >= APART_M && is_selective(pad))?;
+    let second = found.find(|pad| are_apart(pad, &first) && is_selective(pad))?;
     Some(assign_points(spec, (first, second), shape))
 }
 
@@ -85,10 +85,7 @@ fn most_selective(
     let mut best: Vec<PadSelectivity> = again.filter(|trial| trial.selectivity > 1.0).collect();
     best.sort_by(|a, b| b.selectivity.total_cmp(&a.selectivity));
     let first = best.first()?.pad;
-    let second = best
-        .iter()
-        .find(|trial| distance_m(&trial.pad, &first) >= APART_M)?
-        .pad;
+    let second = best.iter().find(|trial| are_apart(&trial.pad, &first))?.pad;
     Some((first, second))
 }
 
@@ -99,16 +96,21 @@ fn assign_points(spec: &HandSpec, (first, second): (Pad, Pad), shape: Shape) -> 
         true => (first, second),
         false => (second, first),
     };
+    [a, b, extensor_pad(spec, shape)]
+}
+
+/// Returns the extensor's electrode.
+pub(super) fn extensor_pad(spec: &HandSpec, shape: Shape) -> Pad {
     let [along, around] = EXTENSOR;
-    let e = Pad {
+    Pad {
         x_m: along * spec.forearm_m,
         y_m: around * spec.around_m,
         shape,
-    };
-    [a, b, e]
+    }
 }
 
-fn places(spec: &HandSpec, shape: Shape) -> impl Iterator<Item = Pad> {
+/// Lists the places that are tried for A and B.
+pub(super) fn places(spec: &HandSpec, shape: Shape) -> impl Iterator<Item = Pad> {
     let [low_m, high_m] = AROUND.map(|part| part * spec.around_m);
     let from_m = FROM * spec.forearm_m;
     let count = |length: f64, step: f64| (length / step) as usize + 1;
@@ -123,6 +125,11 @@ fn places(spec: &HandSpec, shape: Shape) -> impl Iterator<Item = Pad> {
     })
 }
 
+/// Returns whether two electrodes lie far enough apart.
+pub(super) fn are_apart(a: &Pad, b: &Pad) -> bool {
+    distance_m(a, b) >= APART_M
+}
+
 fn distance_m(a: &Pad, b: &Pad) -> f64 {
     (a.x_m - b.x_m).hypot(a.y_m - b.y_m)
 }
@@ -134,11 +141,21 @@ fn selectivity<'u>(
     units: impl Iterator<Item = &'u Unit>,
     pad: &Pad,
 ) -> f64 {
+    let flexors = units.filter(|unit| unit.pool.flexed_digit().is_some());
+    let drive = |unit: &Unit| spec.rule.nerve_drive(&field.transfer(pad, unit.at_m), unit);
+    selectivity_of_drives(spec, flexors.map(|unit| (unit, drive(unit))))
+}
+
+/// Computes the selectivity of a steady current that leaves through a place, from the drive of each
+/// unit per ampere that enters there.
+pub(super) fn selectivity_of_drives<'u>(
+    spec: &HandSpec,
+    drives: impl Iterator<Item = (&'u Unit, f64)>,
+) -> f64 {
     let mut reached: [Vec<f64>; DIGITS] = Default::default();
-    for unit in units {
+    for (unit, drive) in drives {
         if let Some(digit) = unit.pool.flexed_digit() {
-            let drive = -spec.rule.nerve_drive(&field.transfer(pad, unit.at_m), unit);
-            reached[digit].push(drive / unit.threshold);
+            reached[digit].push(-drive / unit.threshold);
         }
     }
     // Torque for a visible angle. The drive of the last motor unit that it needs decides.

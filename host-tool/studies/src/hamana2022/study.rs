@@ -84,7 +84,7 @@ pub(super) const ROUND: Shape = Shape::Round {
 };
 /// Shapes in the order in which they are tried. The small rectangle is used if the searches for
 /// points and voltages fail with the circle (Hamana 2022, II-B).
-const SHAPES: [Shape; 2] = [
+pub(super) const SHAPES: [Shape; 2] = [
     ROUND,
     Shape::Rectangle {
         along_m: SMALL_M[0],

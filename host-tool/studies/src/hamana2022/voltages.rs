@@ -108,6 +108,35 @@ pub fn calibrate(hand: &mut Hand, threshold_v: f64) -> Result<(), TwoPointsError
     Ok(())
 }
 
+/// Largest relative distance of a factor that [`calibrate_fast`] takes from the exact one.
+const NEAR: f64 = 1e-3;
+
+/// Scales the thresholds of `hand` as [`calibrate`] does, to one part in a thousand: takes the
+/// estimated factor if the finger moves visibly just below it and not just above it.
+///
+/// # Errors
+/// Fails if the hand's circuit cannot be solved.
+pub(super) fn calibrate_fast(hand: &mut Hand, threshold_v: f64) -> Result<(), TwoPointsError> {
+    let pattern = Pattern::isolated_point(A);
+    let period = pattern.period([threshold_v; 2]);
+    let estimated = period
+        .first()
+        .map(|pulse| hand.estimated_factor(pulse, VISIBLE_DEG))
+        .transpose()?
+        .flatten();
+    if let Some(factor) = estimated {
+        let mut is_visible = |factor: f64| -> Result<bool, TwoPointsError> {
+            hand.factor = factor;
+            Ok(bent_deg(hand, pattern, [threshold_v; 2])? >= VISIBLE_DEG)
+        };
+        let (below, above) = (factor * (1.0 - 0.5 * NEAR), factor * (1.0 + 0.5 * NEAR));
+        if !is_visible(above)? && is_visible(below)? {
+            return Ok(());
+        }
+    }
+    calibrate(hand, threshold_v)
+}
+
 impl Voltages {
     /// Searches the voltages of points A and B up to `end_v`, V. Returns `None` if a point has no
     /// threshold: nothing moves visibly up to `end_v`, or the index finger does not move alone when
@@ -175,9 +204,33 @@ pub fn search_steps(
     Ok(steps)
 }
 
+/// Returns whether the point alone visibly bends the index finger at `volts`, and whether the index
+/// finger counts as moving alone.
+pub(super) fn visible_and_alone(
+    hand: &mut Hand,
+    point: usize,
+    volts: f64,
+) -> Result<[bool; 2], TwoPointsError> {
+    let response = hand.respond(&Pattern::isolated_point(point).period([volts; 2]))?;
+    let bent = response.angles_deg()[INDEX] - REST_DEG[INDEX];
+    let individuation = response.individuation();
+    let is_alone = individuation.is_some_and(|index| index > SELECTIVE);
+    Ok([bent >= VISIBLE_DEG, is_alone])
+}
+
+/// Returns the angle to which the point alone bends the index finger at `volts`, °.
+pub(super) fn greatest_angle_deg(
+    hand: &mut Hand,
+    point: usize,
+    volts: f64,
+) -> Result<f64, TwoPointsError> {
+    let bent = bent_deg(hand, Pattern::isolated_point(point), [volts; 2])?;
+    Ok(REST_DEG[INDEX] + bent)
+}
+
 /// Searches threshold and largest voltage of one point up to `end_v`, V; `None` as in
 /// [`Voltages::search`].
-fn search_point(
+pub(super) fn search_point(
     hand: &mut Hand,
     point: usize,
     end_v: f64,
@@ -185,12 +238,7 @@ fn search_point(
     let mut found: Option<[f64; 2]> = None;
     let mut volts = STEP_V;
     while volts <= end_v {
-        let response = hand.respond(&Pattern::isolated_point(point).period([volts; 2]))?;
-        let bent = response.angles_deg()[INDEX] - REST_DEG[INDEX];
-        let is_visible = bent >= VISIBLE_DEG;
-        let is_alone = response
-            .individuation()
-            .is_some_and(|index| index > SELECTIVE);
+        let [is_visible, is_alone] = visible_and_alone(hand, point, volts)?;
         match &mut found {
             None if is_visible && is_alone => found = Some([volts; 2]),
             // The index finger moves visibly, but not alone.

@@ -1,8 +1,8 @@
 //! Analysis of variance of experiment 4 (Hamana 2022, III-D5, table 9) with the fixed factors
 //! number of points and participant, and trials as replications.
 
-use super::printed::TABLE_8;
 use super::{Part, find_draw};
+use crate::hamana2022::printed::TABLE_8;
 use host_core::statistics::two_way;
 use std::collections::BTreeSet;
 
@@ -70,8 +70,8 @@ pub(super) fn complete_means(parts: &[Part], law: &str) -> Vec<Vec<[f64; 2]>> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::printed::TABLE_9;
     use super::*;
+    use crate::hamana2022::printed::TABLE_9;
 
     /// Table 9 follows from table 8 except for rounding: F is 4.30 where the printed trials give
     /// 4.32.

@@ -1,11 +1,11 @@
 //! Compares experiment 4 (Hamana 2022, III-D) over all draws with tables 8 and 9.
 
 use super::anova::{self, SOURCES, published, replications};
-use super::printed::{TABLE_8, TABLE_9};
 use super::spread::{cell, cells};
 use super::tracking::{in_words, mean};
 use super::{Part, Study, draw_results};
 use crate::hamana2022::participant::Participant;
+use crate::hamana2022::printed::{TABLE_8, TABLE_9};
 use crate::hamana2022::sessions::{claim, row};
 use crate::hamana2022::tracked::LAWS;
 use crate::laboratory::{Grid, Row, Share, Sheet};

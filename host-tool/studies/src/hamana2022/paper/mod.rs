@@ -14,7 +14,7 @@ mod device;
 mod figures;
 mod hold;
 mod outcome;
-mod printed;
+
 mod run;
 mod spread;
 mod tables;
@@ -22,7 +22,7 @@ mod tracking;
 mod voltages;
 
 pub use outcome::RunInfo;
-pub(super) use printed::TABLE_5_P;
+
 pub use tracking::{Course, Tracking, Trial};
 
 use super::error::TwoPointsError;

@@ -1,10 +1,10 @@
 //! Compares thresholds and largest voltages of the draws with tables 2, 3 and 7.
 
-use super::printed::{TABLE_2, TABLE_3, TABLE_7_BOTH_V, printed_values};
 use super::spread::cell;
 use super::{DrawResult, Kind, Part, Study, draw_results};
 use crate::hamana2022::experiments::Experiment;
 use crate::hamana2022::participant::Participant;
+use crate::hamana2022::printed::{TABLE_2, TABLE_3, TABLE_7_BOTH_V, printed_values};
 use crate::hamana2022::sessions::row;
 use crate::laboratory::{Grid, Row, Sheet};
 use host_core::statistics::Spread;

@@ -18,7 +18,7 @@ pub(super) const TABLE_3: [(&str, [f64; 2]); 4] = [
 ];
 
 /// p of the comparison of each two-point pattern with one point (table 5), by pattern number.
-pub(in crate::hamana2022) const TABLE_5_P: [f64; 14] = [
+pub(super) const TABLE_5_P: [f64; 14] = [
     0.007_40, 0.007_93, 0.009_58, 0.020_0, 0.008_54, 0.085_1, 0.054_7, 0.139, 0.038_6, 0.277,
     0.041_7, 0.080_5, 0.038_7, 0.121,
 ];
@@ -74,7 +74,7 @@ mod tests {
     /// Table 8 equals the golden file with which the statistics are tested.
     #[test]
     fn table_8_is_that_of_the_golden_file() {
-        let golden = include_str!("../../../../../tests/golden/hamana2022_table8_rmse.csv");
+        let golden = include_str!("../../../../tests/golden/hamana2022_table8_rmse.csv");
         let rows = golden.lines().filter(|line| !line.starts_with(['#', 'p']));
         let mut rows = rows.map(|row| row.split(',').collect::<Vec<_>>());
         for (name, [one_point, two]) in TABLE_8 {
