@@ -111,7 +111,7 @@ impl Cost {
             let wearer = Wearer {
                 hand: prepared.hand.clone(),
                 voltages: prepared.voltages,
-                extensor_v: [0.0; 2], // experiment 3 does not use the extensor
+                extensor_v: None, // experiment 3 does not use the extensor
             };
             timed(&mut spent.intensities, || {
                 wearer.run_session(population, &protocol, Experiment::Intensities)

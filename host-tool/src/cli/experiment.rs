@@ -3,7 +3,7 @@
 use super::operator::TerminalOperator;
 use super::out::OutArgs;
 use super::outcome::claims_text;
-use super::wearer_args::WearerArgs;
+use super::wearer_args::{ParticipantsArgs, WearerArgs};
 use super::{CommandOutput, Output, WrongUse, drawn, interrupt, moment, usage_error};
 use anyhow::Context;
 use clap::Args;
@@ -33,6 +33,8 @@ pub struct ExperimentArgs {
     name: String,
     #[command(flatten)]
     wearer: WearerArgs,
+    #[command(flatten)]
+    participants: ParticipantsArgs,
     /// Name of an ablation of hamana-1 to hamana-4 (docs/two_points.md)
     #[arg(long)]
     ablation: Option<String>,
@@ -89,6 +91,7 @@ impl ExperimentArgs {
             name: &self.name,
             wearer: self.wearer.name(),
             ablation: self.ablation.as_deref(),
+            participants: self.participants.source(),
             device: &self.device,
             decided: (self.seed, self.draws),
         }
@@ -101,6 +104,7 @@ impl ExperimentArgs {
         let identity = record.trials.first()?.identity.as_ref()?;
         Some(Self {
             wearer: WearerArgs::default(),
+            participants: ParticipantsArgs::default(),
             ablation: None,
             name: plan.command.strip_prefix(COMMAND)?.to_owned(),
             device: DeviceName::from_kind(identity.kind)?,

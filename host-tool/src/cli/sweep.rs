@@ -2,7 +2,7 @@
 
 use super::drawn::{GOES_ON, print_shard_complete};
 use super::outcome::claims_text;
-use super::wearer_args::WearerArgs;
+use super::wearer_args::{ParticipantsArgs, WearerArgs};
 use super::{Output, WrongUse, drawn, interrupt, usage_error};
 use clap::Args;
 use host_core::run::DeviceName;
@@ -21,6 +21,8 @@ pub struct SweepArgs {
     name: String,
     #[command(flatten)]
     wearer: WearerArgs,
+    #[command(flatten)]
+    participants: ParticipantsArgs,
     /// Name of an ablation, as in `flexor experiment`
     #[arg(long)]
     ablation: Option<String>,
@@ -53,6 +55,7 @@ pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
         name: &args.name,
         wearer: args.wearer.name(),
         ablation: args.ablation.as_deref(),
+        participants: args.participants.source(),
         device: &args.device,
         decided: (args.seed, args.draws),
     };

@@ -1,6 +1,25 @@
 //! Options that select the wearer of a study or chart.
 
 use clap::Args;
+use studies::hamana2022::paper::Source;
+
+/// Forearms that the participants of Hamana 2022 can have.
+const SOURCES: [&str; 5] = ["posterior", "strict", "prior", "below", "fixed"];
+
+/// Option that selects the forearms of the participants of Hamana 2022.
+#[derive(Args, Debug, Default)]
+pub struct ParticipantsArgs {
+    /// Forearms of Hamana 2022's participants (docs/participants.md); default: posterior
+    #[arg(long, value_parser = SOURCES)]
+    participants: Option<String>,
+}
+
+impl ParticipantsArgs {
+    /// Returns the selected forearms.
+    pub fn source(&self) -> Option<Source> {
+        self.participants.as_deref().and_then(Source::from_name)
+    }
+}
 
 /// Letters of the participants of Hamana 2022, and all of them.
 pub const PARTICIPANTS: [&str; 5] = ["P", "Q", "R", "S", "all"];

@@ -3,8 +3,8 @@
 //! Experiments that are declarations are in `experiments`, the runner is in `laboratory`, the
 //! commands are in `cli`.
 
-use crate::hamana2022::conditioning::{self, ConditioningStudy};
-use crate::hamana2022::paper::{self, Kind};
+use crate::hamana2022::conditioning::{self, Conditioning, ConditioningStudy};
+use crate::hamana2022::paper::{self, ClaimStudy, Kind, Source};
 use crate::hamana2022::{Cells, CellsRun, EXPERIMENTS, TwoPointsError, WEARERS};
 use crate::laboratory::Runnable;
 use crate::sierotowicz2023::electrodes;
@@ -23,6 +23,8 @@ pub struct StudyRequest<'a> {
     pub wearer: Option<&'a str>,
     /// Name of an ablation; `None` for the study as preregistered.
     pub ablation: Option<&'a str>,
+    /// Forearms of the participants of Hamana 2022; `None` for the study's own choice.
+    pub participants: Option<Source>,
     /// Device on which the study runs, or on which a sample of its units is repeated.
     pub device: &'a DeviceName,
     /// Seed and number of draws; `None` where the declaration's value applies.
@@ -50,7 +52,7 @@ const SIMULATORS: &[DeviceName] = &[DeviceName::Native, DeviceName::Chip, Device
 const NATIVE: &[DeviceName] = &[DeviceName::Native];
 
 /// All studies with random wearers.
-pub const ENTRIES: [Entry; 9] = [
+pub const ENTRIES: [Entry; 10] = [
     Entry {
         names: &[
             (
@@ -86,6 +88,10 @@ pub const ENTRIES: [Entry; 9] = [
     Entry {
         names: &[
             (
+                conditioning::FOREARMS,
+                "which random forearms could be those of P, Q, R and S: first phase",
+            ),
+            (
                 conditioning::PARTICIPANTS,
                 "forearms that agree with the printed voltages of P, Q, R and S",
             ),
@@ -103,10 +109,33 @@ pub const ENTRIES: [Entry; 9] = [
         devices: ("the forearms are simulated without a device", NATIVE),
         has_participants: true,
         begin: |request| {
-            let is_of_mechanisms = request.name == conditioning::MECHANISMS;
-            let study = ConditioningStudy::new(is_of_mechanisms, request.wearer, request.decided)?;
+            let is_file = request
+                .wearer
+                .is_some_and(|wearer| wearer.ends_with(".toml"));
+            if is_file || request.ablation.is_some() || request.participants.is_some() {
+                return Err(TwoPointsError::Conditioned(request.name.to_owned()).into());
+            }
+            let kind = Conditioning::from_name(request.name)
+                .ok_or_else(|| anyhow::anyhow!("there is no study {}", request.name))?;
+            let study = ConditioningStudy::new(kind, request.wearer, request.decided)?;
             Ok(Box::new(study))
         },
+    },
+    Entry {
+        names: &[(
+            paper::CLAIMS,
+            "the paper's claims with forearms that agree with its voltages",
+        )],
+        declarations: &[
+            ("hamana-participants.toml", conditioning::DECLARED),
+            ("hamana.toml", EXPERIMENTS),
+            ("hamana-wearers.toml", WEARERS),
+        ],
+        command: "flexor experiment hamana-claims",
+        draws: 1..=10_000,
+        devices: ("the claims are judged on simulated forearms", NATIVE),
+        has_participants: false,
+        begin: |request| Ok(Box::new(ClaimStudy::new(request.decided)?)),
     },
     Entry {
         names: &[(
@@ -234,7 +263,7 @@ pub const ENTRIES: [Entry; 9] = [
 fn hamana(request: &StudyRequest<'_>) -> anyhow::Result<Box<dyn Runnable>> {
     let kind = Kind::from_name(request.name)
         .ok_or_else(|| anyhow::anyhow!("there is no study {}", request.name))?;
-    let whom = (request.wearer, request.ablation);
+    let whom = (request.wearer, request.ablation, request.participants);
     let study = paper::Study::new(kind, whom, request.decided, request.device.clone());
     let study = study.map_err(TwoPointsError::with_lines)?;
     // A problem with the device is reported before any draw.
@@ -260,8 +289,12 @@ impl Entry {
         match found {
             Some(_) if asked.name == CONTROL && !asked.has_participant() => Ok(None),
             Some(entry) => Ok(Some(entry)),
-            None if asked.ablation.is_some() => Err(format!(
-                "--ablation applies to {}, not to {}",
+            None if asked.ablation.is_some() || asked.participants.is_some() => Err(format!(
+                "{} applies to {}, not to {}",
+                match asked.ablation {
+                    Some(_) => "--ablation",
+                    None => "--participants",
+                },
                 Self::with_participants(),
                 asked.name
             )),
@@ -295,7 +328,7 @@ impl Entry {
         if asked.has_participant() && !self.has_participants {
             let name = asked.name;
             mistakes.push(format!(
-                "{name} generates its own wearers; --participant, --wearer and --ablation do not apply to {name}"
+                "{name} generates its own wearers; --participant, --participants, --wearer and --ablation do not apply to {name}"
             ));
         }
         if !devices.contains(asked.device) {
@@ -324,7 +357,7 @@ impl Entry {
 
 impl StudyRequest<'_> {
     const fn has_participant(&self) -> bool {
-        self.wearer.is_some() || self.ablation.is_some()
+        self.wearer.is_some() || self.ablation.is_some() || self.participants.is_some()
     }
 }
 

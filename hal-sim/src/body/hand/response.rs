@@ -223,6 +223,19 @@ impl Hand {
         self.forearm.measured_load_ohm(point, TOLD_AT)
     }
 
+    /// Returns the load of a point at `at_s` seconds into a pulse of `volts`, Ω, as [`Self::load_ohm`]
+    /// does at the device's own voltage and time.
+    ///
+    /// # Errors
+    /// Fails if the circuit cannot be solved.
+    pub fn load_at_ohm(
+        &self,
+        point: usize,
+        (volts, at_s): (f64, f64),
+    ) -> Result<f64, InvalidSegment> {
+        self.forearm.measured_load_ohm(point, (volts, at_s))
+    }
+
     /// Moves the skin over the muscles, relative to its position at rest: around the forearm by the
     /// shift that a pronation of `pronated_deg` causes, and additionally by `along_m` and
     /// `around_m`.

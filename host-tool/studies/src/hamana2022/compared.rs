@@ -2,6 +2,7 @@
 //! of Hamana 2022.
 
 use super::angles::{intensities, postures};
+use super::claims::ALIKE;
 use super::experiments::{Experiment, Protocol};
 use super::pattern::Pattern;
 use super::printed::TABLE_5_P;
@@ -10,9 +11,6 @@ use super::sessions::{Session, claim, people, row};
 use crate::laboratory::{Row, Share};
 use std::collections::BTreeMap;
 
-/// Ratios of the torque of one conducted point to that of one isolated point that count as equal,
-/// as in `hamana-population.toml`.
-const ALIKE: std::ops::RangeInclusive<f64> = 0.9..=1.15;
 /// Returns a row for each quantity, beside the printed value if there is one, and the share of
 /// draws in which each claim holds.
 #[must_use]

@@ -23,6 +23,19 @@ pub enum TwoPointsError {
     /// A wearer file lacks values that these studies need: the file, and the values.
     #[error("E625 the wearer file {0} cannot be used here: {1}; complete it, or give another one")]
     Wearer(String, String),
+    /// A wearer file or an ablation is used with conditioned forearms: the name of the forearms.
+    #[error(
+        "E813 --participants {0} has forearms of its own; leave out --wearer and --ablation, or \
+         choose --participants fixed"
+    )]
+    Source(&'static str),
+    /// A study that conditions forearms is asked for something else than one of the paper's
+    /// participants: the name of the study.
+    #[error(
+        "E814 {0} conditions forearms on what the paper prints of P, Q, R and S; it accepts \
+         --participant, and neither --wearer, --ablation nor --participants"
+    )]
+    Conditioned(String),
     /// A wearer file has mistakes or cannot be read.
     #[error(transparent)]
     File(#[from] SessionError),

@@ -56,11 +56,16 @@ pub fn first_found(
 ) -> Option<[Pad; 3]> {
     let mut pads: Vec<Pad> = places(spec, shape).collect();
     Random::new(spec.seed ^ ORDER).shuffle(&mut pads);
-    let is_selective = |pad: &Pad| selectivity(spec, field, units.iter(), pad) > 1.0;
+    let is_selective = |pad: &Pad| is_selective(spec, field, units, pad);
     let mut found = pads.into_iter();
     let first = found.find(is_selective)?;
     let second = found.find(|pad| are_apart(pad, &first) && is_selective(pad))?;
     Some(assign_points(spec, (first, second), shape))
+}
+
+/// Returns whether the index finger is the first digit that a steady current through `pad` bends.
+pub(super) fn is_selective(spec: &HandSpec, field: &Field, units: &[Unit], pad: &Pad) -> bool {
+    selectivity(spec, field, units.iter(), pad) > 1.0
 }
 
 fn most_selective(

@@ -5,6 +5,7 @@ use super::experiments::{Condition, Experiment, StimulationResult};
 use super::pattern::Points;
 use hal_sim::body::hand::spec::{A, B};
 use host_core::statistics::{friedman, mean, paired_t};
+use serde::{Deserialize, Serialize};
 
 /// Number of patterns in figure 5.
 pub const PATTERNS: usize = 14;
@@ -13,7 +14,7 @@ pub const PATTERNS: usize = 14;
 pub const CONDUCTED: [usize; 10] = [0, 1, 2, 3, 4, 5, 6, 8, 10, 12];
 
 /// Averages of one participant in one session.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Averages {
     /// Mean of each pattern over the trials, by the number in figure 5: the individuation index in
     /// experiment 1; the torque in experiment 2, as a fraction of that of the strongest pattern.

@@ -81,7 +81,7 @@ impl Wearer {
             }
         };
         let range = |point: usize| [low_v[point], voltages.most_v[point]];
-        Some([range(0), range(1), self.extensor_v])
+        Some([range(0), range(1), self.extensor_v?])
     }
 
     /// Returns [`Self::ranges_v`], limited to the voltages that the device can apply to the

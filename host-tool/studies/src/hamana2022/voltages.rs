@@ -42,8 +42,12 @@ pub(super) fn bent_deg(
     pattern: Pattern,
     volts: [f64; 2],
 ) -> Result<f64, TwoPointsError> {
-    let response = hand.respond(&pattern.period(volts))?;
-    Ok(response.angles_deg()[INDEX] - REST_DEG[INDEX])
+    bent_deg_of(hand, &pattern.period(volts))
+}
+
+/// Returns how far a period bends the index finger from rest, °.
+pub(super) fn bent_deg_of(hand: &mut Hand, period: &[Segment]) -> Result<f64, TwoPointsError> {
+    Ok(hand.respond(period)?.angles_deg()[INDEX] - REST_DEG[INDEX])
 }
 
 /// Stimulates the extensor's point at `volts` while A and B float. Returns how far the index finger

@@ -49,8 +49,8 @@ pub struct Wearer {
     pub hand: Hand,
     /// Thresholds and largest voltages of A and B.
     pub voltages: Voltages,
-    /// Threshold and largest voltage of the extensor's point, V.
-    pub extensor_v: [f64; 2],
+    /// Threshold and largest voltage of the extensor's point, V; `None` in a session without it.
+    pub extensor_v: Option<[f64; 2]>,
 }
 
 /// Mixed into the hand's seed for the skin shift and contraction strength of a trial.
@@ -189,7 +189,7 @@ impl Participant {
             Err(missing) => return Ok(Err(missing_reason(&missing))),
         };
         Ok(match search_extensor(&mut hand, DEVICE_V)? {
-            Some(extensor_v) => Ok(Wearer {
+            extensor_v @ Some(_) => Ok(Wearer {
                 hand,
                 voltages,
                 extensor_v,

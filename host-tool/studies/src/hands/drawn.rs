@@ -110,9 +110,7 @@ impl DrivenHand {
             Ok(prepared) => prepared,
             Err(_) => return Ok(Err("no two points that bend the finger alone")),
         };
-        let Some(extensor_v) = search_extensor(&mut hand, known.most_v)? else {
-            return Ok(Err("nothing extends the finger, or the wrist comes first"));
-        };
+        let extensor_v = search_extensor(&mut hand, known.most_v)?;
         let wearer = Wearer {
             hand,
             voltages,
@@ -153,6 +151,9 @@ impl DrivenHand {
             voltages,
             extensor_v,
         } = wearer;
+        let Some(extensor_v) = extensor_v else {
+            return Ok(Err("nothing extends the finger, or the wrist comes first"));
+        };
         if !is_range(extensor_v) {
             return Ok(Err("threshold and greatest voltage are one"));
         }

@@ -6,7 +6,9 @@
 
 use super::data::{PrintedVoltages, Table};
 use super::forearm::{Forearm, Pair};
+use super::posterior::AcceptedForearm;
 use super::prior::{Prior, SessionDraw};
+use super::setup::{Setup, Solved};
 use crate::hamana2022::TwoPointsError;
 use crate::hamana2022::couplings::{fit, fit_flexor};
 use crate::hamana2022::voltages::{
@@ -15,7 +17,7 @@ use crate::hamana2022::voltages::{
 };
 use hal_sim::body::hand::spec::{A, B, E};
 use hal_sim::body::hand::{Hand, HandSpec};
-use hal_sim::random::unit;
+use hal_sim::random::{unit, word};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -25,26 +27,6 @@ const THRESHOLDS: u64 = 0x100;
 const CHOICE: u64 = 0x110;
 /// Place in the stream of table 7's sessions of the chance by which an unlikely forearm is kept.
 const ROULETTE: u64 = 0x120;
-
-/// Electrodes and skin of a session.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Setup {
-    /// Number of the session, from 0, by which its skin is drawn.
-    pub session: u64,
-    /// Indices of the places of A and B.
-    pub points: [usize; 2],
-}
-
-/// A session of table 7 whose thresholds are met.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Solved {
-    /// Electrodes and skin.
-    pub setup: Setup,
-    /// Factor on every threshold of a nerve.
-    pub factor: f64,
-    /// Couplings of A, B and the extensor's point.
-    pub coupling: [f64; 3],
-}
 
 /// Sessions that meet the data of a table, and one of them, chosen by its probability.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -67,6 +49,18 @@ impl<T> Default for Accepted<T> {
 /// Sessions of tables 2 and 3; `None` for a table that prints nothing of the participant, or if the
 /// forearm has no weight without it.
 type Unsolved = [Option<Accepted<Setup>>; 2];
+
+/// How many sessions judge a forearm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Effort {
+    /// Number of the first session of each table, so that two judgements are independent.
+    pub first_session: u64,
+    /// Number of sessions of table 7, and of each of tables 2 and 3.
+    pub sessions: [u64; 2],
+    /// Probability of meeting table 7 below which a forearm is kept by a chance in proportion; 0
+    /// keeps all.
+    pub kept_from: f64,
+}
 
 /// A forearm with sessions that meet all data of its participant.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -99,6 +93,21 @@ pub struct JudgedForearm {
 }
 
 impl JudgedForearm {
+    /// Returns the candidate under the first or the second condition as an accepted forearm; `seed`
+    /// is that of the forearm, and the weight is not normalised.
+    #[must_use]
+    pub fn accepted(&self, seed: u64, is_strict: bool) -> Option<AcceptedForearm> {
+        let candidate = self.candidate(is_strict)?;
+        Some(AcceptedForearm {
+            participant: self.participant.clone(),
+            drawn: (seed, self.index),
+            is_strict,
+            weight: candidate.weight(),
+            solved: candidate.solved,
+            unsolved: candidate.unsolved.map(|accepted| accepted?.chosen),
+        })
+    }
+
     /// Returns the candidate under the first or the second condition.
     #[must_use]
     pub const fn candidate(&self, is_strict: bool) -> Option<&Candidate> {
@@ -109,12 +118,22 @@ impl JudgedForearm {
     }
 }
 
+impl Effort {
+    /// Returns the stream by which a session is chosen, of the stream of a table's sessions.
+    const fn stream(self, sessions: u64) -> u64 {
+        word(sessions ^ CHOICE, self.first_session)
+    }
+}
+
 impl Accepted<Solved> {
     /// Returns the chosen session and its probability if the forearm is kept. A forearm less likely
     /// than `kept_from` is kept with a chance in proportion, and its probability divided by that
     /// chance, so that its weight is right on average; `part` is uniform in [0, 1).
     fn kept(&self, kept_from: f64, part: f64) -> Option<(Solved, f64)> {
-        let chance = (self.met[1] / kept_from).min(1.0);
+        let chance = match kept_from > 0.0 {
+            true => (self.met[1] / kept_from).min(1.0),
+            false => 1.0,
+        };
         let solved = self.chosen.filter(|_| part < chance)?;
         Some((solved, self.met[1] / chance))
     }
@@ -202,7 +221,7 @@ impl Prior<'_> {
     ///
     /// # Errors
     /// Fails if the declaration or a hand is invalid.
-    pub fn judge(&self, index: u64) -> Result<JudgedForearm, TwoPointsError> {
+    pub fn judge(&self, index: u64, effort: Effort) -> Result<JudgedForearm, TwoPointsError> {
         let voltages = PrintedVoltages::of(self.participant);
         let mut forearm = self.forearm(index)?;
         let mut judged = JudgedForearm {
@@ -217,14 +236,14 @@ impl Prior<'_> {
             return Ok(judged);
         }
         let [all, strict] = match voltages.solved_v {
-            Some((_, most_v)) => self.solve_sessions(&mut forearm, (index, most_v))?,
+            Some((_, most_v)) => self.solve_sessions(&mut forearm, (index, most_v), effort)?,
             None => [self.reference(&mut forearm, index)?, Accepted::default()],
         };
         judged.solved = [all.met[0], all.met[1]];
         let mut candidate = |accepted: Accepted<Solved>, place: u64| {
             let part = unit(self.session_stream(index, Table::Seven), ROULETTE + place);
-            let kept = accepted.kept(self.declaration.kept_from, part);
-            kept.map(|kept| self.candidate(&mut forearm, index, kept))
+            let kept = accepted.kept(effort.kept_from, part);
+            kept.map(|kept| self.candidate(&mut forearm, (index, effort), kept))
                 .transpose()
         };
         judged.posterior = candidate(all, 0)?;
@@ -238,14 +257,15 @@ impl Prior<'_> {
         &self,
         forearm: &mut Forearm,
         (index, most_v): (u64, [f64; 2]),
+        effort: Effort,
     ) -> Result<[Accepted<Solved>; 2], TwoPointsError> {
-        let stream = self.session_stream(index, Table::Seven) ^ CHOICE;
+        let stream = effort.stream(self.session_stream(index, Table::Seven));
         let mut choices = [Choice::new(stream), Choice::new(!stream)];
         let mut met_a = 0.0;
         let others = by_a(forearm.pairs());
-        let sessions = self.declaration.solved_sessions;
-        for session in 0..sessions {
-            let draw = self.session(forearm, (index, Table::Seven, session))?;
+        let [sessions, _] = effort.sessions;
+        for session in effort.first_session..effort.first_session + sessions {
+            let draw = self.session(forearm.spec(), (index, Table::Seven, session))?;
             let [a_v, b_v, e_v] = self.thresholds_v(index, &draw)?;
             for (&a, others) in &others {
                 let mut hand = forearm.hand_with_one(draw.spec.clone(), a)?;
@@ -304,21 +324,18 @@ impl Prior<'_> {
         meets(hand, printed_v, (self.noise_v(), Table::Seven.end_v()))
     }
 
-    /// Solves a session of reference for a participant without table 7, whose thresholds are drawn
-    /// from the population's ranges. The pair of places is drawn by its probability.
-    fn reference(
+    /// Solves session 0 of table 7 for the thresholds, whatever its greatest voltages: for a
+    /// participant without table 7 they are drawn from the population's ranges. The pair of places
+    /// is drawn by its probability.
+    pub(super) fn reference(
         &self,
         forearm: &mut Forearm,
         index: u64,
     ) -> Result<Accepted<Solved>, TwoPointsError> {
-        let mut choice = Choice::new(self.session_stream(index, Table::Seven) ^ CHOICE);
-        for pair in forearm.pairs() {
-            choice.offer(pair.probability, pair.points);
-        }
-        let Some(points) = choice.chosen else {
+        let Some(points) = self.any_pair(forearm, (index, Table::Seven)) else {
             return Ok(Accepted::default());
         };
-        let draw = self.session(forearm, (index, Table::Seven, 0))?;
+        let draw = self.session(forearm.spec(), (index, Table::Seven, 0))?;
         let [a_v, b_v, e_v] = self.thresholds_v(index, &draw)?;
         let mut hand = forearm.hand(draw.spec, points)?;
         calibrate(&mut hand, a_v)?;
@@ -335,6 +352,20 @@ impl Prior<'_> {
             met: [1.0; 2],
             chosen: Some(solved),
         })
+    }
+
+    /// Draws a pair of places for a session of `table` by its probability; `None` if there are no two
+    /// selective places.
+    pub(super) fn any_pair(
+        &self,
+        forearm: &Forearm,
+        (index, table): (u64, Table),
+    ) -> Option<[usize; 2]> {
+        let mut choice = Choice::new(self.session_stream(index, table) ^ CHOICE);
+        for pair in forearm.pairs() {
+            choice.offer(pair.probability, pair.points);
+        }
+        choice.chosen
     }
 
     /// Returns the thresholds that a session of table 7 is solved for, V. Each is uniform over the
@@ -367,7 +398,7 @@ impl Prior<'_> {
     fn candidate(
         &self,
         forearm: &mut Forearm,
-        index: u64,
+        (index, effort): (u64, Effort),
         (solved, probability): (Solved, f64),
     ) -> Result<Candidate, TwoPointsError> {
         let mut candidate = Candidate {
@@ -379,7 +410,8 @@ impl Prior<'_> {
         let tables = Table::UNSOLVED.into_iter().zip(voltages.unsolved_v);
         for ((table, most_v), accepted) in tables.zip(&mut candidate.unsolved) {
             let Some(most_v) = most_v else { continue };
-            let came = self.unsolved_sessions(forearm, (index, table, most_v), &solved)?;
+            let came =
+                self.unsolved_sessions(forearm, (index, table, most_v), (&solved, effort))?;
             *accepted = Some(came);
             if came.chosen.is_none() {
                 // The weight is 0 whatever the other table gives.
@@ -394,14 +426,14 @@ impl Prior<'_> {
         &self,
         forearm: &mut Forearm,
         (index, table, most_v): (u64, Table, [f64; 2]),
-        solved: &Solved,
+        (solved, effort): (&Solved, Effort),
     ) -> Result<Accepted<Setup>, TwoPointsError> {
-        let mut choice = Choice::new(self.session_stream(index, table) ^ CHOICE);
-        let (mut met_a, sessions) = (0.0, self.declaration.sessions);
+        let mut choice = Choice::new(effort.stream(self.session_stream(index, table)));
+        let (mut met_a, [_, sessions]) = (0.0, effort.sessions);
         let within = (self.noise_v(), table.end_v());
         let others = by_a(forearm.pairs());
-        for session in 0..sessions {
-            let draw = self.session(forearm, (index, table, session))?;
+        for session in effort.first_session..effort.first_session + sessions {
+            let draw = self.session(forearm.spec(), (index, table, session))?;
             let meets = |forearm: &mut Forearm, point: usize, place: usize| {
                 let spec = with_coupling(&draw.spec, solved.coupling[point]);
                 let mut hand = forearm.hand_with_one(spec, place)?;

@@ -31,6 +31,8 @@ pub struct Declaration {
     /// Probability of meeting table 7 from which on every forearm is kept; a less likely one is kept
     /// by a chance in proportion.
     pub kept_from: f64,
+    /// Second phase: forearms that are judged again.
+    pub refined: Refined,
     /// Number of search steps by which a found voltage may differ from the printed one.
     pub noise_steps: u32,
     /// Part of the places on the forearm that a session tries, above 0 and at most 1.
@@ -67,6 +69,17 @@ pub struct Strict {
     pub participant: String,
     /// Smallest angle that counts as fully flexed, °.
     pub flexed_deg: f64,
+}
+
+/// Second phase of the conditioning: a forearm is judged again, by sessions of its own, with a
+/// chance in proportion to its weight in the first phase, by which its weight is divided.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Refined {
+    /// Expected number of forearms of each participant.
+    pub forearms: f64,
+    /// Number of sessions of table 7, and of each of tables 2 and 3.
+    pub sessions: [u64; 2],
 }
 
 /// Numbers of replications: one forearm of each participant in each.

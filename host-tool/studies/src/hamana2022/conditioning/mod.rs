@@ -3,24 +3,34 @@
 //! Takes the declaration `hamana-participants.toml`, a participant and a seed; returns forearms with
 //! weights, each with sessions that meet tables 2, 3 and 7 (approximate Bayesian computation).
 //! `declaration` and `data` are what is known, `prior` and `mechanism` what is drawn, `forearm` the
-//! places for electrodes, `conditioned` judges one forearm, `study` many, `outcome` and `weights`
-//! summarise. The searches are the paper's, in the parent module. Everything is simulated: this is
+//! places for electrodes, `conditioned` judges one forearm, `study` many in two
+//! phases (`screened` are the weights of the first), `outcome` and `weights`
+//! summarise; `posterior` is what is shipped, from which `wearer` makes wearers. The searches are the paper's, in the parent module. Everything is simulated: this is
 //! no evidence about people.
 
 mod conditioned;
 mod data;
 mod declaration;
 mod forearm;
+mod information;
+mod measurements;
 mod mechanism;
+mod mechanisms;
 mod outcome;
+mod posterior;
 mod prior;
+mod screened;
+mod setup;
 mod study;
+mod wearer;
 mod weights;
 
-pub use conditioned::{Candidate, JudgedForearm, Setup, Solved};
+pub use conditioned::{Candidate, Effort, JudgedForearm};
 pub use data::{PrintedVoltages, Table};
-pub use declaration::{DECLARED, Declaration};
+pub use declaration::{ClaimKind, DECLARED, Declaration};
 pub use mechanism::Mechanism;
+pub use posterior::{AcceptedForearm, Posterior, SHIPPED};
 pub use prior::Prior;
-pub use study::{ConditioningStudy, MECHANISMS, PARTICIPANTS};
+pub use setup::{Setup, Solved};
+pub use study::{Conditioning, ConditioningStudy, FOREARMS, MECHANISMS, PARTICIPANTS};
 pub use weights::{WeightSummary, weighted_quantile};

@@ -1,10 +1,12 @@
 //! Result of the conditioning: acceptance, weights, prior and posterior of every parameter, and the
 //! file of accepted forearms.
 
-use super::conditioned::{Candidate, JudgedForearm, Setup};
+use super::conditioned::JudgedForearm;
 use super::data::Table;
 use super::mechanism::Mechanism;
-use super::study::{ConditioningStudy, Unit};
+use super::mechanisms;
+use super::setup::Setup;
+use super::study::{Conditioning, ConditioningStudy, Unit};
 use super::weights::{WeightSummary, weighted_quantile};
 use crate::hamana2022::participant::Participant;
 use crate::laboratory::{Outcome, Preregistration, Row};
@@ -31,13 +33,20 @@ struct Group<'a> {
     mechanism: Mechanism,
     participant: &'a Participant,
     judged: Vec<&'a JudgedForearm>,
+    /// Chance by which each forearm came into the study.
+    chances: Vec<f64>,
+    /// Number of forearms of the prior that the weights represent.
+    of: usize,
 }
 
 impl Group<'_> {
     fn weights(&self, is_strict: bool) -> Vec<f64> {
-        let weights = self.judged.iter();
-        let weights = weights.map(|forearm| forearm.candidate(is_strict).map(Candidate::weight));
-        weights.map(Option::unwrap_or_default).collect()
+        let weights = self.judged.iter().zip(&self.chances);
+        let weight = |(forearm, chance): (&&JudgedForearm, &f64)| {
+            let candidate = forearm.candidate(is_strict);
+            candidate.map_or(0.0, |candidate| candidate.weight() / chance)
+        };
+        weights.map(weight).collect()
     }
 
     fn prefix(&self) -> String {
@@ -56,10 +65,16 @@ fn groups<'a>(study: &'a ConditioningStudy, units: &'a [Unit]) -> Vec<Group<'a>>
             let own = units.iter().filter(|unit| {
                 unit.mechanism == mechanism && unit.judged.participant == participant.name
             });
+            let judged: Vec<&JudgedForearm> = own.map(|unit| &unit.judged).collect();
             groups.push(Group {
                 mechanism,
                 participant,
-                judged: own.map(|unit| &unit.judged).collect(),
+                chances: judged.iter().map(|forearm| study.chance(forearm)).collect(),
+                of: match study.kind {
+                    Conditioning::Participants => study.draws as usize,
+                    _ => judged.len(),
+                },
+                judged,
             });
         }
     }
@@ -73,7 +88,7 @@ pub(super) fn outcome(
 ) -> Outcome {
     let groups = groups(study, units);
     let mut rows: Vec<Row> = groups.iter().flat_map(summary_rows).collect();
-    if study.mechanisms.len() == 1 {
+    if !study.is_of_mechanisms() {
         rows.extend(groups.iter().flat_map(|group| parameter_rows(study, group)));
     }
     let notes = [SIMULATED, CONDITIONED, WEIGHTS]
@@ -99,7 +114,13 @@ pub(super) fn outcome(
         rows,
         shares: Vec::new(),
         decides: Vec::new(),
-        sheets: Vec::new(),
+        sheets: match study.is_of_mechanisms() {
+            true => vec![
+                mechanisms::evidence_table(study, units),
+                mechanisms::information_table(study, units),
+            ],
+            false => Vec::new(),
+        },
         notes: notes.chain(groups.iter().filter_map(conflict)).collect(),
     }
 }
@@ -171,7 +192,7 @@ fn summary_rows(group: &Group<'_>) -> Vec<Row> {
         )
     };
     let mut rows = Vec::new();
-    if group.participant.thresholds_v.is_some() {
+    if group.participant.thresholds_v.is_some() && group.of == n {
         let [a, both] = [mean(|f| f.solved[0]), mean(|f| f.solved[1])];
         rows.push(row(
             "accepted-7-a",
@@ -192,9 +213,11 @@ fn summary_rows(group: &Group<'_>) -> Vec<Row> {
         if is_strict && summary.positive == 0 && group.mechanism != Mechanism::Default {
             continue;
         }
-        let count = n as f64;
+        let count = group.of as f64;
         let evidence = summary.sum / count;
-        let variance = weights.iter().map(|w| (w - evidence).powi(2)).sum::<f64>() / count;
+        // Forearms outside the study have weight 0.
+        let squares = weights.iter().map(|weight| weight * weight).sum::<f64>();
+        let variance = squares / count - evidence * evidence;
         let error = (variance / count).sqrt();
         let mut evidence_row = row(
             &format!("{condition}-evidence"),
@@ -255,22 +278,41 @@ fn parameter_rows(study: &ConditioningStudy, group: &Group<'_>) -> Vec<Row> {
             })
             .collect()
     };
-    let judged = group.judged.iter();
-    let all = judged.map(|forearm| (prior.values(forearm.index, Table::Seven, 0), 1.0));
+    let all = (0..study.draws).map(|index| (prior.values(index, Table::Seven, 0), 1.0));
     let mut rows = of("prior", &all.collect::<Vec<_>>());
     for (is_strict, condition) in [false, true].into_iter().zip(CONDITIONS) {
-        let weighted = group.judged.iter().filter_map(|forearm| {
-            let candidate = forearm.candidate(is_strict)?;
-            let session = candidate.solved.setup.session;
-            let values = prior.values(forearm.index, Table::Seven, session);
-            Some((values, candidate.weight())).filter(|(_, weight)| *weight > 0.0)
-        });
+        let weights = group.weights(is_strict);
+        let weighted = group
+            .judged
+            .iter()
+            .zip(weights)
+            .filter_map(|(forearm, weight)| {
+                let session = forearm.candidate(is_strict)?.solved.setup.session;
+                let values = prior.values(forearm.index, Table::Seven, session);
+                (weight > 0.0).then_some((values, weight))
+            });
         let weighted: Vec<(Vec<f64>, f64)> = weighted.collect();
         if !weighted.is_empty() {
             rows.extend(of(condition, &weighted));
         }
     }
     rows
+}
+
+/// Returns the forearms with weight in the first phase.
+pub(super) fn screened_csv(study: &ConditioningStudy, units: &[Unit]) -> String {
+    let mut text = "participant,seed,of,forearm,weight\n".to_owned();
+    for group in groups(study, units) {
+        let weights = group.weights(false);
+        for (forearm, weight) in group.judged.iter().zip(weights) {
+            if weight > 0.0 {
+                let (name, index) = (&group.participant.name, forearm.index);
+                let (seed, of) = (study.seed, study.draws);
+                let _ = writeln!(text, "{name},{seed},{of},{index},{weight:.4e}");
+            }
+        }
+    }
+    text
 }
 
 /// Returns the accepted forearms with their weights, sessions and parameters.
@@ -290,12 +332,13 @@ pub(super) fn posterior_csv(study: &ConditioningStudy, units: &[Unit]) -> String
     {
         let prior = study.prior(group.participant, group.mechanism);
         for (is_strict, condition) in [false, true].into_iter().zip(CONDITIONS) {
-            let total = WeightSummary::of(&group.weights(is_strict)).sum;
-            for forearm in &group.judged {
+            let weights = group.weights(is_strict);
+            let total = WeightSummary::of(&weights).sum;
+            for (forearm, weight) in group.judged.iter().zip(weights) {
                 let Some(candidate) = forearm.candidate(is_strict) else {
                     continue;
                 };
-                let weight = candidate.weight() / total;
+                let weight = weight / total;
                 if !weight.is_finite() || weight <= LEAST_WEIGHT {
                     continue;
                 }

@@ -72,37 +72,43 @@ impl Prior<'_> {
             .collect()
     }
 
-    /// Creates forearm `index`.
+    /// Creates forearm `index` with all places for electrodes, which takes some 40 ms.
     ///
     /// # Errors
     /// Fails if a range is missing.
     pub fn forearm(&self, index: u64) -> Result<Forearm, TwoPointsError> {
-        let person = self.population.draw_person(self.own_seed(), index)?;
         let drawn = self.person_values(index);
-        let value = |field| self.person_value(&drawn, field);
-        let spec = HandSpec {
-            around_m: self.participant.around_m,
-            scatter: value("scatter")?,
-            limiter_a: 1e-3 * value("limiter_ma")?,
-            ..person.spec.with_reach(self.participant.reach_m)
-        };
-        let is_earlier = self.mechanism == Mechanism::Earlier;
-        let tried = match value("first_found")? > 0.5 {
-            _ if is_earlier => Some(1.0),
+        let tried = match self.person_value(&drawn, "first_found")? > 0.5 {
+            _ if self.mechanism == Mechanism::Earlier => Some(1.0),
             true => None,
             false => Some(self.declaration.tried),
         };
-        let spec = self.mechanism.changed(spec);
-        Forearm::new(spec, tried)
+        Forearm::new(self.forearm_spec(index)?, tried)
     }
 
-    /// Draws session `number` of `table` on a forearm.
+    /// Returns the parameters of forearm `index`.
+    ///
+    /// # Errors
+    /// Fails if a range is missing.
+    pub fn forearm_spec(&self, index: u64) -> Result<HandSpec, TwoPointsError> {
+        let person = self.population.draw_person(self.own_seed(), index)?;
+        let drawn = self.person_values(index);
+        let spec = HandSpec {
+            around_m: self.participant.around_m,
+            scatter: self.person_value(&drawn, "scatter")?,
+            limiter_a: 1e-3 * self.person_value(&drawn, "limiter_ma")?,
+            ..person.spec.with_reach(self.participant.reach_m)
+        };
+        Ok(self.mechanism.changed(spec))
+    }
+
+    /// Draws session `number` of `table` on the forearm with these parameters.
     ///
     /// # Errors
     /// Fails if a range is missing.
     pub fn session(
         &self,
-        forearm: &Forearm,
+        forearm: &HandSpec,
         (index, table, number): (u64, Table, u64),
     ) -> Result<SessionDraw, TwoPointsError> {
         let drawn = self.session_values(index, table, number);
@@ -124,7 +130,7 @@ impl Prior<'_> {
                 _ => skin.times(value("skin_factor")?),
             },
             return_factor: value("return_factor")?,
-            ..forearm.spec().clone()
+            ..forearm.clone()
         };
         let stream = self.session_stream(index, table);
         Ok(SessionDraw {

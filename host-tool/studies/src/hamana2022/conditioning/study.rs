@@ -1,12 +1,16 @@
 //! The conditioning as a study of the laboratory, which can be resumed and divided into shards.
 
-use super::conditioned::JudgedForearm;
-use super::data::PrintedVoltages;
+use super::conditioned::{Effort, JudgedForearm};
+use super::data::{PrintedVoltages, Table};
 use super::declaration::{DECLARED, Declaration};
+use super::measurements::measure;
 use super::mechanism::Mechanism;
 use super::outcome;
 use super::prior::Prior;
+use super::screened::{self, Screened, SelectedForearm};
+use crate::hamana2022::experiments::{Experiment, Protocol};
 use crate::hamana2022::population::{self, Population};
+use crate::hamana2022::replication::Averages;
 use crate::hamana2022::wearers::Participants;
 use crate::hamana2022::{Participant, TwoPointsError};
 use crate::laboratory::{self, Outcome, StudyIdentity};
@@ -15,17 +19,54 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Names of the studies on the command line.
+pub const FOREARMS: &str = "hamana-forearms";
 pub const PARTICIPANTS: &str = "hamana-participants";
 pub const MECHANISMS: &str = "hamana-mechanisms";
+
+/// What a study conditions.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Conditioning {
+    /// The first phase: every forearm, by few sessions.
+    Forearms,
+    /// The second phase: forearms that the first one selects, by many sessions.
+    Participants,
+    /// The first phase under every single change of the model.
+    Mechanisms,
+}
+
+impl Conditioning {
+    /// Returns the kind of the study with this name on the command line.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        let all = [Self::Forearms, Self::Participants, Self::Mechanisms];
+        all.into_iter().find(|kind| kind.name() == name)
+    }
+
+    /// Returns the name on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Forearms => FOREARMS,
+            Self::Participants => PARTICIPANTS,
+            Self::Mechanisms => MECHANISMS,
+        }
+    }
+}
+
+/// Number of the first session of the second phase, beyond those of the first.
+const SECOND: u64 = 1_000;
 
 /// Conditions forearms on the printed voltages, under the model as it stands or under single changes
 /// of it.
 pub struct ConditioningStudy {
     pub(super) declaration: Declaration,
     pub(super) population: Population,
+    pub(super) protocol: Protocol,
     pub(super) participants: Vec<Participant>,
     pub(super) mechanisms: Vec<Mechanism>,
-    name: &'static str,
+    pub(super) kind: Conditioning,
+    /// Forearms of the second phase.
+    pub(super) screened: Vec<SelectedForearm>,
     arguments: String,
     pub(super) seed: u64,
     /// Number of forearms of each participant and mechanism.
@@ -40,18 +81,23 @@ pub struct Unit {
     pub mechanism: Mechanism,
     /// The forearm.
     pub judged: JudgedForearm,
+    /// Experiment 2 of a forearm with weight; only in the study of mechanisms.
+    #[serde(default)]
+    pub torque: Option<Averages>,
+    /// Further measurements of a forearm that meets table 7; only in the study of mechanisms.
+    #[serde(default)]
+    pub measured: Option<Vec<Option<f64>>>,
 }
 
 impl ConditioningStudy {
-    /// Creates the conditioning, or with `is_of_mechanisms` that under each single change of the
-    /// model. `who` is a participant's letter; `None` stands for all. `None` for seed and draws
+    /// Creates the study. `who` is a participant's letter; `None` stands for all. `None` for seed and draws
     /// takes the declared ones.
     ///
     /// # Errors
     /// Returns E621 if the declaration is wrong or if printed voltages contradict each other, and
     /// E624 if there is no such participant.
     pub fn new(
-        is_of_mechanisms: bool,
+        kind: Conditioning,
         who: Option<&str>,
         (seed, draws): (Option<u64>, Option<u64>),
     ) -> Result<Self, TwoPointsError> {
@@ -64,27 +110,38 @@ impl ConditioningStudy {
         if !conflicts.is_empty() {
             return Err(TwoPointsError::Declaration(conflicts.join("; ")));
         }
-        let (name, mechanisms, declared_draws) = match is_of_mechanisms {
-            true => (
-                MECHANISMS,
-                Mechanism::ALL.to_vec(),
-                declaration.mechanism_draws,
-            ),
-            false => (PARTICIPANTS, vec![Mechanism::Default], declaration.draws),
+        let (mechanisms, declared_draws) = match kind {
+            Conditioning::Mechanisms => {
+                let simulated = Mechanism::ALL.into_iter();
+                // The mean of the points is another statistic of the same forearms.
+                let simulated = simulated.filter(|own| *own != Mechanism::MeanOfPoints);
+                (simulated.collect(), declaration.mechanism_draws)
+            }
+            _ => (vec![Mechanism::Default], declaration.draws),
         };
         let (seed, draws) = (
             seed.unwrap_or(declaration.seed),
             draws.unwrap_or(declared_draws),
         );
+        let screened = match kind {
+            Conditioning::Participants => Screened::load_embedded()?.selected(
+                &participants,
+                (seed, draws),
+                declaration.refined.forearms,
+            )?,
+            _ => Vec::new(),
+        };
         let is_whole = who.is_none_or(|who| who == "all");
         Ok(Self {
             as_declared: is_whole
                 && (seed == declaration.seed || seed == declaration.again)
                 && draws == declared_draws,
             population: Population::load_embedded()?,
+            protocol: Protocol::load_embedded()?,
             participants,
             mechanisms,
-            name,
+            kind,
+            screened,
             arguments: who.map_or_else(String::new, |who| format!("--participant {who} ")),
             seed,
             draws,
@@ -107,28 +164,83 @@ impl ConditioningStudy {
         }
     }
 
-    /// Returns mechanism, participant and forearm of a unit; `None` if there is no such unit.
-    fn place(&self, unit: u64) -> Option<(Mechanism, &Participant, u64)> {
+    /// Returns mechanism, participant and forearm of a unit, and by how many sessions it is judged;
+    /// `None` if there is no such unit.
+    fn place(&self, unit: u64) -> Option<(Mechanism, &Participant, u64, Effort)> {
+        let declaration = &self.declaration;
+        if self.kind == Conditioning::Participants {
+            let selected = self.screened.get(usize::try_from(unit).ok()?)?;
+            let mut participants = self.participants.iter();
+            let own = participants.find(|own| own.name == selected.participant)?;
+            let effort = Effort {
+                first_session: SECOND,
+                sessions: declaration.refined.sessions,
+                kept_from: 0.0,
+            };
+            return Some((Mechanism::Default, own, selected.index, effort));
+        }
         let draws = self.draws.max(1);
         let (group, index) = (unit / draws, unit % draws);
         let group = usize::try_from(group).ok()?;
         let count = self.participants.len();
         let mechanism = self.mechanisms.get(group / count.max(1))?;
-        Some((*mechanism, self.participants.get(group % count)?, index))
+        let effort = Effort {
+            first_session: 0,
+            sessions: [declaration.solved_sessions, declaration.sessions],
+            kept_from: declaration.kept_from,
+        };
+        Some((
+            *mechanism,
+            self.participants.get(group % count)?,
+            index,
+            effort,
+        ))
+    }
+
+    /// Returns the chance by which a forearm came into the second phase; 1 in the first one.
+    pub(super) fn chance(&self, judged: &JudgedForearm) -> f64 {
+        let mut screened = self.screened.iter();
+        let own =
+            screened.find(|own| own.index == judged.index && own.participant == judged.participant);
+        own.map_or(1.0, |own| own.chance)
+    }
+
+    /// Returns whether the study judges changes of the model.
+    pub(super) fn is_of_mechanisms(&self) -> bool {
+        self.kind == Conditioning::Mechanisms
+    }
+
+    /// Simulates experiment 2 and the further measurements of a forearm.
+    fn measure(&self, participant: &Participant, unit: &mut Unit) -> Result<(), TwoPointsError> {
+        let Some(accepted) = unit.judged.accepted(self.seed, false) else {
+            return Ok(());
+        };
+        let prior = self.prior(participant, unit.mechanism);
+        if let Ok(wearer) = prior.accepted_wearer(&accepted, Table::Seven)? {
+            unit.measured = Some(measure(&wearer)?.to_vec());
+        }
+        if accepted.weight > 0.0
+            && let Ok(wearer) = prior.accepted_wearer(&accepted, Table::Three)?
+        {
+            let conditions = Experiment::Torque.conditions(&wearer.voltages, &self.protocol);
+            let results =
+                wearer.run_session(&self.population, &self.protocol, Experiment::Torque)?;
+            let averages = Averages::from_session(Experiment::Torque, &conditions, &results);
+            unit.torque = Some(averages);
+        }
+        Ok(())
     }
 
     pub(super) fn command(&self) -> String {
         let Self {
-            name,
-            arguments,
-            draws,
-            ..
+            arguments, draws, ..
         } = self;
+        let name = self.name();
         format!("experiment {name} {arguments}--draws {draws}")
     }
 
     pub(super) const fn name(&self) -> &'static str {
-        self.name
+        self.kind.name()
     }
 
     pub(super) fn sha256(&self) -> BTreeMap<String, String> {
@@ -136,8 +248,12 @@ impl ConditioningStudy {
             ("hamana-participants.toml", DECLARED),
             ("population.toml", population::DECLARED),
         ];
-        let sums = files.map(|(file, text)| (file.to_owned(), sha256(text.as_bytes())));
-        BTreeMap::from(sums)
+        let screened = ("hamana-screened.csv", screened::SHIPPED);
+        let screened = (self.kind == Conditioning::Participants).then_some(screened);
+        let files = files.into_iter().chain(screened);
+        files
+            .map(|(file, text)| (file.to_owned(), sha256(text.as_bytes())))
+            .collect()
     }
 }
 
@@ -146,7 +262,7 @@ impl laboratory::Study for ConditioningStudy {
 
     fn metadata(&self) -> StudyIdentity<'_> {
         StudyIdentity {
-            name: self.name,
+            name: self.name(),
             arguments: self.arguments.clone(),
             declaration: ("hamana-participants.toml", DECLARED),
             seed: self.seed,
@@ -159,7 +275,10 @@ impl laboratory::Study for ConditioningStudy {
     }
 
     fn units(&self) -> u64 {
-        (self.mechanisms.len() * self.participants.len()) as u64 * self.draws
+        match self.kind {
+            Conditioning::Participants => self.screened.len() as u64,
+            _ => (self.mechanisms.len() * self.participants.len()) as u64 * self.draws,
+        }
     }
 
     fn compute(
@@ -167,11 +286,23 @@ impl laboratory::Study for ConditioningStudy {
         index: u64,
         goes_on: &(dyn Fn() -> bool + Sync),
     ) -> anyhow::Result<Option<Unit>> {
-        let Some((mechanism, participant, index)) = self.place(index).filter(|_| goes_on()) else {
+        if !goes_on() {
+            return Ok(None);
+        }
+        let Some((mechanism, participant, index, effort)) = self.place(index) else {
             return Ok(None);
         };
-        let judged = self.prior(participant, mechanism).judge(index)?;
-        Ok(Some(Unit { mechanism, judged }))
+        let judged = self.prior(participant, mechanism).judge(index, effort)?;
+        let mut unit = Unit {
+            mechanism,
+            judged,
+            torque: None,
+            measured: None,
+        };
+        if self.is_of_mechanisms() {
+            self.measure(participant, &mut unit)?;
+        }
+        Ok(Some(unit))
     }
 
     fn outcome(&self, units: &[Unit], cut_short: Option<String>) -> anyhow::Result<Outcome> {
@@ -179,8 +310,17 @@ impl laboratory::Study for ConditioningStudy {
     }
 
     fn files(&self, units: &[Unit]) -> anyhow::Result<Vec<(String, String)>> {
-        let rows = outcome::posterior_csv(self, units);
-        Ok(vec![("posterior.csv".to_owned(), rows)])
+        Ok(match self.kind {
+            Conditioning::Forearms => {
+                let rows = outcome::screened_csv(self, units);
+                vec![("screened.csv".to_owned(), rows)]
+            }
+            Conditioning::Participants => {
+                let rows = outcome::posterior_csv(self, units);
+                vec![("posterior.csv".to_owned(), rows)]
+            }
+            Conditioning::Mechanisms => Vec::new(),
+        })
     }
 
     fn progress_text(&self, done: u64) -> String {

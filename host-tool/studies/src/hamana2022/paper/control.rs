@@ -355,7 +355,7 @@ mod tests {
             draw: 3,
             became: Ok(DrawResult {
                 voltages,
-                extensor_v: [14.0, 26.0],
+                extensor_v: Some([14.0, 26.0]),
                 what: measurements,
             }),
         }
@@ -366,7 +366,7 @@ mod tests {
     fn what_is_printed_comes_out_of_what_is_printed() {
         let study = Study::new(
             Kind::Control,
-            (None, None),
+            (None, None, None),
             (None, None),
             DeviceName::Native,
         )

@@ -42,9 +42,10 @@ impl Study {
 
 fn voltage_fields(came: &DrawResult) -> String {
     let [[a, b], [am, bm]] = [came.voltages.threshold_v, came.voltages.most_v];
-    let [e, em] = came.extensor_v;
-    let r = came.voltages.ratio;
-    let r = r.map_or_else(String::new, |r| r.to_string());
+    let extensor = came.extensor_v;
+    let text = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
+    let r = text(came.voltages.ratio);
+    let [e, em] = [0, 1].map(|at| text(extensor.map(|volts| volts[at])));
     format!("{a},{am},{b},{bm},{r},{e},{em}")
 }
 

@@ -8,9 +8,12 @@
 //! simulated: this is no evidence about people.
 
 mod anova;
+mod claim_study;
+mod claims;
 mod control;
 mod csv;
 mod device;
+mod drawn;
 mod figures;
 mod hold;
 mod outcome;
@@ -21,16 +24,20 @@ mod tables;
 mod tracking;
 mod voltages;
 
+pub use claim_study::{CLAIMS, ClaimStudy};
+pub use drawn::Source;
 pub use outcome::RunInfo;
 
 pub use tracking::{Course, Tracking, Trial};
 
+use super::conditioning::{self, Posterior};
 use super::error::TwoPointsError;
 use super::experiments::{Experiment, Protocol};
 use super::held::Hold;
 use super::participant::Participant;
 use super::population::Population;
 use super::sessions::Session;
+use super::tracked::LAWS;
 use super::voltages::Voltages;
 use super::wearers::{Participants, Wearer};
 use crate::laboratory::quote_for_shell;
@@ -102,6 +109,11 @@ impl Kind {
 pub struct Study {
     kind: Kind,
     participants: Participants,
+    /// Forearms that the participants have.
+    source: Source,
+    /// Prior of the conditioned forearms, and those that were accepted.
+    conditioning: conditioning::Declaration,
+    posterior: Posterior,
     population: Population,
     protocol: Protocol,
     /// Seed of all draws.
@@ -110,6 +122,8 @@ pub struct Study {
     draws: u64,
     /// Whether participants, seed and draws are the preregistered ones, without an ablation.
     as_declared: bool,
+    /// Controllers of experiment 4.
+    laws: &'static [&'static str],
     /// Device on which experiment 4 runs; the other studies check a sample of their patterns on it.
     device: DeviceName,
     /// Options for wearer, ablation and device as they are typed on a command line.
@@ -132,8 +146,8 @@ pub struct Part {
 pub struct DrawResult {
     /// Thresholds and largest voltages of A and B that the search found.
     pub voltages: Voltages,
-    /// Threshold and largest voltage of the extensor's point, V.
-    pub extensor_v: [f64; 2],
+    /// Threshold and largest voltage of the extensor's point, V; `None` in a session without it.
+    pub extensor_v: Option<[f64; 2]>,
     /// Measurements made at these points and voltages.
     pub what: DrawMeasurements,
 }
@@ -150,16 +164,18 @@ pub enum DrawMeasurements {
 }
 
 impl Study {
-    /// Creates the study. `wearer` is `all`, the name of a participant or the path of a wearer
+    /// Creates the study. `source` selects the forearms of the participants; `None` stands for the
+    /// posterior, or for forearms with fixed assumptions if a wearer file or an ablation is given.
+    /// `wearer` is `all`, the name of a participant or the path of a wearer
     /// file; `None` stands for all participants, or for P in experiment 3. `None` for `ablation`,
     /// `seed` or `draws` takes the preregistered value.
     ///
     /// # Errors
-    /// Returns E621 or E624 to E627 if a declaration or wearer file cannot be read, or there is no
+    /// Returns E621, E624 to E627 or E813 if a declaration or wearer file cannot be read, or there is no
     /// wearer or ablation of this name.
     pub fn new(
         kind: Kind,
-        (wearer, ablation): (Option<&str>, Option<&str>),
+        (wearer, ablation, source): (Option<&str>, Option<&str>, Option<Source>),
         (seed, draws): (Option<u64>, Option<u64>),
         device: DeviceName,
     ) -> Result<Self, TwoPointsError> {
@@ -168,7 +184,17 @@ impl Study {
         let participants = Participants::load(wearer.or(is_of_p.then_some("P")))?;
         let participants = participants.with_departure(ablation)?;
         let is_all = wearer.is_none_or(|wearer| wearer == if is_of_p { "P" } else { "all" });
-        let is_own = is_all && ablation.is_none();
+        let is_own = is_all && ablation.is_none() && source.is_none_or(|s| s == Source::Posterior);
+        let is_known = wearer.is_some_and(|wearer| wearer.ends_with(".toml")) || ablation.is_some();
+        if let (true, Some(source)) = (is_known, source)
+            && source != Source::Fixed
+        {
+            return Err(TwoPointsError::Source(source.name()));
+        }
+        let source = source.unwrap_or(match is_known {
+            true => Source::Fixed,
+            false => Source::Posterior,
+        });
         let seed = seed.unwrap_or(participants.seed);
         let draws = draws.unwrap_or(participants.draws);
         let letter = wearer.filter(|wearer| !wearer.ends_with(".toml"));
@@ -177,6 +203,10 @@ impl Study {
             ("--participant", letter),
             ("--wearer", file),
             ("--ablation", ablation),
+            (
+                "--participants",
+                Some(source.name()).filter(|_| !is_known && source != Source::Posterior),
+            ),
         ];
         let options = options
             .into_iter()
@@ -187,6 +217,10 @@ impl Study {
         typed += &format!("--device {}", device.to_argument());
         Ok(Self {
             kind,
+            laws: &LAWS,
+            source,
+            conditioning: conditioning::Declaration::load_embedded()?,
+            posterior: Posterior::load_embedded()?,
             population: Population::load_embedded()?,
             protocol: Protocol::load_embedded()?,
             as_declared: is_own && (seed, draws) == (participants.seed, participants.draws),
@@ -226,10 +260,7 @@ impl Study {
         let Some(participant) = self.participants.all.get(who).filter(|_| goes_on()) else {
             return Ok(None);
         };
-        let drawn = (self.seed, draw);
-        let wearer = self
-            .participants
-            .draw(participant, &self.population, drawn)?;
+        let wearer = self.draw_wearer(participant, draw)?;
         let part = |became| Part {
             participant: participant.name.clone(),
             draw,
@@ -300,8 +331,7 @@ impl Study {
             .iter()
             .find(|participant| participant.name == name);
         let Some(own) = own else { return Ok(None) };
-        let drawn = (self.seed, draw);
-        Ok(self.participants.draw(own, &self.population, drawn)?.ok())
+        Ok(self.draw_wearer(own, draw)?.ok())
     }
 }
 

@@ -144,7 +144,8 @@ impl Study {
             Kind::Control => &[CONTROL, AMONG],
             _ => &[],
         };
-        let mut notes: Vec<String> = [SIMULATED, MEANING]
+        let forearms = self.source.note();
+        let mut notes: Vec<String> = [SIMULATED, forearms, MEANING]
             .iter()
             .chain(more)
             .map(|text| (*text).to_owned())

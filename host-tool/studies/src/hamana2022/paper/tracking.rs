@@ -54,7 +54,7 @@ impl Study {
         goes_on: &(dyn Fn() -> bool + Sync),
     ) -> Result<Option<Tracking>, TwoPointsError> {
         let (mut trials, mut tracked) = (Vec::new(), Vec::new());
-        for law in LAWS {
+        for &law in self.laws {
             for method in Method::ALL {
                 for number in 0..self.participants.trials {
                     if !goes_on() {

@@ -27,10 +27,9 @@ const R_TH: usize = 6;
 /// Returns the values of one draw, in the order of [`TABLE_7`].
 fn draw_voltages(came: &DrawResult) -> [Option<f64>; 9] {
     let [[a, b], [am, bm]] = [came.voltages.threshold_v, came.voltages.most_v];
-    let [e, em] = came.extensor_v;
+    let [e, em] = [0, 1].map(|at| came.extensor_v.map(|volts| volts[at]));
     let r = came.voltages.ratio;
-    let volts = [a, am, b, bm, e, em].map(Some);
-    let [a, am, b, bm, e, em] = volts;
+    let [a, am, b, bm] = [a, am, b, bm].map(Some);
     let scaled_v = [am, bm].map(|most| Some(r? * most?));
     [a, am, b, bm, e, em, r, scaled_v[0], scaled_v[1]]
 }

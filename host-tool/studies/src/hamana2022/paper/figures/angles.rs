@@ -293,7 +293,7 @@ mod tests {
             draw,
             became: Ok(DrawResult {
                 voltages,
-                extensor_v: [14.0, 26.0],
+                extensor_v: Some([14.0, 26.0]),
                 what: DrawMeasurements::Tracked(Tracking {
                     trials: Vec::new(),
                     courses: vec![course],
@@ -308,7 +308,7 @@ mod tests {
     fn whose_course_is_shown_is_said() {
         let study = Study::new(
             Kind::Control,
-            (None, None),
+            (None, None, None),
             (None, None),
             DeviceName::Native,
         )

@@ -1,0 +1,193 @@
+//! The shipped posterior: accepted forearms with their weights and sessions.
+
+use super::setup::{Setup, Solved};
+use crate::hamana2022::TwoPointsError;
+use hal_sim::random::{unit, word};
+use serde::Deserialize;
+
+/// Text of `host-tool/experiments/hamana-posterior.csv`, which `flexor experiment
+/// hamana-participants` writes at both declared seeds.
+pub const SHIPPED: &str = include_str!("../../../../experiments/hamana-posterior.csv");
+
+/// Random stream by which a forearm is chosen from the posterior.
+const CHOSEN: u64 = 0x7133;
+
+/// An accepted forearm of a participant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AcceptedForearm {
+    /// Name of the participant.
+    pub participant: String,
+    /// Seed and number of the forearm.
+    pub drawn: (u64, u64),
+    /// Whether the second condition holds too; such a forearm has a row of its own.
+    pub is_strict: bool,
+    /// Weight among the forearms of the same participant, condition and seed, whose sum is 1.
+    pub weight: f64,
+    /// Session of table 7.
+    pub solved: Solved,
+    /// Sessions of tables 2 and 3.
+    pub unsolved: [Option<Setup>; 2],
+}
+
+/// Forearms of all participants.
+#[derive(Clone, Debug)]
+pub struct Posterior {
+    forearms: Vec<AcceptedForearm>,
+}
+
+/// Row of the file; the drawn parameters that follow are for readers.
+#[derive(Deserialize)]
+struct FileRow {
+    participant: String,
+    seed: u64,
+    forearm: u64,
+    condition: String,
+    weight: f64,
+    factor: f64,
+    coupling_b: f64,
+    coupling_e: f64,
+    session_7: u64,
+    a_7: usize,
+    b_7: usize,
+    session_2: Option<u64>,
+    a_2: Option<usize>,
+    b_2: Option<usize>,
+    session_3: Option<u64>,
+    a_3: Option<usize>,
+    b_3: Option<usize>,
+}
+
+impl FileRow {
+    fn into_forearm(self) -> AcceptedForearm {
+        let setup = |session: Option<u64>, a: Option<usize>, b: Option<usize>| {
+            let (session, points) = (session?, [a?, b?]);
+            Some(Setup { session, points })
+        };
+        AcceptedForearm {
+            drawn: (self.seed, self.forearm),
+            is_strict: self.condition == "strict",
+            weight: self.weight,
+            solved: Solved {
+                setup: Setup {
+                    session: self.session_7,
+                    points: [self.a_7, self.b_7],
+                },
+                factor: self.factor,
+                coupling: [1.0, self.coupling_b, self.coupling_e],
+            },
+            unsolved: [
+                setup(self.session_2, self.a_2, self.b_2),
+                setup(self.session_3, self.a_3, self.b_3),
+            ],
+            participant: self.participant,
+        }
+    }
+}
+
+impl Posterior {
+    /// Parses the posterior that is part of the program.
+    ///
+    /// # Errors
+    /// Returns E621 if it cannot be parsed.
+    pub fn load_embedded() -> Result<Self, TwoPointsError> {
+        Self::parse(SHIPPED)
+    }
+
+    /// Parses the file that the study writes.
+    ///
+    /// # Errors
+    /// Returns E621 with the first mistake.
+    pub fn parse(text: &str) -> Result<Self, TwoPointsError> {
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let rows: Result<Vec<FileRow>, csv::Error> = reader.deserialize().collect();
+        let rows = rows.map_err(|error| {
+            TwoPointsError::Declaration(format!("hamana-posterior.csv: {error}"))
+        })?;
+        let forearms = rows.into_iter().map(FileRow::into_forearm).collect();
+        Ok(Self { forearms })
+    }
+
+    /// Iterates over the forearms of a participant under the first or the second condition.
+    pub fn of<'a>(
+        &'a self,
+        participant: &'a str,
+        is_strict: bool,
+    ) -> impl Iterator<Item = &'a AcceptedForearm> + 'a {
+        let own = self.forearms.iter();
+        own.filter(move |forearm| {
+            forearm.participant == participant && forearm.is_strict == is_strict
+        })
+    }
+
+    /// Chooses a forearm by weight for draw `index`; `None` if the participant has none.
+    #[must_use]
+    pub fn choose<'a>(
+        &'a self,
+        (participant, is_strict): (&'a str, bool),
+        (seed, index): (u64, u64),
+    ) -> Option<&'a AcceptedForearm> {
+        let own = || self.of(participant, is_strict);
+        let total: f64 = own().map(|forearm| forearm.weight).sum();
+        let stream = participant
+            .bytes()
+            .fold(seed ^ CHOSEN, |seed, byte| word(seed, byte.into()));
+        let wanted = total * unit(stream, index);
+        let mut below = 0.0;
+        let reached = own().find(|forearm| {
+            below += forearm.weight;
+            below > wanted
+        });
+        reached.or_else(|| own().last())
+    }
+
+    /// Returns the medoid of a participant's posterior: the forearm whose drawn parameters lie, by
+    /// weight, nearest to those of all others. `values` returns the parameters of a forearm; each is
+    /// divided by its standard deviation. The second value is the share of the weight that lies
+    /// farther from the mean parameters than the medoid does.
+    #[must_use]
+    pub fn medoid<'a>(
+        &'a self,
+        participant: &'a str,
+        values: impl Fn(&AcceptedForearm) -> Vec<f64>,
+    ) -> Option<(&'a AcceptedForearm, f64)> {
+        let own: Vec<(&AcceptedForearm, Vec<f64>)> = self
+            .of(participant, false)
+            .map(|forearm| (forearm, values(forearm)))
+            .collect();
+        let total: f64 = own.iter().map(|(forearm, _)| forearm.weight).sum();
+        let weighted = |value: &dyn Fn(&[f64]) -> f64| {
+            own.iter()
+                .map(|(forearm, all)| forearm.weight * value(all))
+                .sum::<f64>()
+                / total
+        };
+        let count = own.first()?.1.len();
+        let means: Vec<f64> = (0..count)
+            .map(|place| weighted(&|all| all[place]))
+            .collect();
+        let spreads: Vec<f64> = (0..count)
+            .map(|place| weighted(&|all| (all[place] - means[place]).powi(2)).sqrt())
+            .collect();
+        let distance = |a: &[f64], b: &[f64]| {
+            let axes = a.iter().zip(b).zip(&spreads);
+            let squares = axes.map(|((a, b), spread)| ((a - b) / spread).powi(2));
+            squares
+                .filter(|square| square.is_finite())
+                .sum::<f64>()
+                .sqrt()
+        };
+        let cost = |all: &[f64]| {
+            own.iter()
+                .map(|(forearm, other)| forearm.weight * distance(all, other))
+                .sum::<f64>()
+        };
+        let medoid = own
+            .iter()
+            .min_by(|a, b| cost(&a.1).total_cmp(&cost(&b.1)))?;
+        let from_mean = |all: &[f64]| distance(all, &means);
+        let own_distance = from_mean(&medoid.1);
+        let farther = own.iter().filter(|(_, all)| from_mean(all) > own_distance);
+        let farther: f64 = farther.map(|(forearm, _)| forearm.weight).sum();
+        Some((medoid.0, farther / total))
+    }
+}

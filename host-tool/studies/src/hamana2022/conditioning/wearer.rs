@@ -1,0 +1,166 @@
+//! Wearers of a participant for an experiment: of the posterior, or of the prior.
+
+use super::data::Table;
+use super::forearm::Forearm;
+use super::posterior::AcceptedForearm;
+use super::prior::Prior;
+use super::setup::{Setup, Solved};
+use crate::hamana2022::TwoPointsError;
+use crate::hamana2022::points::{extensor_pad, is_selective, places};
+use crate::hamana2022::study::SHAPES;
+use crate::hamana2022::voltages::{STEP_V, Voltages, search_extensor};
+use crate::hamana2022::wearers::Wearer;
+use hal_sim::body::hand::field::{Field, Pad};
+use hal_sim::body::hand::spec::{A, B, E};
+use hal_sim::body::hand::{Hand, HandSpec, InvalidHand};
+
+/// Number of prior forearms among which one below the ceiling is looked for.
+const TRIED: u64 = 1_000;
+
+const NO_POINTS: &str = "no two selective points";
+const NO_COUPLING: &str = "no coupling gives the thresholds";
+const NO_VOLTAGES: &str = "a point moves nothing, or others too";
+const NO_EXTENSION: &str = "the extensor's point extends nothing, or the wrist first";
+const CEILING: &str =
+    "no forearm of the prior has its greatest voltages below the end of the search";
+
+/// A wearer, or the reason why there is none.
+type Drawn = Result<Wearer, &'static str>;
+
+impl Prior<'_> {
+    /// Creates the wearer of an accepted forearm in its session of `table`. The seed of this prior
+    /// must be that of the forearm.
+    ///
+    /// # Errors
+    /// Fails if the declaration or the hand is invalid.
+    pub fn accepted_wearer(
+        &self,
+        accepted: &AcceptedForearm,
+        table: Table,
+    ) -> Result<Drawn, TwoPointsError> {
+        let setup = match table {
+            Table::Two => accepted.unsolved[0],
+            Table::Three => accepted.unsolved[1],
+            Table::Seven => Some(accepted.solved.setup),
+        };
+        let Some(setup) = setup else {
+            return Ok(Err(NO_POINTS));
+        };
+        let index = accepted.drawn.1;
+        let forearm = self.forearm_spec(index)?;
+        let pads = electrodes(&forearm, setup)?;
+        let draw = self.session(&forearm, (index, table, setup.session))?;
+        let spec = HandSpec {
+            coupling: accepted.solved.coupling,
+            ..draw.spec
+        };
+        let mut hand = Hand::new(spec, pads)?;
+        hand.factor = accepted.solved.factor;
+        wearer(hand, table)
+    }
+
+    /// Creates the wearer of forearm `index` of the prior in a session of `table`, whatever its
+    /// greatest voltages.
+    ///
+    /// # Errors
+    /// Fails if the declaration or the hand is invalid.
+    pub fn prior_wearer(&self, index: u64, table: Table) -> Result<Drawn, TwoPointsError> {
+        let mut forearm = self.forearm(index)?;
+        if forearm.pairs().is_empty() {
+            return Ok(Err(NO_POINTS));
+        }
+        let Some(solved) = self.reference(&mut forearm, index)?.chosen else {
+            return Ok(Err(NO_COUPLING));
+        };
+        let setup = match table {
+            Table::Seven => Some(solved.setup),
+            other => {
+                let points = self.any_pair(&forearm, (index, other));
+                points.map(|points| Setup { session: 0, points })
+            }
+        };
+        let Some(setup) = setup else {
+            return Ok(Err(NO_POINTS));
+        };
+        let hand = self.hand_of(&mut forearm, (index, table), (&solved, setup))?;
+        wearer(hand, table)
+    }
+
+    /// Creates the first wearer of the prior, from forearm `index` on, whose greatest voltages in a
+    /// session of `table` lie below the end of the search.
+    ///
+    /// # Errors
+    /// Fails if the declaration or the hand is invalid.
+    pub fn wearer_below_the_ceiling(
+        &self,
+        draw: u64,
+        table: Table,
+    ) -> Result<Drawn, TwoPointsError> {
+        for attempt in 0..TRIED {
+            if let Ok(wearer) = self.prior_wearer(draw * TRIED + attempt, table)? {
+                let last_v = (table.end_v() / STEP_V).floor() * STEP_V;
+                if wearer.voltages.most_v.iter().all(|most_v| *most_v < last_v) {
+                    return Ok(Ok(wearer));
+                }
+            }
+        }
+        Ok(Err(CEILING))
+    }
+
+    fn hand_of(
+        &self,
+        forearm: &mut Forearm,
+        (index, table): (u64, Table),
+        (solved, setup): (&Solved, Setup),
+    ) -> Result<Hand, TwoPointsError> {
+        let draw = self.session(forearm.spec(), (index, table, setup.session))?;
+        let mut hand = forearm.hand(draw.spec, setup.points)?;
+        hand.factor = solved.factor;
+        for point in [A, B, E] {
+            hand.set_coupling(point, solved.coupling[point]);
+        }
+        Ok(hand)
+    }
+}
+
+/// Searches the voltages of a hand in a session of `table`. Only the session of table 7 has an
+/// extensor.
+fn wearer(mut hand: Hand, table: Table) -> Result<Drawn, TwoPointsError> {
+    let Some(voltages) = Voltages::search(&mut hand, table.end_v())? else {
+        return Ok(Err(NO_VOLTAGES));
+    };
+    let extensor_v = match table {
+        Table::Seven => search_extensor(&mut hand, table.end_v())?,
+        Table::Two | Table::Three => None,
+    };
+    if table == Table::Seven && extensor_v.is_none() {
+        return Ok(Err(NO_EXTENSION));
+    }
+    Ok(Ok(Wearer {
+        hand,
+        voltages,
+        extensor_v,
+    }))
+}
+
+/// Returns the electrodes of a session: round ones if the forearm has selective places for them.
+fn electrodes(spec: &HandSpec, setup: Setup) -> Result<[Pad; 3], TwoPointsError> {
+    let field = Field::coarse(spec.tissue).map_err(InvalidHand::from)?;
+    let units = spec.motor_units();
+    let [round, small] = SHAPES;
+    let pads = |shape| {
+        let all: Vec<Pad> = places(spec, shape).collect();
+        let [a, b] = setup.points;
+        let pair = all.get(a).copied().zip(all.get(b).copied());
+        pair.map(|(a, b)| [a, b, extensor_pad(spec, shape)])
+    };
+    let wrong = || TwoPointsError::Declaration("a session has no such places".to_owned());
+    let pads_of_round = pads(round).ok_or_else(wrong)?;
+    let is_round = pads_of_round[..2]
+        .iter()
+        .all(|pad| is_selective(spec, &field, &units, pad));
+    match is_round {
+        true => Ok(pads_of_round),
+        false => pads(small).ok_or_else(wrong),
+    }
+}

@@ -1,0 +1,131 @@
+//! Draws the wearer of a participant from the forearms that the study's command selects.
+
+use super::{Kind, Study};
+use crate::hamana2022::conditioning::{Mechanism, Prior, Table};
+use crate::hamana2022::error::TwoPointsError;
+use crate::hamana2022::experiments::Experiment;
+use crate::hamana2022::participant::Participant;
+use crate::hamana2022::wearers::Wearer;
+
+/// Forearms that the participants of a study have.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Source {
+    /// Forearms that agree with all voltages that the paper prints for the participant.
+    Posterior,
+    /// The same, with P's index finger fully flexed by one point at its greatest voltage
+    /// (experiment 3).
+    Strict,
+    /// Forearms of the prior, which agree with the thresholds of table 7 in its session.
+    Prior,
+    /// Forearms of the prior whose greatest voltages lie below the end of the search.
+    Below,
+    /// Forearms with fixed scatter, skin, return, limiter and rule of search, which agree with the
+    /// thresholds in every session.
+    Fixed,
+}
+
+impl Source {
+    /// All sources, in the order of a table of claims.
+    pub const ALL: [Self; 5] = [
+        Self::Posterior,
+        Self::Strict,
+        Self::Prior,
+        Self::Below,
+        Self::Fixed,
+    ];
+
+    /// Returns the name on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Posterior => "posterior",
+            Self::Strict => "strict",
+            Self::Prior => "prior",
+            Self::Below => "below",
+            Self::Fixed => "fixed",
+        }
+    }
+
+    /// Returns the source with this name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|source| source.name() == name)
+    }
+
+    /// Describes the forearms for the report page.
+    pub(super) const fn note(self) -> &'static str {
+        match self {
+            Self::Posterior => {
+                "Forearms: conditioned on the thresholds and the greatest selective voltages of \
+                 tables 2, 3 and 7 (flexor experiment hamana-participants). These are no result of \
+                 this study."
+            }
+            Self::Strict => {
+                "Forearms: conditioned as the posterior; P's also on one point at its greatest \
+                 voltage flexing the index finger fully (experiment 3)."
+            }
+            Self::Prior => {
+                "Forearms: the prior, which meets the thresholds of table 7 in its session and no \
+                 other printed voltage."
+            }
+            Self::Below => {
+                "Forearms: those of the prior whose greatest voltages lie below the end of the \
+                 search."
+            }
+            Self::Fixed => {
+                "Forearms: fixed scatter, skin, return, limiter and search, as before the \
+                 participants were conditioned on the printed greatest voltages, which these \
+                 forearms do not meet."
+            }
+        }
+    }
+}
+
+impl Kind {
+    /// Returns the table whose session the experiment belongs to.
+    const fn table(self) -> Table {
+        match self {
+            Self::Patterns(Experiment::Selectivity) => Table::Two,
+            Self::Patterns(Experiment::Torque) => Table::Three,
+            Self::Patterns(Experiment::Intensities | Experiment::Posture)
+            | Self::Control
+            | Self::Hold => Table::Seven,
+        }
+    }
+}
+
+impl Study {
+    /// Draws the wearer of a participant, or returns the reason why there is none.
+    pub(super) fn draw_wearer(
+        &self,
+        participant: &Participant,
+        draw: u64,
+    ) -> Result<Result<Wearer, &'static str>, TwoPointsError> {
+        let table = self.kind.table();
+        let prior = |seed: u64| Prior {
+            declaration: &self.conditioning,
+            population: &self.population,
+            participant,
+            mechanism: Mechanism::Default,
+            seed,
+        };
+        let accepted = |is_strict: bool| {
+            let is_strict = is_strict && participant.name == self.conditioning.strict.participant;
+            let whose = (&*participant.name, is_strict);
+            match self.posterior.choose(whose, (self.seed, draw)) {
+                Some(forearm) => prior(forearm.drawn.0).accepted_wearer(forearm, table),
+                None => Ok(Err("no accepted forearm")),
+            }
+        };
+        match self.source {
+            Source::Posterior => accepted(false),
+            Source::Strict => accepted(true),
+            Source::Prior => prior(self.seed).prior_wearer(draw, table),
+            Source::Below => prior(self.seed).wearer_below_the_ceiling(draw, table),
+            Source::Fixed => {
+                let drawn = (self.seed, draw);
+                self.participants.draw(participant, &self.population, drawn)
+            }
+        }
+    }
+}
