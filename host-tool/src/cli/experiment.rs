@@ -3,7 +3,7 @@
 use super::operator::TerminalOperator;
 use super::out::OutArgs;
 use super::outcome::claims_text;
-use super::wearer_args::{ParticipantsArgs, WearerArgs};
+use super::wearer_args::{ForearmArgs, WearerArgs};
 use super::{CommandOutput, Output, WrongUse, drawn, interrupt, moment, usage_error};
 use anyhow::Context;
 use clap::Args;
@@ -34,10 +34,7 @@ pub struct ExperimentArgs {
     #[command(flatten)]
     wearer: WearerArgs,
     #[command(flatten)]
-    participants: ParticipantsArgs,
-    /// Name of an ablation of hamana-1 to hamana-4 (docs/two_points.md)
-    #[arg(long)]
-    ablation: Option<String>,
+    forearms: ForearmArgs,
     /// Device: native, chip, qemu, a serial port, or tcp:HOST:PORT
     #[arg(long, default_value = "native")]
     device: DeviceName,
@@ -90,8 +87,8 @@ impl ExperimentArgs {
         StudyRequest {
             name: &self.name,
             wearer: self.wearer.name(),
-            ablation: self.ablation.as_deref(),
-            participants: self.participants.source(),
+            ablation: self.forearms.ablation(),
+            participants: self.forearms.source(),
             device: &self.device,
             decided: (self.seed, self.draws),
         }
@@ -104,8 +101,7 @@ impl ExperimentArgs {
         let identity = record.trials.first()?.identity.as_ref()?;
         Some(Self {
             wearer: WearerArgs::default(),
-            participants: ParticipantsArgs::default(),
-            ablation: None,
+            forearms: ForearmArgs::default(),
             name: plan.command.strip_prefix(COMMAND)?.to_owned(),
             device: DeviceName::from_kind(identity.kind)?,
             draws: Some(plan.draws?),

@@ -2,7 +2,7 @@
 
 use super::drawn::{GOES_ON, print_shard_complete};
 use super::outcome::claims_text;
-use super::wearer_args::{ParticipantsArgs, WearerArgs};
+use super::wearer_args::{ForearmArgs, WearerArgs};
 use super::{Output, WrongUse, drawn, interrupt, usage_error};
 use clap::Args;
 use host_core::run::DeviceName;
@@ -22,10 +22,7 @@ pub struct SweepArgs {
     #[command(flatten)]
     wearer: WearerArgs,
     #[command(flatten)]
-    participants: ParticipantsArgs,
-    /// Name of an ablation, as in `flexor experiment`
-    #[arg(long)]
-    ablation: Option<String>,
+    forearms: ForearmArgs,
     /// Device on which studies with random wearers run a sample: native, chip or qemu
     #[arg(long, default_value = "native")]
     device: DeviceName,
@@ -54,8 +51,8 @@ pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
     let asked = StudyRequest {
         name: &args.name,
         wearer: args.wearer.name(),
-        ablation: args.ablation.as_deref(),
-        participants: args.participants.source(),
+        ablation: args.forearms.ablation(),
+        participants: args.forearms.source(),
         device: &args.device,
         decided: (args.seed, args.draws),
     };

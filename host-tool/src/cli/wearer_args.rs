@@ -6,18 +6,26 @@ use studies::hamana2022::paper::Source;
 /// Forearms that the participants of Hamana 2022 can have.
 const SOURCES: [&str; 5] = ["posterior", "strict", "prior", "below", "fixed"];
 
-/// Option that selects the forearms of the participants of Hamana 2022.
+/// Options that select the forearms of Hamana 2022's participants.
 #[derive(Args, Debug, Default)]
-pub struct ParticipantsArgs {
+pub struct ForearmArgs {
     /// Forearms of Hamana 2022's participants (docs/participants.md); default: posterior
     #[arg(long, value_parser = SOURCES)]
     participants: Option<String>,
+    /// Name of an ablation of hamana-1 to hamana-4 (docs/two_points.md)
+    #[arg(long)]
+    ablation: Option<String>,
 }
 
-impl ParticipantsArgs {
+impl ForearmArgs {
     /// Returns the selected forearms.
     pub fn source(&self) -> Option<Source> {
         self.participants.as_deref().and_then(Source::from_name)
+    }
+
+    /// Returns the name of the ablation.
+    pub fn ablation(&self) -> Option<&str> {
+        self.ablation.as_deref()
     }
 }
 

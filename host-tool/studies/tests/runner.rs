@@ -12,6 +12,13 @@ use studies::laboratory::{Runnable, Shard};
 
 /// Name of a class of faults on the native simulator, which is not in the catalog.
 const FAULTS: &str = "faults";
+/// Studies that are computed for participant P only.
+const OF_P: [&str; 4] = [
+    "hamana-4",
+    "hamana-forearms",
+    "hamana-participants",
+    "hamana-mechanisms",
+];
 /// The only cell that is computed.
 const CELL: usize = 15;
 
@@ -28,8 +35,9 @@ fn begun(name: &str, draws: u64) -> Box<dyn Runnable> {
     }
     let asked = StudyRequest {
         name,
-        wearer: (name == "hamana-4").then_some("P"),
+        wearer: OF_P.contains(&name).then_some("P"),
         ablation: None,
+        participants: None,
         device: &DeviceName::Native,
         decided: (Some(44), Some(draws)),
     };
@@ -70,6 +78,10 @@ fn is_the_same_however_cut(name: &str, draws: u64, is_long: bool) {
     let (rows, kept) = match name {
         FAULTS => ("faults.csv", "units.jsonl"),
         TWO_POINTS => ("draws.csv", "draws.csv"),
+        "hamana-forearms" => ("screened.csv", "units.jsonl"),
+        "hamana-participants" => ("posterior.csv", "units.jsonl"),
+        "hamana-mechanisms" => ("result.json", "units.jsonl"),
+        "hamana-claims" => ("claims.csv", "units.jsonl"),
         _ => ("draws.csv", "units.jsonl"),
     };
     for needed in [rows, kept, "result.json", "result.html"] {
@@ -174,6 +186,10 @@ studies! {
     hamana_4 "hamana-4" 2 true
     hamana_posture "hamana-posture" 1 false
     hamana_hold "hamana-hold" 1 false
+    hamana_forearms "hamana-forearms" 4 false
+    hamana_participants "hamana-participants" 4 false
+    hamana_mechanisms "hamana-mechanisms" 1 true
+    hamana_claims "hamana-claims" 1 true
     two_points "two-points" 4 true
     lee "lee" 1 true
     ramps "harris-ramps" 2 false

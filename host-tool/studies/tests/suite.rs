@@ -17,6 +17,7 @@ mod lee2020;
 mod limb_detail;
 mod limit_cycle;
 mod paper_claims;
+mod participants;
 mod put_out;
 mod runner;
 mod same_wearer;

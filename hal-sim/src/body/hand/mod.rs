@@ -3,7 +3,7 @@
 //!
 //! Submodules, from the skin inwards: `field` (currents in fat and muscle), `network` (skin, output
 //! stages and their current limiter as a circuit), `pools` and `membrane` (motor nerves), `forearm`
-//! (combines these three into spikes), `force`, `digits` (angles), `response` (a hand under a
+//! (combines these three into spikes), `nerve_samples` (when a nerve is checked), `force`, `digits` (angles), `response` (a hand under a
 //! periodic stimulus), `moving` (a hand over time), `detail` (how much
 //! of it is simulated), `placement` (possible positions of electrodes), `places` (electrodes at many
 //! positions of one forearm),
@@ -18,6 +18,7 @@ pub mod force;
 pub mod forearm;
 pub mod membrane;
 mod moving;
+mod nerve_samples;
 pub mod network;
 mod placement;
 mod places;

@@ -255,6 +255,17 @@ impl Hand {
         Ok(self.muscle_response(&spikes))
     }
 
+    /// Returns the response of [`Self::respond`] from all periods, even if nothing is left of one
+    /// for the next.
+    #[cfg(test)]
+    pub(super) fn respond_in_full(
+        &mut self,
+        period: &[Segment],
+    ) -> Result<Response, InvalidSegment> {
+        let spikes = self.all_spikes(period)?;
+        Ok(self.muscle_response(&spikes))
+    }
+
     /// Returns the response that two periods would have without interaction: every unit has the
     /// spikes of both periods, those of `second` moved by `after_us`. The difference from the
     /// response to both stimuli together is the effect of the state that circuit and nerves keep
@@ -278,26 +289,34 @@ impl Hand {
     /// Returns the spike times of each unit in the evaluated periods, µs.
     fn settled_spikes(&self, period: &[Segment]) -> Result<Vec<Vec<u32>>, InvalidSegment> {
         let mut memory = self.forearm.resting_memory();
+        let first = self.simulate_period(&mut memory, period)?;
+        if self.forearm.is_resting(&memory, self.factor) {
+            // Nothing is left for the next period, so that all periods are alike.
+            return Ok(self.spike_times(&vec![first; COUNTS as usize]));
+        }
+        self.all_spikes(period)
+    }
+
+    /// Returns the spike times as [`Self::settled_spikes`] does, from all periods.
+    fn all_spikes(&self, period: &[Segment]) -> Result<Vec<Vec<u32>>, InvalidSegment> {
+        let mut memory = self.forearm.resting_memory();
+        for _ in 0..SETTLES {
+            self.simulate_period(&mut memory, period)?;
+        }
+        let periods = (0..COUNTS).map(|_| self.simulate_period(&mut memory, period));
+        Ok(self.spike_times(&periods.collect::<Result<Vec<_>, _>>()?))
+    }
+
+    /// Returns the spike times of each unit in consecutive periods, µs.
+    fn spike_times(&self, periods: &[Vec<Spike>]) -> Vec<Vec<u32>> {
         let mut spikes = vec![Vec::new(); self.forearm.units().len()];
-        let mut keep = |count: u32, period: &[Spike]| {
+        for (count, period) in (0..).zip(periods) {
             for spike in period {
                 let at_us = (spike.at_s * 1e6) as u32;
                 spikes[spike.unit].push(count * PERIOD_US + at_us);
             }
-        };
-        let first = self.simulate_period(&mut memory, period)?;
-        if self.forearm.is_resting(&memory, self.factor) {
-            // Nothing is left for the next period, so that all periods are alike.
-            (0..COUNTS).for_each(|count| keep(count, &first));
-            return Ok(spikes);
         }
-        for _ in 1..SETTLES {
-            self.simulate_period(&mut memory, period)?;
-        }
-        for count in 0..COUNTS {
-            keep(count, &self.simulate_period(&mut memory, period)?);
-        }
-        Ok(spikes)
+        spikes
     }
 
     /// Simulates one period and returns its spikes, with times from the start of the period.

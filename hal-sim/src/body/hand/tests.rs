@@ -45,6 +45,64 @@ fn moved(hand: &Hand, period: &[Segment], seconds: u64, every_us: u64) -> Moving
     moving
 }
 
+/// A hand that is at rest after its first period is not simulated again, and responds as if it were.
+#[test]
+fn a_hand_at_rest_repeats_itself() {
+    let mut hand = hand();
+    for terminal in [Driven(-22.0), Driven(-30.0), Driven(-40.0)] {
+        for other in [Grounded, Floating] {
+            let segment = |first, lasts_us| Segment {
+                terminals: [first, other, Floating],
+                lasts_us,
+            };
+            let period = [segment(terminal, 200), segment(Grounded, 19_800)];
+            let short = hand.respond(&period).unwrap();
+            assert_eq!(short, hand.respond_in_full(&period).unwrap());
+        }
+    }
+}
+
+/// Hands at the places of a solved forearm respond as hands that are solved alone.
+#[test]
+fn hands_of_places_are_those_of_their_electrodes() {
+    let alone = hand();
+    let [a, b, e, _] = *alone.pads();
+    let spec = alone.spec().clone();
+    let mut places = Places::new(&spec, vec![e, b, a]).unwrap();
+    let coupled = HandSpec {
+        coupling: [1.0, 1.5, 0.5],
+        ..spec
+    };
+    for coupled in [alone.spec().clone(), coupled] {
+        let mut alone = Hand::new(coupled.clone(), [a, b, e]).unwrap();
+        let mut placed = places.hand(coupled, [2, 1, 0]).unwrap();
+        (alone.factor, placed.factor) = (300.0, 300.0);
+        for point in [A, B] {
+            let period = period(&[(0, point, 24.0)]);
+            let responses = [&mut alone, &mut placed].map(|hand| hand.respond(&period).unwrap());
+            let [alone, placed] = responses.map(|response| response.index_nm());
+            assert!(
+                alone > 0.0 && (alone - placed).abs() < 1e-9,
+                "{alone} {placed}"
+            );
+        }
+    }
+}
+
+/// The estimated factor is that at which a pulse just bends the finger.
+#[test]
+fn a_factor_is_estimated_from_one_pulse() {
+    let mut hand = hand();
+    let period = period(&[(0, A, 24.0)]);
+    let factor = hand.estimated_factor(&period[0], 5.0).unwrap().unwrap();
+    let mut bends = |factor: f64| {
+        hand.factor = factor;
+        let deg = hand.respond(&period).unwrap().angles_deg()[digits::INDEX];
+        deg - digits::REST_DEG[digits::INDEX] >= 5.0
+    };
+    assert!(bends(0.999 * factor) && !bends(1.001 * factor), "{factor}");
+}
+
 /// Without fatigue, a hand in motion reaches the steady response.
 #[test]
 fn a_moving_hand_comes_to_the_steady_response() {

@@ -29,6 +29,7 @@ mod row;
 mod sessions;
 mod study;
 mod summary;
+mod torque_claims;
 mod tracked;
 mod trials;
 mod voltages;

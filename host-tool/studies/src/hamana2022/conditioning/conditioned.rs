@@ -6,7 +6,7 @@
 
 use super::data::{PrintedVoltages, Table};
 use super::forearm::{Forearm, Pair};
-use super::posterior::AcceptedForearm;
+use super::judged::{Accepted, CHOICE, Candidate, Choice, Effort, JudgedForearm};
 use super::prior::{Prior, SessionDraw};
 use super::setup::{Setup, Solved};
 use crate::hamana2022::TwoPointsError;
@@ -17,169 +17,18 @@ use crate::hamana2022::voltages::{
 };
 use hal_sim::body::hand::spec::{A, B, E};
 use hal_sim::body::hand::{Hand, HandSpec};
-use hal_sim::random::{unit, word};
-use serde::{Deserialize, Serialize};
+use hal_sim::random::unit;
 use std::collections::BTreeMap;
 
-/// Places in a session's random stream of the offsets of three thresholds, and of the choice of a
-/// pair, after those of its ranges.
+/// Place in a session's random stream of the offsets of three thresholds, after those of its ranges.
 const THRESHOLDS: u64 = 0x100;
-const CHOICE: u64 = 0x110;
 /// Place in the stream of table 7's sessions of the chance by which an unlikely forearm is kept.
 const ROULETTE: u64 = 0x120;
-
-/// Sessions that meet the data of a table, and one of them, chosen by its probability.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Accepted<T> {
-    /// Probabilities that A meets the data, and that both A and B do.
-    pub met: [f64; 2],
-    /// Chosen session; `None` if no session meets the data.
-    pub chosen: Option<T>,
-}
-
-impl<T> Default for Accepted<T> {
-    fn default() -> Self {
-        Self {
-            met: [0.0; 2],
-            chosen: None,
-        }
-    }
-}
-
-/// Sessions of tables 2 and 3; `None` for a table that prints nothing of the participant, or if the
-/// forearm has no weight without it.
-type Unsolved = [Option<Accepted<Setup>>; 2];
-
-/// How many sessions judge a forearm.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Effort {
-    /// Number of the first session of each table, so that two judgements are independent.
-    pub first_session: u64,
-    /// Number of sessions of table 7, and of each of tables 2 and 3.
-    pub sessions: [u64; 2],
-    /// Probability of meeting table 7 below which a forearm is kept by a chance in proportion; 0
-    /// keeps all.
-    pub kept_from: f64,
-}
-
-/// A forearm with sessions that meet all data of its participant.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Candidate {
-    /// Chosen session of table 7.
-    pub solved: Solved,
-    /// Probability that a session of table 7 meets its data, divided by the probability with which
-    /// the forearm was kept; 1 for a participant without table 7.
-    pub probability: f64,
-    /// Sessions of the other tables.
-    pub unsolved: Unsolved,
-}
-
-/// Result of judging one forearm.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct JudgedForearm {
-    /// Name of the participant.
-    pub participant: String,
-    /// Number of the forearm, from 0.
-    pub index: u64,
-    /// Number of possible pairs of places; 0 if there are no two selective places.
-    pub pairs: usize,
-    /// Probabilities that a session of table 7 meets the data of A, and those of A and B.
-    pub solved: [f64; 2],
-    /// The forearm, if it has sessions that meet table 7.
-    pub posterior: Option<Candidate>,
-    /// The same under the second condition; `None` also for a participant to whom it does not
-    /// apply.
-    pub strict: Option<Candidate>,
-}
-
-impl JudgedForearm {
-    /// Returns the candidate under the first or the second condition as an accepted forearm; `seed`
-    /// is that of the forearm, and the weight is not normalised.
-    #[must_use]
-    pub fn accepted(&self, seed: u64, is_strict: bool) -> Option<AcceptedForearm> {
-        let candidate = self.candidate(is_strict)?;
-        Some(AcceptedForearm {
-            participant: self.participant.clone(),
-            drawn: (seed, self.index),
-            is_strict,
-            weight: candidate.weight(),
-            solved: candidate.solved,
-            unsolved: candidate.unsolved.map(|accepted| accepted?.chosen),
-        })
-    }
-
-    /// Returns the candidate under the first or the second condition.
-    #[must_use]
-    pub const fn candidate(&self, is_strict: bool) -> Option<&Candidate> {
-        match is_strict {
-            true => self.strict.as_ref(),
-            false => self.posterior.as_ref(),
-        }
-    }
-}
-
-impl Effort {
-    /// Returns the stream by which a session is chosen, of the stream of a table's sessions.
-    const fn stream(self, sessions: u64) -> u64 {
-        word(sessions ^ CHOICE, self.first_session)
-    }
-}
-
-impl Accepted<Solved> {
-    /// Returns the chosen session and its probability if the forearm is kept. A forearm less likely
-    /// than `kept_from` is kept with a chance in proportion, and its probability divided by that
-    /// chance, so that its weight is right on average; `part` is uniform in [0, 1).
-    fn kept(&self, kept_from: f64, part: f64) -> Option<(Solved, f64)> {
-        let chance = match kept_from > 0.0 {
-            true => (self.met[1] / kept_from).min(1.0),
-            false => 1.0,
-        };
-        let solved = self.chosen.filter(|_| part < chance)?;
-        Some((solved, self.met[1] / chance))
-    }
-}
-
-impl Candidate {
-    /// Returns the weight of the forearm: the product of the probabilities that its sessions meet
-    /// their tables.
-    #[must_use]
-    pub fn weight(&self) -> f64 {
-        let unsolved = self.unsolved.iter().flatten();
-        self.probability * unsolved.map(|accepted| accepted.met[1]).product::<f64>()
-    }
-}
-
-/// Chooses one of many weighted items, which arrive one after the other.
-struct Choice<T> {
-    stream: u64,
-    count: u64,
-    total: f64,
-    chosen: Option<T>,
-}
-
-impl<T> Choice<T> {
-    const fn new(stream: u64) -> Self {
-        Self {
-            stream,
-            count: 0,
-            total: 0.0,
-            chosen: None,
-        }
-    }
-
-    fn offer(&mut self, weight: f64, item: T) {
-        self.total += weight;
-        if unit(self.stream, self.count) * self.total < weight {
-            self.chosen = Some(item);
-        }
-        self.count += 1;
-    }
-}
 
 /// Returns the threshold and the greatest voltage that the search finds at A if the greatest one is
 /// within `noise_v` of `printed_v`. The ends of that tolerance decide most cases without the whole
 /// search.
-fn meets(
+fn search_near(
     hand: &mut Hand,
     printed_v: f64,
     (noise_v, end_v): (f64, f64),
@@ -225,12 +74,8 @@ impl Prior<'_> {
         let voltages = PrintedVoltages::of(self.participant);
         let mut forearm = self.forearm(index)?;
         let mut judged = JudgedForearm {
-            participant: self.participant.name.clone(),
-            index,
             pairs: forearm.pairs().len(),
-            solved: [0.0; 2],
-            posterior: None,
-            strict: None,
+            ..JudgedForearm::unjudged(&self.participant.name, index)
         };
         if judged.pairs == 0 {
             return Ok(judged);
@@ -242,7 +87,7 @@ impl Prior<'_> {
         judged.solved = [all.met[0], all.met[1]];
         let mut candidate = |accepted: Accepted<Solved>, place: u64| {
             let part = unit(self.session_stream(index, Table::Seven), ROULETTE + place);
-            let kept = accepted.kept(effort.kept_from, part);
+            let kept = accepted.with_chance(effort.kept_from, part);
             kept.map(|kept| self.candidate(&mut forearm, (index, effort), kept))
                 .transpose()
         };
@@ -321,7 +166,7 @@ impl Prior<'_> {
         hand: &mut Hand,
         printed_v: f64,
     ) -> Result<Option<[f64; 2]>, TwoPointsError> {
-        meets(hand, printed_v, (self.noise_v(), Table::Seven.end_v()))
+        search_near(hand, printed_v, (self.noise_v(), Table::Seven.end_v()))
     }
 
     /// Solves session 0 of table 7 for the thresholds, whatever its greatest voltages: for a
@@ -438,7 +283,7 @@ impl Prior<'_> {
                 let spec = with_coupling(&draw.spec, solved.coupling[point]);
                 let mut hand = forearm.hand_with_one(spec, place)?;
                 hand.factor = solved.factor;
-                Ok::<_, TwoPointsError>(meets(&mut hand, most_v[point], within)?.is_some())
+                Ok::<_, TwoPointsError>(search_near(&mut hand, most_v[point], within)?.is_some())
             };
             let mut known_b: BTreeMap<usize, bool> = BTreeMap::new();
             for (&a, others) in &others {

@@ -3,6 +3,7 @@
 use crate::hamana2022::TwoPointsError;
 use crate::laboratory::Range;
 use serde::Deserialize;
+use std::collections::BTreeMap;
 
 /// Text of the declaration `host-tool/experiments/hamana-participants.toml`.
 pub const DECLARED: &str = include_str!("../../../../experiments/hamana-participants.toml");
@@ -46,7 +47,7 @@ pub struct Declaration {
     /// Single changes of the model that are judged.
     #[serde(rename = "mechanism")]
     pub mechanisms: Vec<NamedChange>,
-    /// The paper's claims.
+    /// What the paper claims, counted once each.
     #[serde(rename = "claim")]
     pub claims: Vec<PaperClaim>,
     /// Further measurements that could tell the mechanisms apart.
@@ -73,13 +74,24 @@ pub struct Strict {
 
 /// Second phase of the conditioning: a forearm is judged again, by sessions of its own, with a
 /// chance in proportion to its weight in the first phase, by which its weight is divided.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Refined {
-    /// Expected number of forearms of each participant.
-    pub forearms: f64,
     /// Number of sessions of table 7, and of each of tables 2 and 3.
     pub sessions: [u64; 2],
+    /// Weight in the first phase from which on every forearm is judged again, by participant.
+    pub certain: BTreeMap<String, f64>,
+}
+
+impl Refined {
+    /// Returns the chance by which a forearm with this weight in the first phase is judged again.
+    #[must_use]
+    pub fn chance(&self, participant: &str, weight: f64) -> f64 {
+        match self.certain.get(participant) {
+            Some(certain) => (weight / certain).min(1.0),
+            None => 1.0,
+        }
+    }
 }
 
 /// Numbers of replications: one forearm of each participant in each.
@@ -123,7 +135,7 @@ pub enum ClaimKind {
     Untouched,
 }
 
-/// A claim of the paper.
+/// Statement of the paper that is judged in replications.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PaperClaim {
@@ -195,6 +207,14 @@ impl Declaration {
                 "kept_from is {kept_from}; allowed: above 0, at most 1"
             ));
         }
+        let uncertain = self
+            .refined
+            .certain
+            .iter()
+            .filter(|(_, weight)| **weight <= 0.0);
+        mistakes.extend(uncertain.map(|(name, weight)| {
+            format!("refined.certain of {name} is {weight}; allowed: above 0")
+        }));
         let counts = [
             ("draws", self.draws),
             ("mechanism_draws", self.mechanism_draws),

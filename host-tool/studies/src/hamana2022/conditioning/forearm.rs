@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 pub struct Pair {
     /// Indices of the places of A and B.
     pub points: [usize; 2],
-    /// Probability.
+    /// Part of all sessions that have this pair.
     pub probability: f64,
 }
 

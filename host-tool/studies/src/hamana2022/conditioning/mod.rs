@@ -3,7 +3,7 @@
 //! Takes the declaration `hamana-participants.toml`, a participant and a seed; returns forearms with
 //! weights, each with sessions that meet tables 2, 3 and 7 (approximate Bayesian computation).
 //! `declaration` and `data` are what is known, `prior` and `mechanism` what is drawn, `forearm` the
-//! places for electrodes, `conditioned` judges one forearm, `study` many in two
+//! places for electrodes, `conditioned` judges one forearm (`judged` is the result), `study` many in two
 //! phases (`screened` are the weights of the first), `outcome` and `weights`
 //! summarise; `posterior` is what is shipped, from which `wearer` makes wearers. The searches are the paper's, in the parent module. Everything is simulated: this is
 //! no evidence about people.
@@ -13,21 +13,23 @@ mod data;
 mod declaration;
 mod forearm;
 mod information;
+mod judged;
 mod measurements;
 mod mechanism;
 mod mechanisms;
 mod outcome;
 mod posterior;
 mod prior;
+mod run;
 mod screened;
 mod setup;
 mod study;
 mod wearer;
 mod weights;
 
-pub use conditioned::{Candidate, Effort, JudgedForearm};
 pub use data::{PrintedVoltages, Table};
 pub use declaration::{ClaimKind, DECLARED, Declaration};
+pub use judged::{Accepted, Candidate, Effort, JudgedForearm, Unsolved};
 pub use mechanism::Mechanism;
 pub use posterior::{AcceptedForearm, Posterior, SHIPPED};
 pub use prior::Prior;

@@ -1,12 +1,12 @@
 //! Result of the conditioning: acceptance, weights, prior and posterior of every parameter, and the
 //! file of accepted forearms.
 
-use super::conditioned::JudgedForearm;
 use super::data::Table;
+use super::judged::JudgedForearm;
 use super::mechanism::Mechanism;
 use super::mechanisms;
 use super::setup::Setup;
-use super::study::{Conditioning, ConditioningStudy, Unit};
+use super::study::{ConditioningStudy, Unit};
 use super::weights::{WeightSummary, weighted_quantile};
 use crate::hamana2022::participant::Participant;
 use crate::laboratory::{Outcome, Preregistration, Row};
@@ -35,8 +35,6 @@ struct Group<'a> {
     judged: Vec<&'a JudgedForearm>,
     /// Chance by which each forearm came into the study.
     chances: Vec<f64>,
-    /// Number of forearms of the prior that the weights represent.
-    of: usize,
 }
 
 impl Group<'_> {
@@ -65,16 +63,12 @@ fn groups<'a>(study: &'a ConditioningStudy, units: &'a [Unit]) -> Vec<Group<'a>>
             let own = units.iter().filter(|unit| {
                 unit.mechanism == mechanism && unit.judged.participant == participant.name
             });
-            let judged: Vec<&JudgedForearm> = own.map(|unit| &unit.judged).collect();
+            let (judged, chances) = own.map(|unit| (&unit.judged, unit.chance)).unzip();
             groups.push(Group {
                 mechanism,
                 participant,
-                chances: judged.iter().map(|forearm| study.chance(forearm)).collect(),
-                of: match study.kind {
-                    Conditioning::Participants => study.draws as usize,
-                    _ => judged.len(),
-                },
                 judged,
+                chances,
             });
         }
     }
@@ -192,7 +186,7 @@ fn summary_rows(group: &Group<'_>) -> Vec<Row> {
         )
     };
     let mut rows = Vec::new();
-    if group.participant.thresholds_v.is_some() && group.of == n {
+    if group.participant.thresholds_v.is_some() && group.chances.iter().all(|own| *own == 1.0) {
         let [a, both] = [mean(|f| f.solved[0]), mean(|f| f.solved[1])];
         rows.push(row(
             "accepted-7-a",
@@ -213,11 +207,9 @@ fn summary_rows(group: &Group<'_>) -> Vec<Row> {
         if is_strict && summary.positive == 0 && group.mechanism != Mechanism::Default {
             continue;
         }
-        let count = group.of as f64;
+        let count = n as f64;
         let evidence = summary.sum / count;
-        // Forearms outside the study have weight 0.
-        let squares = weights.iter().map(|weight| weight * weight).sum::<f64>();
-        let variance = squares / count - evidence * evidence;
+        let variance = weights.iter().map(|w| (w - evidence).powi(2)).sum::<f64>() / count;
         let error = (variance / count).sqrt();
         let mut evidence_row = row(
             &format!("{condition}-evidence"),
@@ -308,7 +300,7 @@ pub(super) fn screened_csv(study: &ConditioningStudy, units: &[Unit]) -> String 
             if weight > 0.0 {
                 let (name, index) = (&group.participant.name, forearm.index);
                 let (seed, of) = (study.seed, study.draws);
-                let _ = writeln!(text, "{name},{seed},{of},{index},{weight:.4e}");
+                let _ = writeln!(text, "{name},{seed},{of},{index},{weight:e}");
             }
         }
     }

@@ -1,19 +1,18 @@
 //! The conditioning as a study of the laboratory, which can be resumed and divided into shards.
 
-use super::conditioned::{Effort, JudgedForearm};
 use super::data::{PrintedVoltages, Table};
 use super::declaration::{DECLARED, Declaration};
+use super::judged::{Candidate, Effort, JudgedForearm};
 use super::measurements::measure;
 use super::mechanism::Mechanism;
-use super::outcome;
 use super::prior::Prior;
-use super::screened::{self, Screened, SelectedForearm};
+use super::screened::{self, Screened};
 use crate::hamana2022::experiments::{Experiment, Protocol};
 use crate::hamana2022::population::{self, Population};
 use crate::hamana2022::replication::Averages;
 use crate::hamana2022::wearers::Participants;
 use crate::hamana2022::{Participant, TwoPointsError};
-use crate::laboratory::{self, Outcome, StudyIdentity};
+use hal_sim::random::unit;
 use host_core::record::sha256;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -53,6 +52,8 @@ impl Conditioning {
     }
 }
 
+/// Random stream by which forearms come into the second phase.
+const SELECTED: u64 = 0x7135;
 /// Number of the first session of the second phase, beyond those of the first.
 const SECOND: u64 = 1_000;
 
@@ -65,9 +66,9 @@ pub struct ConditioningStudy {
     pub(super) participants: Vec<Participant>,
     pub(super) mechanisms: Vec<Mechanism>,
     pub(super) kind: Conditioning,
-    /// Forearms of the second phase.
-    pub(super) screened: Vec<SelectedForearm>,
-    arguments: String,
+    /// Known weights of the first phase.
+    screened: Screened,
+    pub(super) arguments: String,
     pub(super) seed: u64,
     /// Number of forearms of each participant and mechanism.
     pub(super) draws: u64,
@@ -79,8 +80,10 @@ pub struct ConditioningStudy {
 pub struct Unit {
     /// Change of the model.
     pub mechanism: Mechanism,
-    /// The forearm.
+    /// Result of judging it.
     pub judged: JudgedForearm,
+    /// Chance by which the forearm was judged, by which its weight is divided.
+    pub chance: f64,
     /// Experiment 2 of a forearm with weight; only in the study of mechanisms.
     #[serde(default)]
     pub torque: Option<Averages>,
@@ -123,14 +126,6 @@ impl ConditioningStudy {
             seed.unwrap_or(declaration.seed),
             draws.unwrap_or(declared_draws),
         );
-        let screened = match kind {
-            Conditioning::Participants => Screened::load_embedded()?.selected(
-                &participants,
-                (seed, draws),
-                declaration.refined.forearms,
-            )?,
-            _ => Vec::new(),
-        };
         let is_whole = who.is_none_or(|who| who == "all");
         Ok(Self {
             as_declared: is_whole
@@ -141,12 +136,18 @@ impl ConditioningStudy {
             participants,
             mechanisms,
             kind,
-            screened,
+            screened: Screened::load_embedded(seed, draws)?,
             arguments: who.map_or_else(String::new, |who| format!("--participant {who} ")),
             seed,
             draws,
             declaration,
         })
+    }
+
+    /// Returns the known weight of a forearm in the first phase; `None` if it has to be computed.
+    #[must_use]
+    pub fn first_weight(&self, participant: &str, index: u64) -> Option<f64> {
+        self.screened.weight(participant, index)
     }
 
     /// Returns the prior of a participant under a change of the model.
@@ -164,45 +165,58 @@ impl ConditioningStudy {
         }
     }
 
-    /// Returns mechanism, participant and forearm of a unit, and by how many sessions it is judged;
-    /// `None` if there is no such unit.
-    fn place(&self, unit: u64) -> Option<(Mechanism, &Participant, u64, Effort)> {
-        let declaration = &self.declaration;
-        if self.kind == Conditioning::Participants {
-            let selected = self.screened.get(usize::try_from(unit).ok()?)?;
-            let mut participants = self.participants.iter();
-            let own = participants.find(|own| own.name == selected.participant)?;
-            let effort = Effort {
-                first_session: SECOND,
-                sessions: declaration.refined.sessions,
-                kept_from: 0.0,
-            };
-            return Some((Mechanism::Default, own, selected.index, effort));
-        }
+    /// Returns mechanism, participant and forearm of a unit; `None` if there is no such unit.
+    pub(super) fn place(&self, unit: u64) -> Option<(Mechanism, &Participant, u64)> {
         let draws = self.draws.max(1);
         let (group, index) = (unit / draws, unit % draws);
         let group = usize::try_from(group).ok()?;
         let count = self.participants.len();
         let mechanism = self.mechanisms.get(group / count.max(1))?;
+        Some((*mechanism, self.participants.get(group % count)?, index))
+    }
+
+    /// Judges a forearm by the sessions of the first phase.
+    pub(super) fn screen(
+        &self,
+        prior: &Prior<'_>,
+        index: u64,
+    ) -> Result<JudgedForearm, TwoPointsError> {
+        let declaration = &self.declaration;
         let effort = Effort {
             first_session: 0,
             sessions: [declaration.solved_sessions, declaration.sessions],
             kept_from: declaration.kept_from,
         };
-        Some((
-            *mechanism,
-            self.participants.get(group % count)?,
-            index,
-            effort,
-        ))
+        prior.judge(index, effort)
     }
 
-    /// Returns the chance by which a forearm came into the second phase; 1 in the first one.
-    pub(super) fn chance(&self, judged: &JudgedForearm) -> f64 {
-        let mut screened = self.screened.iter();
-        let own =
-            screened.find(|own| own.index == judged.index && own.participant == judged.participant);
-        own.map_or(1.0, |own| own.chance)
+    /// Judges a forearm by the sessions of the second phase, with a chance in proportion to its
+    /// weight in the first one. Returns the forearm, without a candidate if it is left out, and the
+    /// chance.
+    pub(super) fn refine(
+        &self,
+        prior: &Prior<'_>,
+        index: u64,
+    ) -> Result<(JudgedForearm, f64), TwoPointsError> {
+        let name = &prior.participant.name;
+        let weight = match self.screened.weight(name, index) {
+            Some(weight) => weight,
+            None => {
+                let screened = self.screen(prior, index)?;
+                screened.candidate(false).map_or(0.0, Candidate::weight)
+            }
+        };
+        let refined = &self.declaration.refined;
+        let chance = refined.chance(name, weight);
+        if unit(prior.own_seed() ^ SELECTED, index) >= chance {
+            return Ok((JudgedForearm::unjudged(name, index), chance));
+        }
+        let effort = Effort {
+            first_session: SECOND,
+            sessions: refined.sessions,
+            kept_from: 0.0,
+        };
+        Ok((prior.judge(index, effort)?, chance))
     }
 
     /// Returns whether the study judges changes of the model.
@@ -211,7 +225,11 @@ impl ConditioningStudy {
     }
 
     /// Simulates experiment 2 and the further measurements of a forearm.
-    fn measure(&self, participant: &Participant, unit: &mut Unit) -> Result<(), TwoPointsError> {
+    pub(super) fn measure(
+        &self,
+        participant: &Participant,
+        unit: &mut Unit,
+    ) -> Result<(), TwoPointsError> {
         let Some(accepted) = unit.judged.accepted(self.seed, false) else {
             return Ok(());
         };
@@ -254,76 +272,5 @@ impl ConditioningStudy {
         files
             .map(|(file, text)| (file.to_owned(), sha256(text.as_bytes())))
             .collect()
-    }
-}
-
-impl laboratory::Study for ConditioningStudy {
-    type Unit = Unit;
-
-    fn metadata(&self) -> StudyIdentity<'_> {
-        StudyIdentity {
-            name: self.name(),
-            arguments: self.arguments.clone(),
-            declaration: ("hamana-participants.toml", DECLARED),
-            seed: self.seed,
-            draws: self.draws,
-        }
-    }
-
-    fn hashes(&self) -> BTreeMap<String, String> {
-        self.sha256()
-    }
-
-    fn units(&self) -> u64 {
-        match self.kind {
-            Conditioning::Participants => self.screened.len() as u64,
-            _ => (self.mechanisms.len() * self.participants.len()) as u64 * self.draws,
-        }
-    }
-
-    fn compute(
-        &self,
-        index: u64,
-        goes_on: &(dyn Fn() -> bool + Sync),
-    ) -> anyhow::Result<Option<Unit>> {
-        if !goes_on() {
-            return Ok(None);
-        }
-        let Some((mechanism, participant, index, effort)) = self.place(index) else {
-            return Ok(None);
-        };
-        let judged = self.prior(participant, mechanism).judge(index, effort)?;
-        let mut unit = Unit {
-            mechanism,
-            judged,
-            torque: None,
-            measured: None,
-        };
-        if self.is_of_mechanisms() {
-            self.measure(participant, &mut unit)?;
-        }
-        Ok(Some(unit))
-    }
-
-    fn outcome(&self, units: &[Unit], cut_short: Option<String>) -> anyhow::Result<Outcome> {
-        Ok(outcome::outcome(self, units, cut_short))
-    }
-
-    fn files(&self, units: &[Unit]) -> anyhow::Result<Vec<(String, String)>> {
-        Ok(match self.kind {
-            Conditioning::Forearms => {
-                let rows = outcome::screened_csv(self, units);
-                vec![("screened.csv".to_owned(), rows)]
-            }
-            Conditioning::Participants => {
-                let rows = outcome::posterior_csv(self, units);
-                vec![("posterior.csv".to_owned(), rows)]
-            }
-            Conditioning::Mechanisms => Vec::new(),
-        })
-    }
-
-    fn progress_text(&self, done: u64) -> String {
-        format!("{done} of {} forearms", laboratory::Study::units(self))
     }
 }

@@ -25,7 +25,7 @@ const CEILING: &str =
     "no forearm of the prior has its greatest voltages below the end of the search";
 
 /// A wearer, or the reason why there is none.
-type Drawn = Result<Wearer, &'static str>;
+type WearerOrReason = Result<Wearer, &'static str>;
 
 impl Prior<'_> {
     /// Creates the wearer of an accepted forearm in its session of `table`. The seed of this prior
@@ -37,7 +37,7 @@ impl Prior<'_> {
         &self,
         accepted: &AcceptedForearm,
         table: Table,
-    ) -> Result<Drawn, TwoPointsError> {
+    ) -> Result<WearerOrReason, TwoPointsError> {
         let setup = match table {
             Table::Two => accepted.unsolved[0],
             Table::Three => accepted.unsolved[1],
@@ -64,7 +64,7 @@ impl Prior<'_> {
     ///
     /// # Errors
     /// Fails if the declaration or the hand is invalid.
-    pub fn prior_wearer(&self, index: u64, table: Table) -> Result<Drawn, TwoPointsError> {
+    pub fn prior_wearer(&self, index: u64, table: Table) -> Result<WearerOrReason, TwoPointsError> {
         let mut forearm = self.forearm(index)?;
         if forearm.pairs().is_empty() {
             return Ok(Err(NO_POINTS));
@@ -95,7 +95,7 @@ impl Prior<'_> {
         &self,
         draw: u64,
         table: Table,
-    ) -> Result<Drawn, TwoPointsError> {
+    ) -> Result<WearerOrReason, TwoPointsError> {
         for attempt in 0..TRIED {
             if let Ok(wearer) = self.prior_wearer(draw * TRIED + attempt, table)? {
                 let last_v = (table.end_v() / STEP_V).floor() * STEP_V;
@@ -125,7 +125,7 @@ impl Prior<'_> {
 
 /// Searches the voltages of a hand in a session of `table`. Only the session of table 7 has an
 /// extensor.
-fn wearer(mut hand: Hand, table: Table) -> Result<Drawn, TwoPointsError> {
+fn wearer(mut hand: Hand, table: Table) -> Result<WearerOrReason, TwoPointsError> {
     let Some(voltages) = Voltages::search(&mut hand, table.end_v())? else {
         return Ok(Err(NO_VOLTAGES));
     };

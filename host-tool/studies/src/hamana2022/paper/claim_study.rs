@@ -93,38 +93,46 @@ impl SourceStudies {
         })
     }
 
-    /// Computes replication `draw`; `None` after `goes_on` has returned `false`.
+    /// Computes replication `draw`; `None` after `goes_on` has returned `false`. Every study of a
+    /// session has the same wearer, which is drawn once.
     fn replicate(
         &self,
         (draw, has_control): (u64, bool),
         goes_on: &(dyn Fn() -> bool + Sync),
     ) -> Result<Option<ReplicationParts>, TwoPointsError> {
-        let parts = |study: &Study| -> Result<Option<Vec<Part>>, TwoPointsError> {
-            let participants = 0..study.participants.all.len();
-            participants
-                .map(|participant| study.compute_part((participant, draw), goes_on))
-                .collect()
-        };
-        let (Some(selectivity), Some(torque), Some(intensities), Some(posture)) = (
-            parts(&self.selectivity)?,
-            parts(&self.torque)?,
-            parts(&self.intensities)?,
-            parts(&self.posture)?,
-        ) else {
-            return Ok(None);
-        };
-        let mut replication = ReplicationParts {
-            selectivity,
-            torque,
-            intensities,
-            posture,
-            ..ReplicationParts::default()
-        };
-        if has_control {
-            let (Some(control), Some(hold)) = (parts(&self.control)?, parts(&self.hold)?) else {
-                return Ok(None);
+        let mut replication = ReplicationParts::default();
+        for participant in &self.selectivity.participants.all {
+            let is_of = |study: &&Study| {
+                let mut own = study.participants.all.iter();
+                own.any(|other| other.name == participant.name)
             };
-            (replication.control, replication.hold) = (control, hold);
+            let last: [(&Study, &mut Vec<Part>); 4] = [
+                (&self.intensities, &mut replication.intensities),
+                (&self.posture, &mut replication.posture),
+                (&self.control, &mut replication.control),
+                (&self.hold, &mut replication.hold),
+            ];
+            let last: Vec<(&Study, &mut Vec<Part>)> = last
+                .into_iter()
+                .filter(|(study, _)| is_of(study) && (has_control || study.is_quick()))
+                .collect();
+            let sessions = [
+                vec![(&self.selectivity, &mut replication.selectivity)],
+                vec![(&self.torque, &mut replication.torque)],
+                last,
+            ];
+            for session in sessions {
+                let Some((first, _)) = session.first() else {
+                    continue;
+                };
+                let wearer = first.draw_wearer(participant, draw)?;
+                for (study, parts) in session {
+                    match study.part_of((participant, draw), &wearer, goes_on)? {
+                        Some(part) => parts.push(part),
+                        None => return Ok(None),
+                    }
+                }
+            }
         }
         Ok(Some(replication))
     }

@@ -3,11 +3,11 @@
 use super::anova::{complete_means, replications};
 use super::{Part, draw_results};
 use crate::hamana2022::angles::{IndexAngles, index_angles};
-use crate::hamana2022::claims::{jointly, torque_verdicts};
 use crate::hamana2022::experiments::{Condition, Experiment, Protocol, StimulationResult};
 use crate::hamana2022::held::Hold;
 use crate::hamana2022::replication::{Averages, Replication, Test};
 use crate::hamana2022::sessions::{Session, mean};
+use crate::hamana2022::torque_claims::{jointly, torque_verdicts};
 use crate::hamana2022::tracked::LAWS;
 use host_core::statistics;
 use std::collections::BTreeMap;

@@ -238,6 +238,11 @@ impl Study {
         self.draws
     }
 
+    /// Returns whether a draw takes milliseconds, because nothing moves in it.
+    const fn is_quick(&self) -> bool {
+        matches!(self.kind, Kind::Patterns(_))
+    }
+
     /// Lists the units of the study in the order of `draws.csv`. A unit is the index of a
     /// participant and the index of a draw.
     #[must_use]
@@ -261,6 +266,16 @@ impl Study {
             return Ok(None);
         };
         let wearer = self.draw_wearer(participant, draw)?;
+        self.part_of((participant, draw), &wearer, goes_on)
+    }
+
+    /// Measures a random wearer. Returns `None` after `goes_on` has returned `false`.
+    fn part_of(
+        &self,
+        (participant, draw): (&Participant, u64),
+        wearer: &Result<Wearer, &'static str>,
+        goes_on: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<Part>, TwoPointsError> {
         let part = |became| Part {
             participant: participant.name.clone(),
             draw,
@@ -268,9 +283,9 @@ impl Study {
         };
         let wearer = match wearer {
             Ok(wearer) => wearer,
-            Err(why) => return Ok(Some(part(Err(why.to_owned())))),
+            Err(why) => return Ok(Some(part(Err((*why).to_owned())))),
         };
-        let outcome = self.measure_draw((participant, draw), &wearer, goes_on)?;
+        let outcome = self.measure_draw((participant, draw), wearer, goes_on)?;
         let came = outcome.map(|measurements| DrawResult {
             voltages: wearer.voltages,
             extensor_v: wearer.extensor_v,

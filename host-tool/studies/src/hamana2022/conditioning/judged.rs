@@ -1,0 +1,172 @@
+//! Result of judging a forearm: with which probability its sessions meet the tables, and one session
+//! of each.
+
+use super::posterior::AcceptedForearm;
+use super::setup::{Setup, Solved};
+use hal_sim::random::unit;
+use serde::{Deserialize, Serialize};
+
+/// Changes the stream of a table's sessions to that of the choice of one of them.
+pub(super) const CHOICE: u64 = 0x110;
+
+/// Sessions that meet the data of a table, and one of them, chosen by its probability.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Accepted<T> {
+    /// Probabilities that A meets the data, and that both A and B do.
+    pub met: [f64; 2],
+    /// Chosen session; `None` if no session meets the data.
+    pub chosen: Option<T>,
+}
+
+impl<T> Default for Accepted<T> {
+    fn default() -> Self {
+        Self {
+            met: [0.0; 2],
+            chosen: None,
+        }
+    }
+}
+
+/// Sessions of tables 2 and 3; `None` for a table that prints nothing of the participant, or if the
+/// forearm has no weight without it.
+pub type Unsolved = [Option<Accepted<Setup>>; 2];
+
+/// How many sessions judge a forearm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Effort {
+    /// Number of the first session of each table, so that two judgements are independent.
+    pub first_session: u64,
+    /// Number of sessions of table 7, and of each of tables 2 and 3.
+    pub sessions: [u64; 2],
+    /// Probability of meeting table 7 below which a forearm is kept by a chance in proportion; 0
+    /// keeps all.
+    pub kept_from: f64,
+}
+
+/// A forearm with sessions that meet all data of its participant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Candidate {
+    /// Chosen session of table 7.
+    pub solved: Solved,
+    /// Probability that a session of table 7 meets its data, divided by the probability with which
+    /// the forearm was kept; 1 for a participant without table 7.
+    pub probability: f64,
+    /// Sessions of the other tables.
+    pub unsolved: Unsolved,
+}
+
+/// Result of judging one forearm.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct JudgedForearm {
+    /// Name of the participant.
+    pub participant: String,
+    /// Number of the forearm, from 0.
+    pub index: u64,
+    /// Number of possible pairs of places; 0 if there are no two selective places.
+    pub pairs: usize,
+    /// Probabilities that a session of table 7 meets the data of A, and those of A and B.
+    pub solved: [f64; 2],
+    /// The forearm, if it has sessions that meet table 7.
+    pub posterior: Option<Candidate>,
+    /// The same under the second condition; `None` also for a participant to whom it does not
+    /// apply.
+    pub strict: Option<Candidate>,
+}
+
+impl JudgedForearm {
+    /// Returns a forearm that is not judged.
+    pub(super) fn unjudged(participant: &str, index: u64) -> Self {
+        Self {
+            participant: participant.to_owned(),
+            index,
+            pairs: 0,
+            solved: [0.0; 2],
+            posterior: None,
+            strict: None,
+        }
+    }
+
+    /// Returns the candidate under the first or the second condition as an accepted forearm; `seed`
+    /// is that of the forearm, and the weight is not normalised.
+    #[must_use]
+    pub fn accepted(&self, seed: u64, is_strict: bool) -> Option<AcceptedForearm> {
+        let candidate = self.candidate(is_strict)?;
+        Some(AcceptedForearm {
+            participant: self.participant.clone(),
+            drawn: (seed, self.index),
+            is_strict,
+            weight: candidate.weight(),
+            solved: candidate.solved,
+            unsolved: candidate.unsolved.map(|accepted| accepted?.chosen),
+        })
+    }
+
+    /// Returns the candidate under the first or the second condition.
+    #[must_use]
+    pub const fn candidate(&self, is_strict: bool) -> Option<&Candidate> {
+        match is_strict {
+            true => self.strict.as_ref(),
+            false => self.posterior.as_ref(),
+        }
+    }
+}
+
+impl Effort {
+    /// Returns the stream by which a session is chosen, of the stream of a table's sessions.
+    pub(super) const fn stream(self, sessions: u64) -> u64 {
+        sessions ^ CHOICE ^ self.first_session
+    }
+}
+
+impl Accepted<Solved> {
+    /// Returns the chosen session and its probability if the forearm is kept. A forearm less likely
+    /// than `kept_from` is kept with a chance in proportion, and its probability divided by that
+    /// chance, so that its weight is right on average; `part` is uniform in [0, 1).
+    pub(super) fn with_chance(&self, kept_from: f64, part: f64) -> Option<(Solved, f64)> {
+        let chance = match kept_from > 0.0 {
+            true => (self.met[1] / kept_from).min(1.0),
+            false => 1.0,
+        };
+        let solved = self.chosen.filter(|_| part < chance)?;
+        Some((solved, self.met[1] / chance))
+    }
+}
+
+impl Candidate {
+    /// Returns the weight of the forearm: the product of the probabilities that its sessions meet
+    /// their tables.
+    #[must_use]
+    pub fn weight(&self) -> f64 {
+        let unsolved = self.unsolved.iter().flatten();
+        self.probability * unsolved.map(|accepted| accepted.met[1]).product::<f64>()
+    }
+}
+
+/// Chooses one of many weighted items, which arrive one after the other.
+pub(super) struct Choice<T> {
+    stream: u64,
+    count: u64,
+    /// Sum of all weights.
+    pub total: f64,
+    pub chosen: Option<T>,
+}
+
+impl<T> Choice<T> {
+    pub const fn new(stream: u64) -> Self {
+        Self {
+            stream,
+            count: 0,
+            total: 0.0,
+            chosen: None,
+        }
+    }
+
+    /// Takes one more item, which replaces the chosen one with a chance in proportion to its weight.
+    pub fn offer(&mut self, weight: f64, item: T) {
+        self.total += weight;
+        if unit(self.stream, self.count) * self.total < weight {
+            self.chosen = Some(item);
+        }
+        self.count += 1;
+    }
+}
