@@ -326,8 +326,9 @@ impl Order<'_> {
             declared: self.experiment.declared_files(),
             ..Plan::new(&self.command, &device)
         };
-        let title = &self.experiment.declaration.title;
-        let mut record = Run::begin(title, &device, Some(seed), plan, moment::now());
+        let declaration = &self.experiment.declaration;
+        let mut record = Run::begin(&declaration.title, &device, Some(seed), plan, moment::now());
+        record.explained.clone_from(&declaration.explained);
         record.host.rerun_of = self.again.map(|again| again.dir.display().to_string());
         record
     }
@@ -356,10 +357,8 @@ fn add_comparison(experiment: &Experiment, record: &mut Run, came: &ExperimentRe
         let (at, claim, holds, cases) = (&share.at, &share.claim, share.holds, share.of);
         let at = Some(at).filter(|at| !at.is_empty());
         let at = at.map_or_else(String::new, |at| format!(" ({at})"));
-        assumption(
-            Role::CameOut,
-            format!("{claim}{at}: in {holds} of {cases} cases."),
-        )
+        let text = format!("{claim}{at}: in {holds} of {cases} cases.");
+        assumption(Role::CameOut, text)
     }));
 }
 

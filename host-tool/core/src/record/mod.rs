@@ -84,6 +84,9 @@ pub struct Run {
     /// Values that a paper reports for the same trials, for comparison.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub paper: Vec<PaperRow>,
+    /// Sentences before the result that explain what is tried; without them there are none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub explained: Vec<String>,
     /// Main result of the run in one sentence, with which the report begins; `None` to derive it
     /// from the trials.
     #[serde(default, skip_serializing_if = "Option::is_none")]

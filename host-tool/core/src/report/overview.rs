@@ -11,7 +11,7 @@ use crate::plot::figure::draw_legend;
 use crate::plot::ink::{Color, GRID, INK, MUTED, PALETTE, channel_mark, stroke};
 use crate::plot::panel::LetterScale;
 use crate::plot::series::range;
-use crate::plot::{At, Axis, Canvas, Key, Mark, Paint, Panel, Shape, Words};
+use crate::plot::{At, Axis, Canvas, Key, Mark, Paint, Panel, Shape, Svg, Words};
 use crate::record::{Edge, State, Trial};
 use crate::session::LawName;
 
@@ -44,7 +44,9 @@ pub fn picture(default: &Trial, paper: &Trial) -> String {
     };
     let words = "Simulated: no board has been built yet";
     canvas.text((SIZE.0 / 2.0, 20.0), words, title);
-    draw_arm(&mut canvas, default);
+    canvas.text((6.0, 60.0), "ten electrodes, one finger", WORDS);
+    let channels: Vec<u8> = (1..=2 * COLUMN).collect();
+    draw_arm(&mut canvas, default, &channels, 0.0);
     let (left, top) = (LANES.0.0 - 22.0, LANES.0.1 - 32.0);
     canvas.text((left, top), "ten channels, one period", WORDS);
     lanes(&default.edges).draw(&mut canvas, LETTERS, 0.0, LANES);
@@ -55,11 +57,54 @@ pub fn picture(default: &Trial, paper: &Trial) -> String {
     standalone(&canvas.svg(SIZE, description))
 }
 
-/// Draws the arm from the elbow to the hand with ten electrodes, and the finger at its smallest and
-/// at its largest angle.
-fn draw_arm(canvas: &mut Canvas, trial: &Trial) {
-    canvas.text((6.0, 60.0), "ten electrodes, one finger", WORDS);
-    let [elbow, wrist, knuckles] = JOINTS;
+/// Size of the picture of the arm alone, CSS pixels.
+const ARM_SIZE: At = (328.0, 312.0);
+/// Distance by which the arm alone is higher than in the picture of the README, CSS pixels.
+const RAISED: f64 = 76.0;
+/// Number of electrodes in each of two columns along the forearm.
+const COLUMN: u8 = 5;
+/// Distance of the electrodes from the wrist and from one another, CSS pixels.
+const ALONG: [f64; 2] = [18.0, 24.0];
+
+/// Draws the arm of the trial with the most channels, its electrodes with the names of the channels,
+/// and the finger at its smallest and at its largest angle; an empty figure if no trial has an
+/// angle.
+pub(super) fn arm_figure(trials: &[Trial]) -> Svg {
+    let has_angle = |trial: &&Trial| {
+        trial
+            .samples
+            .map_each(|s| s.measured_deg)
+            .any(|a| a.is_some())
+    };
+    let with_angle = trials.iter().filter(has_angle);
+    let Some(trial) = with_angle.max_by_key(|trial| trial.channels.len()) else {
+        return Svg::default();
+    };
+    let mut canvas = Canvas::default();
+    let channels = trial.channels.iter().take(usize::from(2 * COLUMN));
+    let numbers: Vec<u8> = channels.clone().map(|channel| channel.number).collect();
+    draw_arm(&mut canvas, trial, &numbers, RAISED);
+    for (place, channel) in (0_u8..).zip(channels) {
+        let name = format!("{} {}", channel.number, channel.name);
+        let y = electrode(place).1 - RAISED;
+        canvas.text((ARM + 84.0, y), &name, WORDS);
+    }
+    let description = "A forearm with an electrode for each channel, and the index finger at its \
+                       smallest and at its largest angle";
+    canvas.svg(ARM_SIZE, description)
+}
+
+/// Returns the position of electrode `place`, from 0, in the picture of the README.
+fn electrode(place: u8) -> At {
+    let side = if place < COLUMN { -1.0 } else { 1.0 };
+    let y = JOINTS[1] + ALONG[0] + ALONG[1] * f64::from(place % COLUMN);
+    (ARM + side * 13.0, y)
+}
+
+/// Draws the arm from the elbow to the hand with electrodes of these channels, and the finger at its
+/// smallest and at its largest angle, `raised` pixels above their place in the README's picture.
+fn draw_arm(canvas: &mut Canvas, trial: &Trial, channels: &[u8], raised: f64) {
+    let [elbow, wrist, knuckles] = JOINTS.map(|y| y - raised);
     let corners = [
         (-62.0, elbow),
         (-40.0, wrist),
@@ -74,27 +119,27 @@ fn draw_arm(canvas: &mut Canvas, trial: &Trial) {
         sample.measured_deg.filter(|_| is_shown)
     });
     let (least, most) = range(angles.flatten()).unwrap_or((0.0, 90.0));
-    draw_finger(canvas, least, GRID);
-    draw_finger(canvas, most, MUTED);
+    draw_finger(canvas, least, GRID, raised);
+    draw_finger(canvas, most, MUTED, raised);
     for (words, down) in [
         (format!("{least:.0}° to"), 60.0),
         (format!("{most:.0}°"), 40.0),
     ] {
         canvas.text((ARM + 100.0, knuckles - down), &words, WORDS);
     }
-    // The electrodes are in two columns along the forearm.
-    for number in 1..=10u8 {
-        let side = if number <= 5 { -1.0 } else { 1.0 };
-        let y = wrist + 18.0 + 24.0 * f64::from((number - 1) % 5);
+    for (place, &number) in (0_u8..).zip(channels) {
+        let (x, y) = electrode(place);
+        let outside = if x < ARM { -21.0 } else { 21.0 };
         let dot = channel_mark(number).dot();
-        canvas.mark((ARM + side * 13.0, y), Shape::Disc, 8.0, dot);
-        canvas.text((ARM + side * 34.0, y), &number.to_string(), WORDS.centred());
+        canvas.mark((x, y - raised), Shape::Disc, 8.0, dot);
+        let at = (x + outside, y - raised);
+        canvas.text(at, &number.to_string(), WORDS.centred());
     }
 }
 
 /// Draws the two bones of the finger in outline. The joint between them is flexed by `angle_deg`.
-fn draw_finger(canvas: &mut Canvas, angle_deg: f64, color: Color) {
-    let start = (ARM + 12.0, JOINTS[2] + 4.0);
+fn draw_finger(canvas: &mut Canvas, angle_deg: f64, color: Color, raised: f64) {
+    let start = (ARM + 12.0, JOINTS[2] + 4.0 - raised);
     let joint = (start.0, start.1 - BONES[0]);
     let (sin, cos) = angle_deg.to_radians().sin_cos();
     let tip = (joint.0 + BONES[1] * sin, joint.1 - BONES[1] * cos);

@@ -1,6 +1,7 @@
 //! The HTML page: the result first, then the figures, then background information.
 
 use super::doses::dose_table;
+use super::overview::arm_figure;
 use super::tables::{
     counter_table, degrees, electrode_table, event_table, force_notes, force_remarks, force_table,
     hits_table, metrics_table, models_in_words, newtons, paper_table, seconds,
@@ -17,7 +18,16 @@ use crate::record::{Assumption, Role, Run, Sample, Trial};
 /// contains no script and sends no request.
 pub fn page(report: &Report) -> String {
     let run = report.run;
-    let mut out = html!("<p class=\"result\">{}</p>\n", headline(run));
+    let explained = run.explained.iter();
+    let explained = explained.map(|text| html!("<p class=\"lead\">{}</p>\n", text));
+    let mut out: Html = explained.collect();
+    out += html!("<p class=\"result\">{}</p>\n", headline(run));
+    if !run.explained.is_empty() {
+        out += html!(
+            "<div class=\"arm\">{}</div>\n",
+            figure(&arm_figure(&run.trials), "")
+        );
+    }
     out += figure(&trajectory::figure(&run.trials), "");
     out += figure(&hand::figure(&run.trials), "");
     if is_open_loop(run) {

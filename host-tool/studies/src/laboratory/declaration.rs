@@ -24,6 +24,9 @@ pub struct Declaration {
     pub draws: u64,
     /// Measures that are computed from each trial: identifiers of [`super::measure::MEASURES`].
     pub measures: Vec<String>,
+    /// Sentences with which the report begins: what is tried, and what its words mean.
+    #[serde(default)]
+    pub explained: Vec<String>,
     /// Assumptions of the experiment in words, for the report page. They include properties that
     /// the simulated body was given and that are therefore no results.
     #[serde(default)]
