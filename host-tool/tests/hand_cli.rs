@@ -112,7 +112,8 @@ fn a_hold_is_told_for_each_wearer() {
 /// row; tables 7 to 9 appear next to the paper's.
 #[test]
 fn a_sine_is_followed_through_the_device() {
-    let wanted = ["--wearer", "all", "--draws", "1", "--seed", "7"];
+    let wanted = ["--wearer", "all", "--participants", "fixed"];
+    let wanted = [&wanted[..], &["--draws", "1", "--seed", "7"]].concat();
     let document = run_twice(
         "hand_control",
         &[&["experiment", "hamana-4"], &wanted[..]].concat(),
@@ -377,7 +378,25 @@ fn a_wearer_of_one_s_own_comes_from_a_file() {
 #[test]
 fn what_cannot_be_is_refused_by_name() {
     let folder = test_folder("hand_refused");
-    let cases: [(&[&str], &str); 8] = [
+    let cases: [(&[&str], &str); 11] = [
+        (
+            &[
+                "hamana-hold",
+                "--ablation",
+                "dry",
+                "--participants",
+                "prior",
+            ],
+            "E813 --participants prior has forearms of its own; leave out --wearer and",
+        ),
+        (
+            &["hamana-participants", "--ablation", "dry"],
+            "E814 hamana-participants conditions forearms on what the paper prints of P, Q,",
+        ),
+        (
+            &["harris-wall", "--participants", "prior"],
+            "E518 --participants applies to hamana-1, hamana-2,",
+        ),
         (
             &["hamana-hold", "--ablation", "wet"],
             "E627 --ablation `wet` does not exist; choose one of limiter, found, narrow,",
