@@ -128,3 +128,21 @@ fn threshold_v(hand: &mut Hand, width_us: u32) -> Result<Option<f64>, TwoPointsE
     }
     Ok(Some(high))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hamana2022::conditioning::{Declaration, Mechanism};
+
+    /// Measurements and changes of the model are those of the declaration, in its order.
+    #[test]
+    fn what_is_declared_is_measured() {
+        let declaration = Declaration::load_embedded().unwrap();
+        let measured = declaration.measurements.iter().map(|own| &*own.id);
+        assert!(measured.eq(NAMES));
+        let changes = Mechanism::ALL.into_iter().map(Mechanism::name);
+        let changes = changes.filter(|name| !["default", "earlier"].contains(name));
+        let declared = declaration.mechanisms.iter().map(|own| &*own.name);
+        assert!(changes.eq(declared));
+    }
+}
