@@ -10,6 +10,20 @@ use host_core::statistics::paired_t;
 
 const DIGITS: [&str; 5] = ["thumb", "index", "middle", "ring", "little"];
 
+/// Returns whether the other fingers bend more at the intensities above the largest voltages (g, h
+/// and i) than at the largest ones (d, e and f); `None` if one of them was not applied.
+pub(super) fn bends_others_above(session: &Session) -> Option<bool> {
+    let others = |letters: [char; 3]| {
+        let letter_mean = |letter: char| {
+            let sum = |s: &StimulationResult| s.flexed.iter().sum::<f64>() - s.flexed[1];
+            mean(session, |c| c.name.starts_with(letter), sum)
+        };
+        let means: Option<Vec<f64>> = letters.map(letter_mean).into_iter().collect();
+        Some(means?.into_iter().sum::<f64>())
+    };
+    Some(others(['g', 'h', 'i'])? > others(['d', 'e', 'f'])?)
+}
+
 /// Evaluates experiment 3: returns a row for every participant, intensity and finger (flexion as a
 /// percentage of the finger's range), and the share of draws in which each claim holds.
 pub(super) fn intensities(sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
@@ -36,20 +50,7 @@ pub(super) fn intensities(sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
                 rows.push(row(&id, quantity, "% of range", None, values.collect()));
             }
         }
-        let others = |session: &Session, letters: [char; 3]| {
-            let letter_mean = |letter: char| {
-                let sum = |s: &StimulationResult| s.flexed.iter().sum::<f64>() - s.flexed[1];
-                mean(session, |c| c.name.starts_with(letter), sum)
-            };
-            letters
-                .map(letter_mean)
-                .into_iter()
-                .collect::<Option<Vec<f64>>>()
-                .map(|means| means.iter().sum::<f64>())
-        };
-        let bend = own.iter().map(|session| {
-            Some(others(session, ['g', 'h', 'i'])? > others(session, ['d', 'e', 'f'])?)
-        });
+        let bend = own.iter().map(|session| bends_others_above(session));
         let id = format!("over-{participant}");
         let words = "other fingers bend more 4 V above maximum".to_owned();
         shares.push(claim(

@@ -1,5 +1,6 @@
 //! Participants: the facts about a person that are known before anything random is generated.
 
+use hal_sim::random::word;
 use host_core::wearer::Wearer;
 use serde::Deserialize;
 
@@ -9,6 +10,13 @@ pub(super) const DEVICE_V: f64 = 40.0;
 
 /// Smallest threshold, V: one step of the searches.
 const LEAST_V: f64 = 2.0;
+
+/// Returns the seed of the draws of the participant with this name, so that participants have
+/// independent draws.
+pub(super) fn seed_of(name: &str, seed: u64) -> u64 {
+    name.bytes()
+        .fold(seed, |seed, byte| word(seed, byte.into()))
+}
 
 /// A participant, as far as the paper or a wearer file describes them.
 #[derive(Clone, Debug, Deserialize)]

@@ -48,6 +48,19 @@ pub(super) fn claim(
     Share::from_counts(id.to_owned(), claim, paper, (holds, total))
 }
 
+/// Level of the intervals of [`percent_text`].
+const LEVEL: f64 = 0.95;
+
+/// Returns the share of `holds` among `of` in percent with its 95 % interval (Wilson 1927), such as
+/// `40 [31 50]`; `-` if `of` is 0.
+pub(super) fn percent_text((holds, of): (u64, u64)) -> String {
+    let Ok(share) = statistics::wilson_share(holds as f64, of, LEVEL) else {
+        return "-".to_owned();
+    };
+    let [share, low, high] = [share.share, share.low, share.high].map(|part| 100.0 * part);
+    format!("{share:.0} [{low:.0} {high:.0}]")
+}
+
 /// Returns the mean of `measure` over all stimulations whose condition satisfies `is`; `None` if there
 /// are none.
 pub(super) fn mean(

@@ -2,7 +2,7 @@
 
 use super::departure::Departure;
 use super::error::TwoPointsError;
-use super::participant::{DEVICE_V, Participant};
+use super::participant::{DEVICE_V, Participant, seed_of};
 use super::population::Population;
 use super::study::{DrawOutcome, KnownThresholds, PreparedHand, prepare};
 use super::voltages::{Voltages, search_extensor};
@@ -161,11 +161,7 @@ impl Participant {
         population: &Population,
         (seed, index): (u64, u64),
     ) -> Result<Result<Wearer, &'static str>, TwoPointsError> {
-        // The name enters the seed, so that participants have independent draws.
-        let own = self
-            .name
-            .bytes()
-            .fold(seed, |seed, byte| word(seed, byte.into()));
+        let own = seed_of(&self.name, seed);
         let person = population.draw_person(own, index)?;
         let spec = HandSpec {
             around_m: self.around_m,

@@ -47,7 +47,7 @@ pub struct Declaration {
     /// Single changes of the model that are judged.
     #[serde(rename = "mechanism")]
     pub mechanisms: Vec<NamedChange>,
-    /// What the paper claims, counted once each.
+    /// Statements of the paper, each counted once.
     #[serde(rename = "claim")]
     pub claims: Vec<PaperClaim>,
     /// Further measurements that could tell the mechanisms apart.

@@ -4,13 +4,13 @@
 use super::information::{WeightedOutcome, mutual_information};
 use super::mechanism::Mechanism;
 use super::study::{ConditioningStudy, Unit};
-use super::weights::WeightSummary;
+use super::weights::{WeightSummary, choose_by_weight};
 use crate::hamana2022::participant::Participant;
 use crate::hamana2022::replication::{Averages, Replication};
+use crate::hamana2022::sessions::percent_text;
 use crate::hamana2022::torque_claims::{jointly, torque_verdicts};
 use crate::laboratory::{Grid, Sheet};
 use hal_sim::random::{unit, word};
-use host_core::statistics::wilson_share;
 
 /// Fewest forearms with weight of each participant by which a change is judged.
 const FEWEST: usize = 16;
@@ -18,7 +18,6 @@ const FEWEST: usize = 16;
 const REPLICATIONS: u64 = 200;
 /// Random stream of the replications.
 const REPLICATED: u64 = 0x7134;
-const LEVEL: f64 = 0.95;
 
 /// Probability of a participant's printed voltages: natural logarithm, its standard error, and the
 /// number of forearms with weight.
@@ -61,15 +60,9 @@ fn evidence(units: &[&Unit]) -> Evidence {
 fn choose<'a>(units: &[&'a Unit], part: f64) -> Option<&'a Averages> {
     let simulated = units
         .iter()
-        .filter_map(|unit| Some((weight(unit), unit.torque.as_ref()?)));
-    let simulated: Vec<(f64, &Averages)> = simulated.collect();
-    let wanted = part * simulated.iter().map(|pair| pair.0).sum::<f64>();
-    let mut below = 0.0;
-    let reached = simulated.iter().find(|(weight, _)| {
-        below += weight;
-        below > wanted
-    });
-    reached.or(simulated.last()).map(|pair| pair.1)
+        .filter_map(|unit| Some((unit.torque.as_ref()?, weight(unit))));
+    let simulated: Vec<(&Averages, f64)> = simulated.collect();
+    choose_by_weight(&simulated, part).copied()
 }
 
 /// Returns in how many joint replications all claims of experiment 2 hold, and of how many.
@@ -133,15 +126,7 @@ pub(super) fn evidence_table(study: &ConditioningStudy, units: &[Unit]) -> Sheet
                 [format!("{factor:.2e}"), format!("{:.0} %", 100.0 * error)]
             }
         };
-        let (holds, of) = joint_replications(study, units, mechanism);
-        let joint = wilson_share(holds as f64, of, LEVEL).map_or_else(
-            |_| "-".to_owned(),
-            |share| {
-                let percent = |part: f64| format!("{:.0}", 100.0 * part);
-                let [low, high] = [share.low, share.high].map(percent);
-                format!("{} [{low} {high}]", percent(share.share))
-            },
-        );
+        let joint = percent_text(joint_replications(study, units, mechanism));
         let counts: Vec<String> = all.iter().map(|own| own.forearms.to_string()).collect();
         let [factor, error] = evidence;
         vec![

@@ -1,8 +1,10 @@
 //! The shipped posterior: accepted forearms with their weights and sessions.
 
 use super::setup::{Setup, Solved};
+use super::weights::choose_by_weight;
 use crate::hamana2022::TwoPointsError;
-use hal_sim::random::{unit, word};
+use crate::hamana2022::participant::seed_of;
+use hal_sim::random::unit;
 use serde::Deserialize;
 
 /// Text of `host-tool/experiments/hamana-posterior.csv`, which `flexor experiment
@@ -126,17 +128,9 @@ impl Posterior {
         (participant, is_strict): (&'a str, bool),
         (seed, index): (u64, u64),
     ) -> Option<&'a AcceptedForearm> {
-        let own = || self.of(participant, is_strict);
-        let total: f64 = own().map(|forearm| forearm.weight).sum();
-        let stream = participant
-            .bytes()
-            .fold(seed ^ CHOSEN, |seed, byte| word(seed, byte.into()));
-        let wanted = total * unit(stream, index);
-        let mut below = 0.0;
-        let reached = own().find(|forearm| {
-            below += forearm.weight;
-            below > wanted
-        });
-        reached.or_else(|| own().last())
+        let own = self.of(participant, is_strict);
+        let own: Vec<(&AcceptedForearm, f64)> = own.map(|own| (own, own.weight)).collect();
+        let stream = seed_of(participant, seed ^ CHOSEN);
+        choose_by_weight(&own, unit(stream, index)).copied()
     }
 }

@@ -5,7 +5,7 @@ use super::declaration::Declaration;
 use super::forearm::Forearm;
 use super::mechanism::Mechanism;
 use crate::hamana2022::TwoPointsError;
-use crate::hamana2022::participant::Participant;
+use crate::hamana2022::participant::{Participant, seed_of};
 use crate::hamana2022::population::Population;
 use crate::laboratory::Range;
 use hal_sim::body::hand::{HandSpec, SkinSpec};
@@ -34,11 +34,9 @@ pub struct SessionDraw {
 }
 
 impl Prior<'_> {
-    /// Returns the seed of this participant's draws. The name enters it, so that participants have
-    /// independent draws.
+    /// Returns the seed of this participant's draws.
     pub fn own_seed(&self) -> u64 {
-        let bytes = self.participant.name.bytes();
-        bytes.fold(self.seed, |seed, byte| word(seed, byte.into()))
+        seed_of(&self.participant.name, self.seed)
     }
 
     /// Returns the values of the declaration's ranges for forearm `index`.

@@ -19,7 +19,8 @@ struct Row {
     weight: f64,
 }
 
-/// Known weights of the first phase.
+/// Known weights of the first phase; by default none.
+#[derive(Default)]
 pub struct Screened {
     weights: BTreeMap<(String, u64), f64>,
     /// Participants of whom all weights are known.
@@ -34,10 +35,7 @@ impl Screened {
     /// Returns E621 if it cannot be parsed.
     pub fn load_embedded(seed: u64, draws: u64) -> Result<Self, TwoPointsError> {
         let mut reader = csv::Reader::from_reader(SHIPPED.as_bytes());
-        let mut screened = Self {
-            weights: BTreeMap::new(),
-            known: BTreeSet::new(),
-        };
+        let mut screened = Self::default();
         for row in reader.deserialize() {
             let row: Row = row.map_err(|error| {
                 TwoPointsError::Declaration(format!("hamana-screened.csv: {error}"))

@@ -22,7 +22,7 @@ pub const FOREARMS: &str = "hamana-forearms";
 pub const PARTICIPANTS: &str = "hamana-participants";
 pub const MECHANISMS: &str = "hamana-mechanisms";
 
-/// What a study conditions.
+/// Phase or variant of the conditioning.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Conditioning {
     /// The first phase: every forearm, by few sessions.
@@ -136,7 +136,10 @@ impl ConditioningStudy {
             participants,
             mechanisms,
             kind,
-            screened: Screened::load_embedded(seed, draws)?,
+            screened: match kind {
+                Conditioning::Participants => Screened::load_embedded(seed, draws)?,
+                _ => Screened::default(),
+            },
             arguments: who.map_or_else(String::new, |who| format!("--participant {who} ")),
             seed,
             draws,

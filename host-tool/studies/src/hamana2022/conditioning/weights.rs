@@ -47,6 +47,19 @@ pub fn weighted_quantile(values: &[(f64, f64)], part: f64) -> Option<f64> {
     sorted.last().map(|pair| pair.0)
 }
 
+/// Returns the item at the fraction `part` of the weight, 0 to 1, in the order of `items`, which are
+/// pairs of item and weight; `None` without items.
+#[must_use]
+pub fn choose_by_weight<T>(items: &[(T, f64)], part: f64) -> Option<&T> {
+    let wanted = part * items.iter().map(|(_, weight)| weight).sum::<f64>();
+    let mut below = 0.0;
+    let reached = items.iter().find(|(_, weight)| {
+        below += weight;
+        below > wanted
+    });
+    reached.or(items.last()).map(|(item, _)| item)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

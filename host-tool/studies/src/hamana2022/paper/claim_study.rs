@@ -6,12 +6,12 @@ use super::{Kind, Part, Source, Study};
 use crate::hamana2022::TwoPointsError;
 use crate::hamana2022::conditioning::{self, ClaimKind, SHIPPED};
 use crate::hamana2022::experiments::{EXPERIMENTS, Experiment};
+use crate::hamana2022::sessions::percent_text;
 use crate::hamana2022::tracked::LAWS;
 use crate::hamana2022::wearers::WEARERS;
 use crate::laboratory::{self, Grid, Outcome, Preregistration, Row, Share, Sheet, StudyIdentity};
 use host_core::record::sha256;
 use host_core::run::DeviceName;
-use host_core::statistics::wilson_share;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -26,8 +26,6 @@ const SOURCES: [Source; 4] = [
     Source::Strict,
 ];
 const COLUMNS: [&str; 4] = ["prior", "below ceiling", "posterior", "strict"];
-/// Level of the intervals.
-const LEVEL: f64 = 0.95;
 /// Claims of experiment 2 that are judged together.
 const JOINTLY: (&str, &str) = ("2-jointly", "all claims of experiment 2 in one replication");
 
@@ -183,18 +181,7 @@ impl ClaimStudy {
     }
 
     fn table(&self, units: &[Unit]) -> Sheet {
-        let cell = |source: usize, id: &str| match Self::counts(units, source, id) {
-            (_, 0) => "-".to_owned(),
-            (holds, of) => match wilson_share(holds as f64, of, LEVEL) {
-                Ok(share) => {
-                    let percent = |part: f64| format!("{:.0}", 100.0 * part);
-                    let of_all = holds as f64 / of as f64;
-                    let [low, high] = [share.low, share.high].map(percent);
-                    format!("{} [{low} {high}]", percent(of_all))
-                }
-                Err(_) => "-".to_owned(),
-            },
-        };
+        let cell = |source: usize, id: &str| percent_text(Self::counts(units, source, id));
         let rows = self.claims().into_iter().map(|(id, says, source, kind)| {
             let first = [says.to_owned(), source.to_owned(), kind.to_owned()];
             first

@@ -2,7 +2,7 @@
 
 use super::anova::{complete_means, replications};
 use super::{Part, draw_results};
-use crate::hamana2022::angles::{IndexAngles, index_angles};
+use crate::hamana2022::angles::{IndexAngles, bends_others_above, index_angles};
 use crate::hamana2022::experiments::{Condition, Experiment, Protocol, StimulationResult};
 use crate::hamana2022::held::Hold;
 use crate::hamana2022::replication::{Averages, Replication, Test};
@@ -165,20 +165,13 @@ impl ReplicationParts {
             let others = [0, 2, 3, 4].map(|digit| at(letter, &|s| s.flexed[digit]));
             jointly(others.map(|flexed| Some(flexed? < NOT_MUCH)))
         };
-        let others = |letters: [char; 3]| -> Option<f64> {
-            let sum = |s: &StimulationResult| s.flexed.iter().sum::<f64>() - s.flexed[1];
-            let sums: Option<Vec<f64>> =
-                letters.map(|letter| at(letter, &sum)).into_iter().collect();
-            Some(sums?.into_iter().sum())
-        };
-        let over = others(['g', 'h', 'i']).zip(others(['d', 'e', 'f']));
         let is_full = |letter: char| Some(at(letter, &|s| s.index_deg)? >= fully_deg);
         vec![
             (
                 "3-alone",
                 jointly(['a', 'b', 'c', 'd', 'e', 'f'].map(alone)),
             ),
-            ("3-over", over.map(|(over, most)| over > most)),
+            ("3-over", bends_others_above(session)),
             ("3-full", jointly(['d', 'e'].map(is_full))),
         ]
     }
