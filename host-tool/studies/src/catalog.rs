@@ -88,10 +88,6 @@ pub const ENTRIES: [Entry; 10] = [
     Entry {
         names: &[
             (
-                conditioning::FOREARMS,
-                "which random forearms could be those of P, Q, R and S: first phase",
-            ),
-            (
                 conditioning::PARTICIPANTS,
                 "forearms that agree with the printed voltages of P, Q, R and S",
             ),

@@ -6,24 +6,26 @@
 
 use super::data::{PrintedVoltages, Table};
 use super::forearm::{Forearm, Pair};
-use super::judged::{Accepted, CHOICE, Candidate, Choice, Effort, JudgedForearm};
+use super::judged::{Accepted, Candidate, Choice, Effort, JudgedForearm};
 use super::prior::{Prior, SessionDraw};
 use super::setup::{Setup, Solved};
 use crate::hamana2022::TwoPointsError;
-use crate::hamana2022::couplings::{fit, fit_flexor};
+use crate::hamana2022::couplings::{COUPLINGS, fit};
 use crate::hamana2022::voltages::{
-    STEP_V, calibrate, calibrate_fast, greatest_angle_deg, search_extensor, search_point,
+    STEP_V, calibrate_fast, greatest_angle_deg, search_extensor, search_point,
     visible_and_alone,
 };
 use hal_sim::body::hand::spec::{A, B, E};
 use hal_sim::body::hand::{Hand, HandSpec};
-use hal_sim::random::unit;
+use super::weights::choose_by_weight;
+use hal_sim::random::{unit, word};
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Place in a session's random stream of the offsets of three thresholds, after those of its ranges.
 const THRESHOLDS: u64 = 0x100;
-/// Place in the stream of table 7's sessions of the chance by which an unlikely forearm is kept.
-const ROULETTE: u64 = 0x120;
+/// Changes the stream of a table's sessions to that of the choice of one of them.
+const CHOICE: u64 = 0x110;
 
 /// Returns the threshold and the greatest voltage that the search finds at A if the greatest one is
 /// within `noise_v` of `printed_v`. The ends of that tolerance decide most cases without the whole
@@ -49,6 +51,27 @@ fn with_coupling(spec: &HandSpec, coupling: f64) -> HandSpec {
     HandSpec {
         coupling: [coupling, 1.0, 1.0],
         ..spec.clone()
+    }
+}
+
+/// A point in a session of table 7 that is not A. Which nerves it excites depends on the ratio of its
+/// coupling to the factor on all thresholds alone, so that it is solved once for all places of A.
+#[derive(Clone, Copy)]
+struct PointOfSeven {
+    /// Coupling over factor at which the threshold is met.
+    ratio: f64,
+    /// Whether the greatest voltage meets the data.
+    is_met: bool,
+    /// Whether the point flexes the index finger fully at its greatest voltage.
+    is_flexed: bool,
+}
+
+impl PointOfSeven {
+    /// Returns the coupling with this factor; `None` if it is beyond the couplings that are searched.
+    fn coupling(self, factor: f64) -> Option<f64> {
+        let [low, high] = COUPLINGS;
+        let coupling = self.ratio * factor;
+        (low..=high).contains(&coupling).then_some(coupling)
     }
 }
 
@@ -81,18 +104,17 @@ impl Prior<'_> {
             return Ok(judged);
         }
         let [all, strict] = match voltages.solved_v {
-            Some((_, most_v)) => self.solve_sessions(&mut forearm, (index, most_v), effort)?,
-            None => [self.reference(&mut forearm, index)?, Accepted::default()],
+            Some((_, most_v)) => {
+                self.solve_sessions(&mut forearm, (index, most_v), effort.solved)?
+            }
+            None => {
+                let references = self.references(&mut forearm, index, effort.solved)?;
+                [references, Accepted::default()]
+            }
         };
-        judged.solved = [all.met[0], all.met[1]];
-        let mut candidate = |accepted: Accepted<Solved>, place: u64| {
-            let part = unit(self.session_stream(index, Table::Seven), ROULETTE + place);
-            let kept = accepted.with_chance(effort.kept_from, part);
-            kept.map(|kept| self.candidate(&mut forearm, (index, effort), kept))
-                .transpose()
-        };
-        judged.posterior = candidate(all, 0)?;
-        judged.strict = candidate(strict, 1)?;
+        judged.solved = all.met;
+        judged.posterior = self.candidate(&mut forearm, (index, effort), (&all, 0))?;
+        judged.strict = self.candidate(&mut forearm, (index, effort), (&strict, 1))?;
         Ok(judged)
     }
 
@@ -102,63 +124,99 @@ impl Prior<'_> {
         &self,
         forearm: &mut Forearm,
         (index, most_v): (u64, [f64; 2]),
-        effort: Effort,
+        sessions: u64,
     ) -> Result<[Accepted<Solved>; 2], TwoPointsError> {
-        let stream = effort.stream(self.session_stream(index, Table::Seven));
-        let mut choices = [Choice::new(stream), Choice::new(!stream)];
-        let mut met_a = 0.0;
+        let mut accepted = [Accepted::default(), Accepted::default()];
+        let share = 1.0 / sessions as f64;
         let others = by_a(forearm.pairs());
-        let [sessions, _] = effort.sessions;
-        for session in effort.first_session..effort.first_session + sessions {
+        for session in 0..sessions {
             let draw = self.session(forearm.spec(), (index, Table::Seven, session))?;
             let [a_v, b_v, e_v] = self.thresholds_v(index, &draw)?;
+            let mut known_b: BTreeMap<usize, PointOfSeven> = BTreeMap::new();
+            let mut known_e: Option<PointOfSeven> = None;
             for (&a, others) in &others {
                 let mut hand = forearm.hand_with_one(draw.spec.clone(), a)?;
                 calibrate_fast(&mut hand, a_v)?;
                 let Some([_, greatest_a]) = self.meets_seven(&mut hand, most_v[A])? else {
                     continue;
                 };
-                met_a += others
-                    .iter()
-                    .map(|(_, probability)| probability)
-                    .sum::<f64>();
+                let of_a: f64 = others.iter().map(|(_, probability)| probability).sum();
+                accepted[0].add_a(share * of_a);
+                let factor = hand.factor;
+                let extensor = match known_e.and_then(|own| own.coupling(factor)) {
+                    Some(coupling) => Some(coupling),
+                    None => {
+                        known_e = self.extensor_of_seven(&mut hand, e_v)?;
+                        known_e.and_then(|own| own.coupling(factor))
+                    }
+                };
                 // The extensor's point has a threshold and a greatest voltage, or there is no
                 // experiment 4.
-                let can_extend = fit(&mut hand, None, Some(e_v))?
-                    && search_extensor(&mut hand, Table::Seven.end_v())?.is_some();
-                if !can_extend {
+                let Some(extensor) = extensor.filter(|_| known_e.is_some_and(|own| own.is_met))
+                else {
                     continue;
-                }
-                let factor = hand.factor;
-                let extensor = hand.spec().coupling[E];
+                };
                 let is_flexed = self.is_flexed(&mut hand, greatest_a)?;
                 for &(b, probability) in others {
-                    let mut hand = forearm.hand_with_one(draw.spec.clone(), b)?;
-                    hand.factor = factor;
-                    if !fit_flexor(&mut hand, A, b_v)? {
-                        continue;
-                    }
-                    let Some([_, greatest_b]) = self.meets_seven(&mut hand, most_v[B])? else {
+                    let own = match known_b.get(&b) {
+                        Some(own) => *own,
+                        None => {
+                            let mut hand = forearm.hand_with_one(draw.spec.clone(), b)?;
+                            self.b_of_seven(&mut hand, (b_v, most_v[B]))?
+                        }
+                    };
+                    known_b.insert(b, own);
+                    let Some(coupling) = own.coupling(factor).filter(|_| own.is_met) else {
                         continue;
                     };
                     let points = [a, b];
                     let solved = Solved {
                         setup: Setup { session, points },
                         factor,
-                        coupling: [1.0, hand.spec().coupling[A], extensor],
+                        coupling: [1.0, coupling, extensor],
                     };
-                    choices[0].offer(probability, solved);
-                    if is_flexed && self.is_flexed(&mut hand, greatest_b)? {
-                        choices[1].offer(probability, solved);
+                    accepted[0].add(solved, share * probability);
+                    if is_flexed && own.is_flexed {
+                        accepted[1].add(solved, share * probability);
                     }
                 }
             }
         }
-        let sessions = sessions as f64;
-        Ok(choices.map(|choice| Accepted {
-            met: [met_a / sessions, choice.total / sessions],
-            chosen: choice.chosen,
+        Ok(accepted)
+    }
+
+    /// Solves the threshold of the extensor's point. Returns `None` if no coupling gives it.
+    fn extensor_of_seven(
+        &self,
+        hand: &mut Hand,
+        threshold_v: f64,
+    ) -> Result<Option<PointOfSeven>, TwoPointsError> {
+        if !fit(hand, None, Some(threshold_v))? {
+            return Ok(None);
+        }
+        Ok(Some(PointOfSeven {
+            ratio: hand.spec().coupling[E] / hand.factor,
+            is_met: search_extensor(hand, Table::Seven.end_v())?.is_some(),
+            is_flexed: false,
         }))
+    }
+
+    /// Solves the threshold of B on a hand whose A lies at B's place.
+    fn b_of_seven(
+        &self,
+        hand: &mut Hand,
+        (threshold_v, most_v): (f64, f64),
+    ) -> Result<PointOfSeven, TwoPointsError> {
+        calibrate_fast(hand, threshold_v)?;
+        let greatest = self.meets_seven(hand, most_v)?;
+        Ok(PointOfSeven {
+            ratio: 1.0 / hand.factor,
+            is_met: greatest.is_some(),
+            is_flexed: match greatest {
+                Some([_, greatest_v]) => self.is_flexed(hand, greatest_v)?,
+                None => false,
+            },
+        })
     }
 
     fn meets_seven(
@@ -169,48 +227,65 @@ impl Prior<'_> {
         search_near(hand, printed_v, (self.noise_v(), Table::Seven.end_v()))
     }
 
-    /// Solves session 0 of table 7 for the thresholds, whatever its greatest voltages: for a
-    /// participant without table 7 they are drawn from the population's ranges. The pair of places
-    /// is drawn by its probability.
-    pub(super) fn reference(
+    /// Solves the thresholds of sessions of table 7, whatever their greatest voltages.
+    fn references(
         &self,
         forearm: &mut Forearm,
         index: u64,
+        sessions: u64,
     ) -> Result<Accepted<Solved>, TwoPointsError> {
-        let Some(points) = self.any_pair(forearm, (index, Table::Seven)) else {
-            return Ok(Accepted::default());
-        };
-        let draw = self.session(forearm.spec(), (index, Table::Seven, 0))?;
-        let [a_v, b_v, e_v] = self.thresholds_v(index, &draw)?;
-        let mut hand = forearm.hand(draw.spec, points)?;
-        calibrate(&mut hand, a_v)?;
-        if !fit(&mut hand, Some(b_v), Some(e_v))? {
-            return Ok(Accepted::default());
+        let mut accepted = Accepted::default();
+        let share = 1.0 / sessions as f64;
+        for session in 0..sessions {
+            accepted.add_a(share);
+            if let Some(solved) = self.reference(forearm, (index, session))? {
+                accepted.add(solved, share);
+            }
         }
-        let setup = Setup { session: 0, points };
-        let solved = Solved {
-            setup,
-            factor: hand.factor,
-            coupling: hand.spec().coupling,
-        };
-        Ok(Accepted {
-            met: [1.0; 2],
-            chosen: Some(solved),
-        })
+        Ok(accepted)
     }
 
-    /// Draws a pair of places for a session of `table` by its probability; `None` if there are no two
-    /// selective places.
+    /// Solves a session of table 7 for the thresholds, whatever its greatest voltages: for a
+    /// participant without table 7 they are drawn from the population's ranges. The pair of places
+    /// is drawn by its probability. Returns `None` if no coupling gives the thresholds.
+    pub(super) fn reference(
+        &self,
+        forearm: &mut Forearm,
+        (index, session): (u64, u64),
+    ) -> Result<Option<Solved>, TwoPointsError> {
+        let Some(points) = self.any_pair(forearm, (index, Table::Seven, session)) else {
+            return Ok(None);
+        };
+        let draw = self.session(forearm.spec(), (index, Table::Seven, session))?;
+        let [a_v, b_v, e_v] = self.thresholds_v(index, &draw)?;
+        let [a, b] = points;
+        let mut hand = forearm.hand_with_one(draw.spec.clone(), a)?;
+        calibrate_fast(&mut hand, a_v)?;
+        let mut other = forearm.hand_with_one(draw.spec, b)?;
+        calibrate_fast(&mut other, b_v)?;
+        let [low, high] = COUPLINGS;
+        let coupling = hand.factor / other.factor;
+        let is_fitted =
+            (low..=high).contains(&coupling) && fit(&mut hand, None, Some(e_v))?;
+        Ok(is_fitted.then(|| Solved {
+            setup: Setup { session, points },
+            factor: hand.factor,
+            coupling: [1.0, coupling, hand.spec().coupling[E]],
+        }))
+    }
+
+    /// Draws a pair of places for a session by its probability; `None` if there are no two selective
+    /// places.
     pub(super) fn any_pair(
         &self,
         forearm: &Forearm,
-        (index, table): (u64, Table),
+        (index, table, session): (u64, Table, u64),
     ) -> Option<[usize; 2]> {
-        let mut choice = Choice::new(self.session_stream(index, table) ^ CHOICE);
-        for pair in forearm.pairs() {
-            choice.offer(pair.probability, pair.points);
-        }
-        choice.chosen
+        let stream = word(self.session_stream(index, table) ^ CHOICE, session);
+        let pairs = forearm.pairs().iter();
+        let pairs: Vec<([usize; 2], f64)> =
+            pairs.map(|pair| (pair.points, pair.probability)).collect();
+        choose_by_weight(&pairs, unit(stream, 0)).copied()
     }
 
     /// Returns the thresholds that a session of table 7 is solved for, V. Each is uniform over the
@@ -239,45 +314,92 @@ impl Prior<'_> {
             && greatest_angle_deg(hand, A, greatest_v)? >= strict.flexed_deg)
     }
 
-    /// Judges the sessions of tables 2 and 3 on a solved forearm.
+    /// Judges the sessions of tables 2 and 3, with thresholds as several of the accepted sessions of
+    /// table 7 have solved them. `place` tells candidates of one forearm apart. Returns `None` if the
+    /// forearm is not kept.
     fn candidate(
         &self,
         forearm: &mut Forearm,
         (index, effort): (u64, Effort),
-        (solved, probability): (Solved, f64),
-    ) -> Result<Candidate, TwoPointsError> {
-        let mut candidate = Candidate {
+        (accepted, place): (&Accepted<Solved>, u64),
+    ) -> Result<Option<Candidate>, TwoPointsError> {
+        let stream = word(self.session_stream(index, Table::Seven) ^ CHOICE, !place);
+        let Some(probability) = accepted.with_chance(effort.kept_from, unit(stream, 0)) else {
+            return Ok(None);
+        };
+        let mut choice = Choice::new(word(stream, 1));
+        let (mut met, mut joint) = ([[0.0; 2]; 2], 0.0);
+        let first = unit(stream, 1);
+        let share = 1.0 / effort.chosen as f64;
+        for number in 0..effort.chosen {
+            // One of each stretch of equal weight.
+            let Some(solved) = accepted.at((number as f64 + first) * share) else {
+                break;
+            };
+            let tables = self.unsolved_tables(forearm, (index, number), (solved, effort))?;
+            let mut of_tables = 1.0;
+            for (sum, table) in met.iter_mut().zip(&tables) {
+                let own = table.as_ref().map_or([1.0; 2], |accepted| accepted.met);
+                *sum = [sum[0] + share * own[0], sum[1] + share * own[1]];
+                of_tables *= own[1];
+            }
+            let part = |table: u64| unit(stream, 2 + 2 * number + table);
+            let [two, three] = &tables;
+            let chosen = [(two, 0), (three, 1)]
+                .map(|(accepted, table)| accepted.as_ref()?.at(part(table)).copied());
+            joint += share * of_tables;
+            choice.offer(of_tables, (*solved, chosen));
+        }
+        Ok(choice.chosen.map(|(solved, unsolved)| Candidate {
             solved,
             probability,
-            unsolved: [None; 2],
-        };
-        let voltages = PrintedVoltages::of(self.participant);
-        let tables = Table::UNSOLVED.into_iter().zip(voltages.unsolved_v);
-        for ((table, most_v), accepted) in tables.zip(&mut candidate.unsolved) {
-            let Some(most_v) = most_v else { continue };
-            let came =
-                self.unsolved_sessions(forearm, (index, table, most_v), (&solved, effort))?;
-            *accepted = Some(came);
-            if came.chosen.is_none() {
-                // The weight is 0 whatever the other table gives.
-                break;
-            }
-        }
-        Ok(candidate)
+            joint,
+            met,
+            unsolved,
+        }))
     }
 
-    /// Judges the sessions of table 2 or 3: thresholds follow from electrodes and skin.
+    /// Judges the sessions of tables 2 and 3 with the thresholds of one session of table 7, number
+    /// `number` of those that are chosen; `None` for a table that prints nothing of the participant.
+    /// Table 3 is not judged if no session meets table 2.
+    fn unsolved_tables(
+        &self,
+        forearm: &mut Forearm,
+        (index, number): (u64, u64),
+        (solved, effort): (&Solved, Effort),
+    ) -> Result<[Option<Accepted<Setup>>; 2], TwoPointsError> {
+        let voltages = PrintedVoltages::of(self.participant);
+        let first = number * effort.unsolved;
+        let sessions = first..first + effort.unsolved;
+        let mut is_lost = false;
+        let mut judge = |(table, most_v): (Table, Option<[f64; 2]>)| match most_v {
+            None => Ok(None),
+            Some(_) if is_lost => Ok(Some(Accepted::default())),
+            Some(most_v) => {
+                let of = (index, table, most_v);
+                let accepted =
+                    self.unsolved_sessions(forearm, of, (solved, sessions.clone()))?;
+                is_lost = accepted.met[1] == 0.0;
+                Ok::<_, TwoPointsError>(Some(accepted))
+            }
+        };
+        let [two, three] = Table::UNSOLVED;
+        let [two_v, three_v] = voltages.unsolved_v;
+        Ok([judge((two, two_v))?, judge((three, three_v))?])
+    }
+
+    /// Judges sessions of table 2 or 3: thresholds follow from electrodes and skin.
     fn unsolved_sessions(
         &self,
         forearm: &mut Forearm,
         (index, table, most_v): (u64, Table, [f64; 2]),
-        (solved, effort): (&Solved, Effort),
+        (solved, sessions): (&Solved, Range<u64>),
     ) -> Result<Accepted<Setup>, TwoPointsError> {
-        let mut choice = Choice::new(effort.stream(self.session_stream(index, table)));
-        let (mut met_a, [_, sessions]) = (0.0, effort.sessions);
+        let mut accepted = Accepted::default();
+        let share = 1.0 / (sessions.end - sessions.start) as f64;
         let within = (self.noise_v(), table.end_v());
         let others = by_a(forearm.pairs());
-        for session in effort.first_session..effort.first_session + sessions {
+        for session in sessions {
             let draw = self.session(forearm.spec(), (index, table, session))?;
             let meets = |forearm: &mut Forearm, point: usize, place: usize| {
                 let spec = with_coupling(&draw.spec, solved.coupling[point]);
@@ -291,7 +413,7 @@ impl Prior<'_> {
                     continue;
                 }
                 for &(b, probability) in others {
-                    met_a += probability;
+                    accepted.add_a(share * probability);
                     let is_met = match known_b.get(&b) {
                         Some(is_met) => *is_met,
                         None => meets(forearm, B, b)?,
@@ -299,15 +421,11 @@ impl Prior<'_> {
                     known_b.insert(b, is_met);
                     if is_met {
                         let points = [a, b];
-                        choice.offer(probability, Setup { session, points });
+                        accepted.add(Setup { session, points }, share * probability);
                     }
                 }
             }
         }
-        let sessions = sessions as f64;
-        Ok(Accepted {
-            met: [met_a / sessions, choice.total / sessions],
-            chosen: choice.chosen,
-        })
+        Ok(accepted)
     }
 }

@@ -3,7 +3,6 @@
 use crate::hamana2022::TwoPointsError;
 use crate::laboratory::Range;
 use serde::Deserialize;
-use std::collections::BTreeMap;
 
 /// Text of the declaration `host-tool/experiments/hamana-participants.toml`.
 pub const DECLARED: &str = include_str!("../../../../experiments/hamana-participants.toml");
@@ -26,14 +25,14 @@ pub struct Declaration {
     pub again: u64,
     /// Number of sessions of table 7 on each forearm.
     pub solved_sessions: u64,
-    /// Number of sessions of each of tables 2 and 3 on a forearm with an accepted session of table
-    /// 7.
+    /// Number of sessions of table 7 that are chosen among those that meet it, with whose thresholds
+    /// the other tables are judged.
+    pub chosen_sessions: u64,
+    /// Number of sessions of each of tables 2 and 3 for each chosen session of table 7.
     pub sessions: u64,
     /// Probability of meeting table 7 from which on every forearm is kept; a less likely one is kept
     /// by a chance in proportion.
     pub kept_from: f64,
-    /// Second phase: forearms that are judged again.
-    pub refined: Refined,
     /// Number of search steps by which a found voltage may differ from the printed one.
     pub noise_steps: u32,
     /// Part of the places on the forearm that a session tries, above 0 and at most 1.
@@ -70,28 +69,6 @@ pub struct Strict {
     pub participant: String,
     /// Smallest angle that counts as fully flexed, °.
     pub flexed_deg: f64,
-}
-
-/// Second phase of the conditioning: a forearm is judged again, by sessions of its own, with a
-/// chance in proportion to its weight in the first phase, by which its weight is divided.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Refined {
-    /// Number of sessions of table 7, and of each of tables 2 and 3.
-    pub sessions: [u64; 2],
-    /// Weight in the first phase from which on every forearm is judged again, by participant.
-    pub certain: BTreeMap<String, f64>,
-}
-
-impl Refined {
-    /// Returns the chance by which a forearm with this weight in the first phase is judged again.
-    #[must_use]
-    pub fn chance(&self, participant: &str, weight: f64) -> f64 {
-        match self.certain.get(participant) {
-            Some(certain) => (weight / certain).min(1.0),
-            None => 1.0,
-        }
-    }
 }
 
 /// Numbers of replications: one forearm of each participant in each.
@@ -207,18 +184,11 @@ impl Declaration {
                 "kept_from is {kept_from}; allowed: above 0, at most 1"
             ));
         }
-        let uncertain = self
-            .refined
-            .certain
-            .iter()
-            .filter(|(_, weight)| **weight <= 0.0);
-        mistakes.extend(uncertain.map(|(name, weight)| {
-            format!("refined.certain of {name} is {weight}; allowed: above 0")
-        }));
         let counts = [
             ("draws", self.draws),
             ("mechanism_draws", self.mechanism_draws),
             ("solved_sessions", self.solved_sessions),
+            ("chosen_sessions", self.chosen_sessions),
             ("sessions", self.sessions),
         ];
         let empty = counts.into_iter().filter(|(_, count)| *count == 0);

@@ -3,43 +3,29 @@
 
 use super::posterior::AcceptedForearm;
 use super::setup::{Setup, Solved};
+use super::weights::choose_by_weight;
 use hal_sim::random::unit;
 use serde::{Deserialize, Serialize};
 
-/// Changes the stream of a table's sessions to that of the choice of one of them.
-pub(super) const CHOICE: u64 = 0x110;
-
-/// Sessions that meet the data of a table, and one of them, chosen by its probability.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// Sessions of a table that meet its data.
+#[derive(Clone, Debug)]
 pub struct Accepted<T> {
     /// Probabilities that A meets the data, and that both A and B do.
     pub met: [f64; 2],
-    /// Chosen session; `None` if no session meets the data.
-    pub chosen: Option<T>,
+    /// Sessions that meet the data, with their weights.
+    sessions: Vec<(T, f64)>,
 }
-
-impl<T> Default for Accepted<T> {
-    fn default() -> Self {
-        Self {
-            met: [0.0; 2],
-            chosen: None,
-        }
-    }
-}
-
-/// Sessions of tables 2 and 3; `None` for a table that prints nothing of the participant, or if the
-/// forearm has no weight without it.
-pub type Unsolved = [Option<Accepted<Setup>>; 2];
 
 /// How many sessions judge a forearm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effort {
-    /// Number of the first session of each table, so that two judgements are independent.
-    pub first_session: u64,
-    /// Number of sessions of table 7, and of each of tables 2 and 3.
-    pub sessions: [u64; 2],
-    /// Probability of meeting table 7 below which a forearm is kept by a chance in proportion; 0
-    /// keeps all.
+    /// Number of sessions of table 7.
+    pub solved: u64,
+    /// Number of sessions of table 7 that are chosen among those that meet it.
+    pub chosen: u64,
+    /// Number of sessions of each of tables 2 and 3 for each chosen session of table 7.
+    pub unsolved: u64,
+    /// Probability of meeting table 7 below which a forearm is kept by a chance in proportion.
     pub kept_from: f64,
 }
 
@@ -51,8 +37,15 @@ pub struct Candidate {
     /// Probability that a session of table 7 meets its data, divided by the probability with which
     /// the forearm was kept; 1 for a participant without table 7.
     pub probability: f64,
-    /// Sessions of the other tables.
-    pub unsolved: Unsolved,
+    /// Probability that sessions of both other tables meet their data, mean over sessions of table 7
+    /// that meet theirs.
+    pub joint: f64,
+    /// The same for each of the other tables, at A, and at A and B. Table 3 is judged only with a
+    /// session of table 7 for which table 2 is met.
+    pub met: [[f64; 2]; 2],
+    /// Chosen sessions of the other tables; `None` for a table that prints nothing of the participant,
+    /// or without weight.
+    pub unsolved: [Option<Setup>; 2],
 }
 
 /// Result of judging one forearm.
@@ -97,7 +90,7 @@ impl JudgedForearm {
             is_strict,
             weight: candidate.weight(),
             solved: candidate.solved,
-            unsolved: candidate.unsolved.map(|accepted| accepted?.chosen),
+            unsolved: candidate.unsolved,
         })
     }
 
@@ -111,24 +104,38 @@ impl JudgedForearm {
     }
 }
 
-impl Effort {
-    /// Returns the stream by which a session is chosen, of the stream of a table's sessions.
-    pub(super) const fn stream(self, sessions: u64) -> u64 {
-        sessions ^ CHOICE ^ self.first_session
+impl<T> Default for Accepted<T> {
+    fn default() -> Self {
+        Self {
+            met: [0.0; 2],
+            sessions: Vec::new(),
+        }
     }
 }
 
-impl Accepted<Solved> {
-    /// Returns the chosen session and its probability if the forearm is kept. A forearm less likely
-    /// than `kept_from` is kept with a chance in proportion, and its probability divided by that
-    /// chance, so that its weight is right on average; `part` is uniform in [0, 1).
-    pub(super) fn with_chance(&self, kept_from: f64, part: f64) -> Option<(Solved, f64)> {
-        let chance = match kept_from > 0.0 {
-            true => (self.met[1] / kept_from).min(1.0),
-            false => 1.0,
-        };
-        let solved = self.chosen.filter(|_| part < chance)?;
-        Some((solved, self.met[1] / chance))
+impl<T> Accepted<T> {
+    /// Adds a session that meets the data at A, with its probability among all sessions.
+    pub(super) fn add_a(&mut self, probability: f64) {
+        self.met[0] += probability;
+    }
+
+    /// Adds a session that meets the data at A and B, with its probability among all sessions.
+    pub(super) fn add(&mut self, session: T, probability: f64) {
+        self.met[1] += probability;
+        self.sessions.push((session, probability));
+    }
+
+    /// Returns the session at the fraction `part` of the weight, 0 to 1; `None` if there is none.
+    pub(super) fn at(&self, part: f64) -> Option<&T> {
+        choose_by_weight(&self.sessions, part)
+    }
+
+    /// Returns the probability of the sessions if the forearm is kept. A forearm less likely than
+    /// `kept_from` is kept with a chance in proportion, and its probability divided by that chance,
+    /// so that its weight is right on average; `part` is uniform in [0, 1).
+    pub(super) fn with_chance(&self, kept_from: f64, part: f64) -> Option<f64> {
+        let chance = (self.met[1] / kept_from).min(1.0);
+        (part < chance).then(|| self.met[1] / chance)
     }
 }
 
@@ -137,8 +144,7 @@ impl Candidate {
     /// their tables.
     #[must_use]
     pub fn weight(&self) -> f64 {
-        let unsolved = self.unsolved.iter().flatten();
-        self.probability * unsolved.map(|accepted| accepted.met[1]).product::<f64>()
+        self.probability * self.joint
     }
 }
 
@@ -147,7 +153,7 @@ pub(super) struct Choice<T> {
     stream: u64,
     count: u64,
     /// Sum of all weights.
-    pub total: f64,
+    total: f64,
     pub chosen: Option<T>,
 }
 

@@ -3,10 +3,10 @@
 //! Takes the declaration `hamana-participants.toml`, a participant and a seed; returns forearms with
 //! weights, each with sessions that meet tables 2, 3 and 7 (approximate Bayesian computation).
 //! `declaration` and `data` are what is known, `prior` and `mechanism` what is drawn, `forearm` the
-//! places for electrodes, `conditioned` judges one forearm (`judged` is the result), `study` many in two
-//! phases (`screened` are the weights of the first), `outcome` and `weights`
-//! summarise; `posterior` is what is shipped, from which `wearer` makes wearers. The searches are the paper's, in the parent module. Everything is simulated: this is
-//! no evidence about people.
+//! places for electrodes, `conditioned` judges one forearm (`judged` is the result), `study` many,
+//! `outcome` and `weights` summarise; `posterior` is what is shipped, from which `wearer` makes
+//! wearers. The searches are the paper's, in the parent module. Everything is simulated: this is no
+//! evidence about people.
 
 mod conditioned;
 mod data;
@@ -21,7 +21,6 @@ mod outcome;
 mod posterior;
 mod prior;
 mod run;
-mod screened;
 mod setup;
 mod study;
 mod wearer;
@@ -29,10 +28,10 @@ mod weights;
 
 pub use data::{PrintedVoltages, Table};
 pub use declaration::{ClaimKind, DECLARED, Declaration};
-pub use judged::{Accepted, Candidate, Effort, JudgedForearm, Unsolved};
+pub use judged::{Accepted, Candidate, Effort, JudgedForearm};
 pub use mechanism::Mechanism;
 pub use posterior::{AcceptedForearm, Posterior, SHIPPED};
 pub use prior::Prior;
 pub use setup::{Setup, Solved};
-pub use study::{Conditioning, ConditioningStudy, FOREARMS, MECHANISMS, PARTICIPANTS};
+pub use study::{Conditioning, ConditioningStudy, MECHANISMS, PARTICIPANTS};
 pub use weights::{WeightSummary, weighted_quantile};

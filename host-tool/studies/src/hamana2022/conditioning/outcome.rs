@@ -33,18 +33,15 @@ struct Group<'a> {
     mechanism: Mechanism,
     participant: &'a Participant,
     judged: Vec<&'a JudgedForearm>,
-    /// Chance by which each forearm came into the study.
-    chances: Vec<f64>,
 }
 
 impl Group<'_> {
     fn weights(&self, is_strict: bool) -> Vec<f64> {
-        let weights = self.judged.iter().zip(&self.chances);
-        let weight = |(forearm, chance): (&&JudgedForearm, &f64)| {
+        let weight = |forearm: &&JudgedForearm| {
             let candidate = forearm.candidate(is_strict);
-            candidate.map_or(0.0, |candidate| candidate.weight() / chance)
+            candidate.map_or(0.0, |candidate| candidate.weight())
         };
-        weights.map(weight).collect()
+        self.judged.iter().map(weight).collect()
     }
 
     fn prefix(&self) -> String {
@@ -63,12 +60,10 @@ fn groups<'a>(study: &'a ConditioningStudy, units: &'a [Unit]) -> Vec<Group<'a>>
             let own = units.iter().filter(|unit| {
                 unit.mechanism == mechanism && unit.judged.participant == participant.name
             });
-            let (judged, chances) = own.map(|unit| (&unit.judged, unit.chance)).unzip();
             groups.push(Group {
                 mechanism,
                 participant,
-                judged,
-                chances,
+                judged: own.map(|unit| &unit.judged).collect(),
             });
         }
     }
@@ -128,15 +123,14 @@ fn conflict(group: &Group<'_>) -> Option<String> {
     let (count, name) = (group.judged.len(), group.prefix());
     let any = |meets: fn(&JudgedForearm) -> bool| group.judged.iter().any(|forearm| meets(forearm));
     let has_table_7 = group.participant.thresholds_v.is_some();
-    let unsolved = |place: usize| {
-        let accepted = group.judged.iter().filter_map(|forearm| forearm.posterior);
-        accepted.filter_map(move |candidate| candidate.unsolved[place])
+    let is_met = |place: usize, points: usize| {
+        let mut met = group.judged.iter().filter_map(|forearm| forearm.posterior);
+        met.any(move |candidate| candidate.met[place][points] > 0.0)
     };
-    let pair =
-        |place: usize, table: &str| match unsolved(place).any(|accepted| accepted.met[0] > 0.0) {
-            true => format!("A and B of {table} together"),
-            false => format!("A of {table}"),
-        };
+    let pair = |place: usize, table: &str| match is_met(place, 0) {
+        true => format!("A and B of {table} together"),
+        false => format!("A of {table}"),
+    };
     let what = match () {
         () if has_table_7 && !any(|forearm| forearm.solved[0] > 0.0) => {
             "the threshold and the greatest voltage of A in table 7".to_owned()
@@ -145,8 +139,8 @@ fn conflict(group: &Group<'_>) -> Option<String> {
             "A and B of table 7 together: with A met, the threshold and the greatest voltage of B"
                 .to_owned()
         }
-        () if !unsolved(0).any(|accepted| accepted.chosen.is_some()) => pair(0, "table 2"),
-        () if !unsolved(1).any(|accepted| accepted.chosen.is_some()) => pair(1, "table 3"),
+        () if !is_met(0, 1) => pair(0, "table 2"),
+        () if !is_met(1, 1) => pair(1, "table 3"),
         () => "tables 2, 3 and 7 together".to_owned(),
     };
     Some(format!("{name}: none of {count} forearms meets {what}."))
@@ -186,7 +180,7 @@ fn summary_rows(group: &Group<'_>) -> Vec<Row> {
         )
     };
     let mut rows = Vec::new();
-    if group.participant.thresholds_v.is_some() && group.chances.iter().all(|own| *own == 1.0) {
+    if group.participant.thresholds_v.is_some() {
         let [a, both] = [mean(|f| f.solved[0]), mean(|f| f.solved[1])];
         rows.push(row(
             "accepted-7-a",
@@ -291,22 +285,6 @@ fn parameter_rows(study: &ConditioningStudy, group: &Group<'_>) -> Vec<Row> {
     rows
 }
 
-/// Returns the forearms with weight in the first phase.
-pub(super) fn screened_csv(study: &ConditioningStudy, units: &[Unit]) -> String {
-    let mut text = "participant,seed,of,forearm,weight\n".to_owned();
-    for group in groups(study, units) {
-        let weights = group.weights(false);
-        for (forearm, weight) in group.judged.iter().zip(weights) {
-            if weight > 0.0 {
-                let (name, index) = (&group.participant.name, forearm.index);
-                let (seed, of) = (study.seed, study.draws);
-                let _ = writeln!(text, "{name},{seed},{of},{index},{weight:e}");
-            }
-        }
-    }
-    text
-}
-
 /// Returns the accepted forearms with their weights, sessions and parameters.
 pub(super) fn posterior_csv(study: &ConditioningStudy, units: &[Unit]) -> String {
     let mut text = COLUMNS.to_owned();
@@ -343,8 +321,7 @@ pub(super) fn posterior_csv(study: &ConditioningStudy, units: &[Unit]) -> String
                     "{name},{seed},{index},{condition},{weight:e},{factor},{},{}",
                     coupling[1], coupling[2]
                 );
-                let unsolved = candidate.unsolved.map(|accepted| accepted?.chosen);
-                for setup in [Some(setup)].into_iter().chain(unsolved) {
+                for setup in [Some(setup)].into_iter().chain(candidate.unsolved) {
                     text += &setup_fields(setup);
                 }
                 for value in values {

@@ -39,14 +39,9 @@ impl laboratory::Study for ConditioningStudy {
             return Ok(None);
         };
         let prior = self.prior(participant, mechanism);
-        let (judged, chance) = match self.kind {
-            Conditioning::Participants => self.refine(&prior, index)?,
-            _ => (self.screen(&prior, index)?, 1.0),
-        };
         let mut unit = Unit {
             mechanism,
-            judged,
-            chance,
+            judged: self.judge(&prior, index)?,
             torque: None,
             measured: None,
         };
@@ -62,10 +57,6 @@ impl laboratory::Study for ConditioningStudy {
 
     fn files(&self, units: &[Unit]) -> anyhow::Result<Vec<(String, String)>> {
         Ok(match self.kind {
-            Conditioning::Forearms => {
-                let rows = outcome::screened_csv(self, units);
-                vec![("screened.csv".to_owned(), rows)]
-            }
             Conditioning::Participants => {
                 let rows = outcome::posterior_csv(self, units);
                 vec![("posterior.csv".to_owned(), rows)]

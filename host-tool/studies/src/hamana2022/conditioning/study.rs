@@ -2,34 +2,29 @@
 
 use super::data::{PrintedVoltages, Table};
 use super::declaration::{DECLARED, Declaration};
-use super::judged::{Candidate, Effort, JudgedForearm};
+use super::judged::{Effort, JudgedForearm};
 use super::measurements::measure;
 use super::mechanism::Mechanism;
 use super::prior::Prior;
-use super::screened::{self, Screened};
 use crate::hamana2022::experiments::{Experiment, Protocol};
 use crate::hamana2022::population::{self, Population};
 use crate::hamana2022::replication::Averages;
 use crate::hamana2022::wearers::Participants;
 use crate::hamana2022::{Participant, TwoPointsError};
-use hal_sim::random::unit;
 use host_core::record::sha256;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Names of the studies on the command line.
-pub const FOREARMS: &str = "hamana-forearms";
 pub const PARTICIPANTS: &str = "hamana-participants";
 pub const MECHANISMS: &str = "hamana-mechanisms";
 
-/// Phase or variant of the conditioning.
+/// Variant of the conditioning.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Conditioning {
-    /// The first phase: every forearm, by few sessions.
-    Forearms,
-    /// The second phase: forearms that the first one selects, by many sessions.
+    /// The model as it stands.
     Participants,
-    /// The first phase under every single change of the model.
+    /// Every single change of the model.
     Mechanisms,
 }
 
@@ -37,7 +32,7 @@ impl Conditioning {
     /// Returns the kind of the study with this name on the command line.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        let all = [Self::Forearms, Self::Participants, Self::Mechanisms];
+        let all = [Self::Participants, Self::Mechanisms];
         all.into_iter().find(|kind| kind.name() == name)
     }
 
@@ -45,17 +40,11 @@ impl Conditioning {
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
-            Self::Forearms => FOREARMS,
             Self::Participants => PARTICIPANTS,
             Self::Mechanisms => MECHANISMS,
         }
     }
 }
-
-/// Random stream by which forearms come into the second phase.
-const SELECTED: u64 = 0x7135;
-/// Number of the first session of the second phase, beyond those of the first.
-const SECOND: u64 = 1_000;
 
 /// Conditions forearms on the printed voltages, under the model as it stands or under single changes
 /// of it.
@@ -66,8 +55,6 @@ pub struct ConditioningStudy {
     pub(super) participants: Vec<Participant>,
     pub(super) mechanisms: Vec<Mechanism>,
     pub(super) kind: Conditioning,
-    /// Known weights of the first phase.
-    screened: Screened,
     pub(super) arguments: String,
     pub(super) seed: u64,
     /// Number of forearms of each participant and mechanism.
@@ -82,8 +69,6 @@ pub struct Unit {
     pub mechanism: Mechanism,
     /// Result of judging it.
     pub judged: JudgedForearm,
-    /// Chance by which the forearm was judged, by which its weight is divided.
-    pub chance: f64,
     /// Experiment 2 of a forearm with weight; only in the study of mechanisms.
     #[serde(default)]
     pub torque: Option<Averages>,
@@ -136,21 +121,11 @@ impl ConditioningStudy {
             participants,
             mechanisms,
             kind,
-            screened: match kind {
-                Conditioning::Participants => Screened::load_embedded(seed, draws)?,
-                _ => Screened::default(),
-            },
             arguments: who.map_or_else(String::new, |who| format!("--participant {who} ")),
             seed,
             draws,
             declaration,
         })
-    }
-
-    /// Returns the known weight of a forearm in the first phase; `None` if it has to be computed.
-    #[must_use]
-    pub fn first_weight(&self, participant: &str, index: u64) -> Option<f64> {
-        self.screened.weight(participant, index)
     }
 
     /// Returns the prior of a participant under a change of the model.
@@ -178,48 +153,20 @@ impl ConditioningStudy {
         Some((*mechanism, self.participants.get(group % count)?, index))
     }
 
-    /// Judges a forearm by the sessions of the first phase.
-    pub(super) fn screen(
+    /// Judges a forearm by the declared numbers of sessions.
+    pub(super) fn judge(
         &self,
         prior: &Prior<'_>,
         index: u64,
     ) -> Result<JudgedForearm, TwoPointsError> {
         let declaration = &self.declaration;
         let effort = Effort {
-            first_session: 0,
-            sessions: [declaration.solved_sessions, declaration.sessions],
+            solved: declaration.solved_sessions,
+            chosen: declaration.chosen_sessions,
+            unsolved: declaration.sessions,
             kept_from: declaration.kept_from,
         };
         prior.judge(index, effort)
-    }
-
-    /// Judges a forearm by the sessions of the second phase, with a chance in proportion to its
-    /// weight in the first one. Returns the forearm, without a candidate if it is left out, and the
-    /// chance.
-    pub(super) fn refine(
-        &self,
-        prior: &Prior<'_>,
-        index: u64,
-    ) -> Result<(JudgedForearm, f64), TwoPointsError> {
-        let name = &prior.participant.name;
-        let weight = match self.screened.weight(name, index) {
-            Some(weight) => weight,
-            None => {
-                let screened = self.screen(prior, index)?;
-                screened.candidate(false).map_or(0.0, Candidate::weight)
-            }
-        };
-        let refined = &self.declaration.refined;
-        let chance = refined.chance(name, weight);
-        if unit(prior.own_seed() ^ SELECTED, index) >= chance {
-            return Ok((JudgedForearm::unjudged(name, index), chance));
-        }
-        let effort = Effort {
-            first_session: SECOND,
-            sessions: refined.sessions,
-            kept_from: 0.0,
-        };
-        Ok((prior.judge(index, effort)?, chance))
     }
 
     /// Returns whether the study judges changes of the model.
@@ -269,10 +216,8 @@ impl ConditioningStudy {
             ("hamana-participants.toml", DECLARED),
             ("population.toml", population::DECLARED),
         ];
-        let screened = ("hamana-screened.csv", screened::SHIPPED);
-        let screened = (self.kind == Conditioning::Participants).then_some(screened);
-        let files = files.into_iter().chain(screened);
         files
+            .into_iter()
             .map(|(file, text)| (file.to_owned(), sha256(text.as_bytes())))
             .collect()
     }

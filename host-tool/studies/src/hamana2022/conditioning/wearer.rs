@@ -69,13 +69,13 @@ impl Prior<'_> {
         if forearm.pairs().is_empty() {
             return Ok(Err(NO_POINTS));
         }
-        let Some(solved) = self.reference(&mut forearm, index)?.chosen else {
+        let Some(solved) = self.reference(&mut forearm, (index, 0))? else {
             return Ok(Err(NO_COUPLING));
         };
         let setup = match table {
             Table::Seven => Some(solved.setup),
             other => {
-                let points = self.any_pair(&forearm, (index, other));
+                let points = self.any_pair(&forearm, (index, other, 0));
                 points.map(|points| Setup { session: 0, points })
             }
         };
