@@ -3,7 +3,7 @@
 //! Experiments that are declarations are in `experiments`, the runner is in `laboratory`, the
 //! commands are in `cli`.
 
-use crate::hamana2022::conditioning::{self, Conditioning, ConditioningStudy};
+use crate::hamana2022::conditioning::{self, CalibrationStudy, Conditioning, ConditioningStudy};
 use crate::hamana2022::paper::{self, ClaimStudy, Kind, Source};
 use crate::hamana2022::{Cells, CellsRun, EXPERIMENTS, TwoPointsError, WEARERS};
 use crate::laboratory::Runnable;
@@ -52,7 +52,7 @@ const SIMULATORS: &[DeviceName] = &[DeviceName::Native, DeviceName::Chip, Device
 const NATIVE: &[DeviceName] = &[DeviceName::Native];
 
 /// All studies with random wearers.
-pub const ENTRIES: [Entry; 10] = [
+pub const ENTRIES: [Entry; 11] = [
     Entry {
         names: &[
             (
@@ -116,6 +116,21 @@ pub const ENTRIES: [Entry; 10] = [
             let study = ConditioningStudy::new(kind, request.wearer, request.decided)?;
             Ok(Box::new(study))
         },
+    },
+    Entry {
+        names: &[(
+            conditioning::CALIBRATION,
+            "whether the conditioning finds participants whose truth is known",
+        )],
+        declarations: &[
+            ("hamana-participants.toml", conditioning::DECLARED),
+            ("hamana-population.toml", hamana2022::DECLARED),
+        ],
+        command: "flexor experiment hamana-calibration",
+        draws: 1..=100_000,
+        devices: ("the forearms are simulated without a device", NATIVE),
+        has_participants: false,
+        begin: |request| Ok(Box::new(CalibrationStudy::new(request.decided)?)),
     },
     Entry {
         names: &[(

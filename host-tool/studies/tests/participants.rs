@@ -3,11 +3,10 @@
 
 use std::collections::BTreeMap;
 use studies::hamana2022::conditioning::{
-    AcceptedForearm, Conditioning, ConditioningStudy, DECLARED, Declaration, Mechanism, Posterior,
-    PrintedVoltages, Prior, SHIPPED, Table, WeightSummary,
+    AcceptedForearm, DECLARED, Declaration, Effort, Mechanism, Posterior, PrintedVoltages, Prior, SHIPPED,
+    Table, WeightSummary,
 };
 use studies::hamana2022::{Participant, Participants, Population};
-use studies::laboratory::Study;
 
 /// Step of the searches, and with it the noise of one step, V.
 const STEP_V: f64 = 2.0;
@@ -129,26 +128,22 @@ fn forearms_are_chosen_by_weight() {
     assert_eq!(known.posterior.choose(("nobody", false), (7, 0)), None);
 }
 
-/// What is shipped of the first phase is what its study computes.
+/// B's threshold is solved by the same search as A's. A coarse grid of couplings missed the weakest
+/// one of this forearm, because with a stronger one other fingers hold the index finger back: it then
+/// met table 7 in one of 1,800 sessions.
 #[test]
-fn the_first_phase_is_as_shipped() {
-    let study = ConditioningStudy::new(Conditioning::Participants, Some("Q"), (None, None));
-    let study = study.unwrap();
-    let screening = ConditioningStudy::new(Conditioning::Forearms, Some("Q"), (None, None));
-    let screening = screening.unwrap();
-    let goes_on = || true;
-    for index in 0..12 {
-        let screened = screening.compute(index, &goes_on).unwrap().unwrap();
-        let weight = screened
-            .judged
-            .candidate(false)
-            .map_or(0.0, |own| own.weight());
-        let known = study.first_weight("Q", index).unwrap();
-        assert!(
-            (weight - known).abs() <= 1e-9 * weight,
-            "{index}: {weight} {known}"
-        );
-    }
+fn the_weakest_coupling_of_b_is_found() {
+    let known = Shipped::load();
+    let participant = known.participants.iter().find(|own| own.name == "S");
+    let prior = known.prior(participant.unwrap(), 7);
+    let effort = Effort {
+        solved: 8,
+        chosen: 1,
+        unsolved: 1,
+        kept_from: 0.005,
+    };
+    let [_, both] = prior.judge(23, effort).unwrap().solved;
+    assert!(both > 0.1, "{both}");
 }
 
 /// A tolerance of 0, an empty range and a missing number of sessions are refused, all at once.
@@ -167,7 +162,7 @@ fn wrong_declarations_are_refused() {
         ("noise_steps = 1", "noise_steps = 0"),
         ("tried = 0.5", "tried = 0.0"),
         ("low = 0.33", "low = 3.3"),
-        ("draws = 3000", "draws = 0"),
+        ("draws = 2000", "draws = 0"),
     ]);
     for named in [
         "E621",
@@ -178,7 +173,7 @@ fn wrong_declarations_are_refused() {
     ] {
         assert!(error.contains(named), "{named}: {error}");
     }
-    assert!(refused(&[("draws = 3000", "drows = 3000")]).contains("drows"));
+    assert!(refused(&[("draws = 2000", "drows = 2000")]).contains("drows"));
 }
 
 /// Printed numbers that no forearm can have are named as a pair, and one beyond the searches by

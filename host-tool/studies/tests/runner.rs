@@ -13,12 +13,7 @@ use studies::laboratory::{Runnable, Shard};
 /// Name of a class of faults on the native simulator, which is not in the catalog.
 const FAULTS: &str = "faults";
 /// Studies that are computed for participant P only.
-const OF_P: [&str; 4] = [
-    "hamana-4",
-    "hamana-forearms",
-    "hamana-participants",
-    "hamana-mechanisms",
-];
+const OF_P: [&str; 3] = ["hamana-4", "hamana-participants", "hamana-mechanisms"];
 /// The only cell that is computed.
 const CELL: usize = 15;
 
@@ -78,9 +73,8 @@ fn is_the_same_however_cut(name: &str, draws: u64, is_long: bool) {
     let (rows, kept) = match name {
         FAULTS => ("faults.csv", "units.jsonl"),
         TWO_POINTS => ("draws.csv", "draws.csv"),
-        "hamana-forearms" => ("screened.csv", "units.jsonl"),
         "hamana-participants" => ("posterior.csv", "units.jsonl"),
-        "hamana-mechanisms" => ("result.json", "units.jsonl"),
+        "hamana-mechanisms" | "hamana-calibration" => ("result.json", "units.jsonl"),
         "hamana-claims" => ("claims.csv", "units.jsonl"),
         _ => ("draws.csv", "units.jsonl"),
     };
@@ -186,7 +180,7 @@ studies! {
     hamana_4 "hamana-4" 2 true
     hamana_posture "hamana-posture" 1 false
     hamana_hold "hamana-hold" 1 false
-    hamana_forearms "hamana-forearms" 4 false
+    hamana_calibration "hamana-calibration" 4 false
     hamana_participants "hamana-participants" 4 false
     hamana_mechanisms "hamana-mechanisms" 1 true
     hamana_claims "hamana-claims" 1 true

@@ -176,3 +176,28 @@ impl<T> Choice<T> {
         self.count += 1;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A chance of being kept changes a forearm's probability not on average, and keeps a likely one
+    /// always.
+    #[test]
+    fn the_chance_of_being_kept_leaves_the_mean() {
+        let accepted = |probability: f64| {
+            let mut accepted = Accepted::default();
+            accepted.add((), probability);
+            accepted
+        };
+        let parts = (0..1_000).map(|place| (f64::from(place) + 0.5) / 1_000.0);
+        for probability in [0.0, 0.001, 0.004, 0.1] {
+            let own = accepted(probability);
+            let kept = parts.clone().map(|part| own.with_chance(0.005, part));
+            let mean = kept.flatten().sum::<f64>() / 1_000.0;
+            assert!((mean - probability).abs() < 1e-12, "{probability}: {mean}");
+        }
+        assert_eq!(accepted(0.1).with_chance(0.005, 0.999), Some(0.1));
+        assert_eq!(accepted(0.001).with_chance(0.005, 0.5), None);
+    }
+}

@@ -12,7 +12,7 @@ use crate::hamana2022::participant::Participant;
 use crate::laboratory::{Outcome, Preregistration, Row};
 use std::fmt::Write as _;
 
-const SIMULATED: &str =
+pub(super) const SIMULATED: &str =
     "Simulated: random forearms with assumed parameters; no evidence about people.";
 const CONDITIONED: &str = "Conditioned on: the greatest selective voltages of A and B in tables 2, \
                            3 and 7, and the thresholds of table 7. Nothing else that the paper \
@@ -146,7 +146,7 @@ fn conflict(group: &Group<'_>) -> Option<String> {
     Some(format!("{name}: none of {count} forearms meets {what}."))
 }
 
-fn number(id: String, quantity: String, unit: &str, value: f64, n: usize) -> Row {
+pub(super) fn number(id: String, quantity: String, unit: &str, value: f64, n: usize) -> Row {
     Row {
         id,
         quantity,

@@ -107,7 +107,7 @@ impl Prior<'_> {
         Ok(Err(CEILING))
     }
 
-    fn hand_of(
+    pub(super) fn hand_of(
         &self,
         forearm: &mut Forearm,
         (index, table): (u64, Table),
