@@ -52,9 +52,12 @@ pub(super) fn claim(
 const LEVEL: f64 = 0.95;
 
 /// Returns the share of `holds` among `of` in percent with its 95 % interval (Wilson 1927), such as
-/// `40 [31 50]`; `-` if `of` is 0.
-pub(super) fn percent_text((holds, of): (u64, u64)) -> String {
-    let Ok(share) = statistics::wilson_share(holds as f64, of, LEVEL) else {
+/// `40 [31 50]`; `-` if `of` is 0. The interval is that of at most `effective` cases, where cases
+/// repeat each other.
+pub(super) fn percent_text((holds, of): (u64, u64), effective: f64) -> String {
+    let independent = of.min(effective.max(1.0) as u64);
+    let holds = holds as f64 * independent as f64 / of.max(1) as f64;
+    let Ok(share) = statistics::wilson_share(holds, independent, LEVEL) else {
         return "-".to_owned();
     };
     let [share, low, high] = [share.share, share.low, share.high].map(|part| 100.0 * part);
@@ -86,4 +89,18 @@ pub(super) fn people(sessions: &[Session]) -> Vec<(&str, bool)> {
         }
     }
     participants
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Replications that repeat 20 forearms are no more certain than 20 replications.
+    #[test]
+    fn an_interval_counts_effective_cases() {
+        assert_eq!(percent_text((40, 200), f64::INFINITY), "20 [15 26]");
+        assert_eq!(percent_text((40, 200), 20.4), "20 [8 42]");
+        assert_eq!(percent_text((3, 15), 20.4), percent_text((3, 15), 1e9));
+        assert_eq!(percent_text((0, 0), 20.0), "-");
+    }
 }

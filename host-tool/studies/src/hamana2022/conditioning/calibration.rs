@@ -2,9 +2,10 @@
 //!
 //! A reference table of forearms at P's sizes and thresholds keeps the greatest voltages and results
 //! of their sessions. Pseudo-participants are sets of sessions whose greatest voltages lie below the
-//! end of the search. Their voltages, moved by the noise of the search, are conditioned on with all
-//! other forearms. If the procedure is right, the truth is a random one of the accepted values: its
-//! ranks are uniform.
+//! end of the search. Their voltages, moved by the noise of the search, are conditioned on with the
+//! whole table, of which all sets below the end are equally likely truths: the truth is a random one
+//! of the accepted values, and its ranks are uniform. Without the truth's own forearm they would not
+//! be, because few forearms are accepted; a truth is judged only if enough others are.
 
 use super::data::Table;
 use super::declaration::{DECLARED, Declaration};
@@ -22,6 +23,7 @@ use crate::laboratory::{
     self, Curve, Outcome, Plot, Plots, Preregistration, Row, Sheet, SheetAxis, StudyIdentity,
 };
 use hal_sim::random::{Random, unit, word};
+use std::collections::BTreeSet;
 
 /// Name of the study on the command line.
 pub const CALIBRATION: &str = "hamana-calibration";
@@ -90,6 +92,9 @@ impl CalibrationStudy {
         let mut undecided = 0;
         let mut truths: Vec<Truth> = forearms.iter().flat_map(truths).collect();
         Random::new(self.seed ^ NOISE).shuffle(&mut truths);
+        // Sessions of one forearm have their parameters in common.
+        let mut used = BTreeSet::new();
+        truths.retain(|truth| used.insert(truth.index));
         let pseudo = usize::try_from(self.declaration.calibration.pseudo).unwrap_or(usize::MAX);
         for (number, truth) in truths.iter().take(pseudo).enumerate() {
             let stream = word(self.seed ^ NOISE, number as u64);
@@ -105,10 +110,10 @@ impl CalibrationStudy {
                 .enumerate()
                 .map(|(place, most)| noisy(place, most))
                 .collect();
-            let others = forearms.iter().filter(|own| own.index != truth.index);
-            let accepted: Vec<AcceptedReference<'_>> =
-                others.filter_map(|own| self.accept(own, &data)).collect();
-            let weights: Vec<f64> = accepted.iter().map(AcceptedReference::weight).collect();
+            let accepted = forearms.iter().filter_map(|own| self.accept(own, &data));
+            let accepted: Vec<AcceptedReference<'_>> = accepted.collect();
+            let others = accepted.iter().filter(|own| own.index != truth.index);
+            let weights: Vec<f64> = others.map(AcceptedReference::weight).collect();
             if WeightSummary::of(&weights).effective < FEWEST {
                 undecided += 1;
                 continue;
@@ -146,9 +151,12 @@ impl CalibrationStudy {
             own.into_iter().all(|(most, data)| (most - data).abs() <= steps)
         };
         let mut sets = Vec::new();
-        for solved in forearm.solved.iter().filter(|own| meets(&own.seven, 0)) {
+        let solved = forearm.solved.iter();
+        let solved = solved.filter(|own| is_below(&own.seven, Table::Seven) && meets(&own.seven, 0));
+        for solved in solved {
             let [two, three] = [(0, 2), (1, 4)].map(|(table, first): (usize, usize)| {
                 let own = solved.others[table].iter().flatten();
+                let own = own.filter(|own| is_below(own, Table::UNSOLVED[table]));
                 own.filter(|own| meets(own, first)).collect::<Vec<_>>()
             });
             if !two.is_empty() && !three.is_empty() {
@@ -284,12 +292,14 @@ struct Truth {
     sessions: [ReferenceSession; 3],
 }
 
+/// Returns whether both greatest voltages lie below the end of the search.
+fn is_below(session: &ReferenceSession, table: Table) -> bool {
+    let last = (table.end_v() / STEP_V).floor() as i32;
+    session.most.iter().all(|most| *most < last)
+}
+
 /// Returns all sets of sessions of a forearm whose greatest voltages lie below the end of the search.
 fn truths(forearm: &ReferenceForearm) -> Vec<Truth> {
-    let is_below = |own: &ReferenceSession, table: Table| {
-        let last = (table.end_v() / STEP_V).floor() as i32;
-        own.most.iter().all(|most| *most < last)
-    };
     let mut truths = Vec::new();
     for solved in &forearm.solved {
         if !is_below(&solved.seven, Table::Seven) {

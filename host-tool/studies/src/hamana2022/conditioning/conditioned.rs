@@ -328,6 +328,7 @@ impl Prior<'_> {
             return Ok(None);
         };
         let mut choice = Choice::new(word(stream, 1));
+        let mut any = None;
         let (mut met, mut joint) = ([[0.0; 2]; 2], 0.0);
         let first = unit(stream, 1);
         let share = 1.0 / effort.chosen as f64;
@@ -348,9 +349,10 @@ impl Prior<'_> {
             let chosen = [(two, 0), (three, 1)]
                 .map(|(accepted, table)| accepted.as_ref()?.at(part(table)).copied());
             joint += share * of_tables;
+            any = any.or(Some((*solved, [None; 2])));
             choice.offer(of_tables, (*solved, chosen));
         }
-        Ok(choice.chosen.map(|(solved, unsolved)| Candidate {
+        Ok(choice.chosen.or(any).map(|(solved, unsolved)| Candidate {
             solved,
             probability,
             joint,

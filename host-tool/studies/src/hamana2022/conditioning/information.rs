@@ -1,6 +1,7 @@
 //! Mutual information between the mechanism and the outcome of a measurement.
 
 use hal_sim::random::{Random, word};
+use std::collections::BTreeMap;
 
 /// Number of bins of an outcome, each with the same share of all outcomes; one more is for outcomes
 /// without a value.
@@ -8,17 +9,20 @@ const BINS: usize = 8;
 /// Number of bootstrap samples and of permutations.
 const SAMPLES: u64 = 100;
 
-/// Outcome of one forearm: index of its mechanism, value on the scale of the measurement's noise,
-/// and weight.
+/// Outcome of one forearm under one mechanism: index of the mechanism, value on the scale of the
+/// measurement's noise, and weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WeightedOutcome {
     pub mechanism: usize,
+    /// Number of the forearm, which is the same under every mechanism.
+    pub forearm: usize,
     pub value: Option<f64>,
     pub weight: f64,
 }
 
 /// Mutual information, bits, with the mean of permuted mechanisms subtracted, and its 95 % interval
-/// (bootstrap over forearms).
+/// (bootstrap over forearms). Mechanisms are permuted within each forearm, whose outcomes have most
+/// random numbers in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Information {
     pub bits: f64,
@@ -48,16 +52,30 @@ pub fn mutual_information(
         information(outcomes, &masses, (chosen, labels), mechanisms)
     };
     let raw = of(&all, &labels)?;
+    let mut forearms: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (place, outcome) in outcomes.iter().enumerate() {
+        forearms.entry(outcome.forearm).or_default().push(place);
+    }
+    let forearms: Vec<Vec<usize>> = forearms.into_values().collect();
     let mut permuted = Vec::new();
     let mut resampled = Vec::new();
     for sample in 0..SAMPLES {
         let mut random = Random::new(word(seed, sample));
         let mut shuffled = labels.clone();
-        random.shuffle(&mut shuffled);
+        for own in &forearms {
+            let mut mixed: Vec<usize> = own.iter().map(|&place| labels[place]).collect();
+            random.shuffle(&mut mixed);
+            for (&place, label) in own.iter().zip(mixed) {
+                shuffled[place] = label;
+            }
+        }
         permuted.extend(of(&all, &shuffled));
-        let count = outcomes.len() as f64;
-        let chosen = all.iter().map(|_| random.between(0.0, count) as usize);
-        let chosen: Vec<usize> = chosen.map(|place| place.min(all.len() - 1)).collect();
+        let count = forearms.len() as u64;
+        let chosen = forearms
+            .iter()
+            .flat_map(|_| &forearms[random.below(count) as usize])
+            .copied();
+        let chosen: Vec<usize> = chosen.collect();
         let chosen_labels: Vec<usize> = chosen.iter().map(|&place| labels[place]).collect();
         resampled.extend(of(&chosen, &chosen_labels));
     }
@@ -150,6 +168,7 @@ mod tests {
         let all = (0..4).flat_map(|mechanism| (0..200).map(move |number| (mechanism, number)));
         all.map(|(mechanism, number)| WeightedOutcome {
             mechanism,
+            forearm: number as usize,
             value: Some(value(mechanism, number)),
             weight: 1.0,
         })

@@ -35,7 +35,7 @@ pub struct Candidate {
     /// Chosen session of table 7.
     pub solved: Solved,
     /// Probability that a session of table 7 meets its data, divided by the probability with which
-    /// the forearm was kept; 1 for a participant without table 7.
+    /// the forearm was kept; for a participant without table 7, that its thresholds can be solved.
     pub probability: f64,
     /// Probability that sessions of both other tables meet their data, mean over sessions of table 7
     /// that meet theirs.

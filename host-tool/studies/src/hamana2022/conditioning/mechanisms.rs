@@ -10,21 +10,33 @@ use crate::hamana2022::replication::{Averages, Replication};
 use crate::hamana2022::sessions::percent_text;
 use crate::hamana2022::torque_claims::{jointly, torque_verdicts};
 use crate::laboratory::{Grid, Sheet};
-use hal_sim::random::{unit, word};
+use hal_sim::random::{Random, unit, word};
+use host_core::statistics::quantile;
+use std::collections::BTreeMap;
 
 /// Fewest forearms with weight of each participant by which a change is judged.
 const FEWEST: usize = 16;
 /// Number of joint replications of experiment 2.
 const REPLICATIONS: u64 = 200;
+/// Number of bootstrap samples of the evidence.
+const SAMPLES: u64 = 1_000;
+/// Random stream of the bootstrap.
+const RESAMPLED: u64 = 0x7138;
 /// Random stream of the replications.
 const REPLICATED: u64 = 0x7134;
 
-/// Probability of a participant's printed voltages: natural logarithm, its standard error, and the
-/// number of forearms with weight.
-struct Evidence {
+/// Numbers of forearms with weight and of effective ones.
+struct Sizes {
+    positive: usize,
+    effective: f64,
+}
+
+/// Natural logarithm of the evidence of a change over that of the model as it stands, with a 95 %
+/// interval (bootstrap over forearms, which are the same under both).
+struct EvidenceRatio {
     logarithm: f64,
-    error: f64,
-    forearms: usize,
+    low: f64,
+    high: f64,
 }
 
 /// Returns the units of a participant under a change of the model.
@@ -44,16 +56,38 @@ fn weight(unit: &Unit) -> f64 {
     candidate.map_or(0.0, |candidate| candidate.weight())
 }
 
-fn evidence(units: &[&Unit]) -> Evidence {
-    let weights: Vec<f64> = units.iter().map(|unit| weight(unit)).collect();
-    let count = weights.len().max(1) as f64;
-    let mean = weights.iter().sum::<f64>() / count;
-    let variance = weights.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / count;
-    Evidence {
-        logarithm: mean.ln(),
-        error: (variance / count).sqrt() / mean,
-        forearms: WeightSummary::of(&weights).positive,
+fn weights(units: &[&Unit]) -> Vec<f64> {
+    units.iter().map(|unit| weight(unit)).collect()
+}
+
+/// Returns the ratio of the evidences of two models. Each pair has the weights of one participant's
+/// forearms under the change and under the model as it stands, in the same order. `None` if one has no
+/// weight.
+fn evidence_ratio(pairs: &[[Vec<f64>; 2]], seed: u64) -> Option<EvidenceRatio> {
+    let logarithm = |chosen: &[Vec<usize>]| -> Option<f64> {
+        let of_pair = |([changed, default], chosen): (&[Vec<f64>; 2], &Vec<usize>)| {
+            let sum = |weights: &[f64]| -> f64 { chosen.iter().map(|&at| weights[at]).sum() };
+            let logarithm = (sum(changed) / sum(default)).ln();
+            logarithm.is_finite().then_some(logarithm)
+        };
+        pairs.iter().zip(chosen).map(of_pair).sum()
+    };
+    let count = |[changed, default]: &[Vec<f64>; 2]| changed.len().min(default.len());
+    let all: Vec<Vec<usize>> = pairs.iter().map(|pair| (0..count(pair)).collect()).collect();
+    let mut resampled = Vec::new();
+    for sample in 0..SAMPLES {
+        let mut random = Random::new(word(seed, sample));
+        let chosen: Vec<Vec<usize>> = all
+            .iter()
+            .map(|own| own.iter().map(|_| random.below(own.len() as u64) as usize).collect())
+            .collect();
+        resampled.extend(logarithm(&chosen));
     }
+    Some(EvidenceRatio {
+        logarithm: logarithm(&all)?,
+        low: quantile(&resampled, 0.025)?,
+        high: quantile(&resampled, 0.975)?,
+    })
 }
 
 /// Chooses a forearm with experiment 2 by weight.
@@ -106,34 +140,51 @@ fn take_mean_of_points(averages: &mut Averages) {
 
 /// Tabulates evidence and joint probability of every change.
 pub(super) fn evidence_table(study: &ConditioningStudy, units: &[Unit]) -> Sheet {
-    let of = |mechanism: Mechanism| -> Vec<Evidence> {
-        let groups = study
-            .participants
-            .iter()
-            .map(|who| own(units, mechanism, who));
-        groups.map(|group| evidence(&group)).collect()
+    let of = |mechanism: Mechanism| -> Vec<Vec<f64>> {
+        let participants = study.participants.iter();
+        participants
+            .map(|who| weights(&own(units, mechanism, who)))
+            .collect()
+    };
+    let sizes = |weights: &Vec<f64>| {
+        let summary = WeightSummary::of(weights);
+        Sizes {
+            positive: summary.positive,
+            effective: summary.effective,
+        }
     };
     let reference = of(Mechanism::Default);
     let row = |mechanism: Mechanism| {
         let all = of(mechanism);
-        let fewest = all.iter().map(|own| own.forearms).min().unwrap_or_default();
-        let evidence = match fewest < FEWEST {
-            true => ["undecided".to_owned(), "-".to_owned()],
-            false => {
-                let sum = |all: &[Evidence]| all.iter().map(|own| own.logarithm).sum::<f64>();
-                let error = all.iter().map(|own| own.error.powi(2)).sum::<f64>().sqrt();
-                let factor = (sum(&all) - sum(&reference)).exp();
-                [format!("{factor:.2e}"), format!("{:.0} %", 100.0 * error)]
-            }
-        };
-        let joint = percent_text(joint_replications(study, units, mechanism));
-        let counts: Vec<String> = all.iter().map(|own| own.forearms.to_string()).collect();
-        let [factor, error] = evidence;
+        let own: Vec<Sizes> = all.iter().map(sizes).collect();
+        let both = own.iter().map(|own| own.positive);
+        let both = both.chain(reference.iter().map(|own| sizes(own).positive));
+        let is_decided = both.min().unwrap_or_default() >= FEWEST;
+        let pairs: Vec<[Vec<f64>; 2]> = all
+            .into_iter()
+            .zip(&reference)
+            .map(|(own, default)| [own, default.clone()])
+            .collect();
+        let seed = study.seed ^ RESAMPLED;
+        let ratio = evidence_ratio(&pairs, seed).filter(|_| is_decided);
+        let evidence = ratio.map_or_else(
+            || ["undecided".to_owned(), "-".to_owned()],
+            |EvidenceRatio { logarithm, low, high }| {
+                let [low, high] = [low, high].map(|value| format!("{:.1e}", value.exp()));
+                [format!("{:.1e}", logarithm.exp()), format!("{low} to {high}")]
+            },
+        );
+        let effective = own.iter().map(|own| own.effective);
+        let effective = effective.fold(f64::INFINITY, f64::min);
+        let joint = percent_text(joint_replications(study, units, mechanism), effective);
+        let counts = own.iter().map(|own| format!("{} ({:.0})", own.positive, own.effective));
+        let counts: Vec<String> = counts.collect();
+        let [factor, interval] = evidence;
         vec![
             mechanism.name().to_owned(),
             counts.join(", "),
             factor,
-            error,
+            interval,
             joint,
         ]
     };
@@ -141,7 +192,7 @@ pub(super) fn evidence_table(study: &ConditioningStudy, units: &[Unit]) -> Sheet
         "change",
         "forearms P, Q, R, S",
         "evidence",
-        "error",
+        "95 %",
         "experiment 2, %",
     ];
     let grid = Grid {
@@ -149,11 +200,13 @@ pub(super) fn evidence_table(study: &ConditioningStudy, units: &[Unit]) -> Sheet
         rows: Mechanism::ALL.into_iter().map(row).collect(),
     };
     let caption = format!(
-        "For each single change of the model: forearms with weight; the probability of all printed \
-         voltages, divided by that of the model as it stands, with its relative standard error \
-         (undecided with fewer than {FEWEST} forearms of a participant); and the share of joint \
-         replications in which all eight claims of experiment 2 hold, which did not enter the \
-         evidence, with a 95 % interval. Simulated."
+        "For each single change of the model: forearms with weight, and in brackets how many \
+         effective ones; the probability of all printed greatest voltages, given the thresholds, \
+         divided by that of the model as it stands, with a 95 % interval (bootstrap over forearms, \
+         which are the same under both; undecided with fewer than {FEWEST} forearms with weight of a \
+         participant); and the share of joint replications in which all eight claims of experiment 2 \
+         hold, which did not enter the evidence, with a 95 % interval of as many replications as \
+         there are effective forearms of a participant. Simulated."
     );
     let title = "single changes of the model";
     Sheet::table("Mechanisms", title, caption, grid)
@@ -165,10 +218,29 @@ pub(super) fn information_table(study: &ConditioningStudy, units: &[Unit]) -> Sh
     let changes: Vec<Mechanism> = simulated
         .filter(|own| !matches!(own, Mechanism::MeanOfPoints | Mechanism::Earlier))
         .collect();
+    // Only a participant with table 7 stands for a volunteer with its voltages.
+    let volunteers = study.participants.iter();
+    let volunteers: Vec<&str> = volunteers
+        .filter(|own| own.thresholds_v.is_some())
+        .map(|own| &*own.name)
+        .collect();
+    let group = |unit: &Unit| {
+        let mechanism = changes.iter().position(|own| *own == unit.mechanism)?;
+        let who = volunteers
+            .iter()
+            .position(|own| *own == unit.judged.participant)?;
+        let probability = unit.judged.posterior?.probability;
+        unit.measured.as_ref()?;
+        Some(((mechanism, who), probability))
+    };
+    let mut totals: BTreeMap<(usize, usize), f64> = BTreeMap::new();
+    for (of, probability) in units.iter().filter_map(group) {
+        *totals.entry(of).or_default() += probability;
+    }
     let measurements = study.declaration.measurements.iter().enumerate();
     let row = |(place, measurement): (usize, &super::declaration::FurtherMeasurement)| {
         let outcome = |unit: &Unit| {
-            let mechanism = changes.iter().position(|own| *own == unit.mechanism)?;
+            let ((mechanism, who), probability) = group(unit)?;
             let value = *unit.measured.as_ref()?.get(place)?;
             let scaled = value.map(|value| match measurement.logarithm {
                 true => value.ln(),
@@ -176,8 +248,9 @@ pub(super) fn information_table(study: &ConditioningStudy, units: &[Unit]) -> Sh
             });
             Some(WeightedOutcome {
                 mechanism,
+                forearm: who + volunteers.len() * unit.judged.index as usize,
                 value: scaled.filter(|value| value.is_finite()),
-                weight: unit.judged.candidate(false)?.probability,
+                weight: probability / totals.get(&(mechanism, who))?,
             })
         };
         let outcomes: Vec<WeightedOutcome> = units.iter().filter_map(outcome).collect();
@@ -207,8 +280,8 @@ pub(super) fn information_table(study: &ConditioningStudy, units: &[Unit]) -> Sh
     let caption = format!(
         "Mutual information between the mechanism ({count}, equally likely beforehand: at most \
          {:.2} bits) and the outcome of one further measurement on a volunteer with voltages of \
-         table 7, in nine bins, less the mean over permuted mechanisms; bootstrap over forearms. \
-         Simulated.",
+         table 7 (P, Q and S count alike), in nine bins, less the mean over mechanisms permuted \
+         within each forearm; bootstrap over forearms. Simulated.",
         (count as f64).log2()
     );
     let title = "what a further measurement would tell";

@@ -17,10 +17,10 @@ pub(super) const SIMULATED: &str =
 const CONDITIONED: &str = "Conditioned on: the greatest selective voltages of A and B in tables 2, \
                            3 and 7, and the thresholds of table 7. Nothing else that the paper \
                            prints entered.";
-const WEIGHTS: &str = "The weight of a forearm is the product of the probabilities that a session \
-                       of each table meets the printed voltages. Its sum over forearms, divided by \
-                       their number, is the probability of the data (their evidence), with its \
-                       standard error.";
+const WEIGHTS: &str = "The weight of a forearm is the probability that sessions of all tables meet \
+                       the printed greatest voltages, given the thresholds. Its mean over forearms \
+                       is the probability of these voltages (their evidence), with two standard \
+                       errors.";
 /// Columns of the file of accepted forearms before the drawn parameters.
 const COLUMNS: &str = "participant,seed,forearm,condition,weight,factor,coupling_b,coupling_e,\
                        session_7,a_7,b_7,session_2,a_2,b_2,session_3,a_3,b_3";
@@ -198,7 +198,7 @@ fn summary_rows(group: &Group<'_>) -> Vec<Row> {
     for (is_strict, condition) in [false, true].into_iter().zip(CONDITIONS) {
         let weights = group.weights(is_strict);
         let summary = WeightSummary::of(&weights);
-        if is_strict && summary.positive == 0 && group.mechanism != Mechanism::Default {
+        if is_strict && (summary.positive == 0 || group.mechanism != Mechanism::Default) {
             continue;
         }
         let count = n as f64;
@@ -207,7 +207,7 @@ fn summary_rows(group: &Group<'_>) -> Vec<Row> {
         let error = (variance / count).sqrt();
         let mut evidence_row = row(
             &format!("{condition}-evidence"),
-            &format!("{condition}: probability of the data"),
+            &format!("{condition}: probability of voltages"),
             "",
             evidence,
         );

@@ -1,7 +1,7 @@
 //! The shipped posterior: accepted forearms with their weights and sessions.
 
 use super::setup::{Setup, Solved};
-use super::weights::choose_by_weight;
+use super::weights::{WeightSummary, choose_by_weight};
 use crate::hamana2022::TwoPointsError;
 use crate::hamana2022::participant::seed_of;
 use hal_sim::random::unit;
@@ -119,6 +119,13 @@ impl Posterior {
         own.filter(move |forearm| {
             forearm.participant == participant && forearm.is_strict == is_strict
         })
+    }
+
+    /// Returns the effective sample size of a participant's forearms.
+    #[must_use]
+    pub fn effective(&self, participant: &str, is_strict: bool) -> f64 {
+        let weights: Vec<f64> = self.of(participant, is_strict).map(|own| own.weight).collect();
+        WeightSummary::of(&weights).effective
     }
 
     /// Chooses a forearm by weight for draw `index`; `None` if the participant has none.

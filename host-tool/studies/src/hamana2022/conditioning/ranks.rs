@@ -10,8 +10,8 @@ const SETS: u64 = 4_000;
 const PART: f64 = 0.95;
 
 /// Returns the rank of `truth` within weighted `values`, from 0 to 1; `part` is uniform in [0, 1) and
-/// decides ties. The truth counts as one more value with a typical weight, so that the rank is uniform
-/// if the truth is a random one of all values with equal weights. `None` without weight.
+/// decides ties. It is uniform if the truth is one of the values, each with a chance in proportion to
+/// its weight. `None` without weight.
 #[must_use]
 pub fn rank(truth: f64, values: &[(f64, f64)], part: f64) -> Option<f64> {
     let sum = |is: &dyn Fn(f64) -> bool| -> f64 {
@@ -19,10 +19,8 @@ pub fn rank(truth: f64, values: &[(f64, f64)], part: f64) -> Option<f64> {
         own.map(|(_, weight)| weight).sum()
     };
     let total = sum(&|_| true);
-    let squares: f64 = values.iter().map(|(_, weight)| weight * weight).sum();
-    let own = squares / total;
     let (below, tied) = (sum(&|value| value < truth), sum(&|value| value == truth));
-    (total > 0.0).then(|| (below + part * (tied + own)) / (total + own))
+    (total > 0.0).then(|| (below + part * tied) / total)
 }
 
 /// Returns the places of [`deviations`], from 0 to 1.
@@ -67,16 +65,20 @@ pub fn largest(deviations: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use super::super::weights::choose_by_weight;
     use hal_sim::random::unit;
 
-    /// The rank of a random one of equally weighted values is uniform, also among few of them.
+    /// The rank of one of a few weighted values, chosen by weight, is uniform, also if some are equal.
     #[test]
-    fn ranks_of_equals_are_uniform() {
+    fn ranks_of_the_chosen_are_uniform() {
         let count = 400;
         let of = |number: u64| {
-            let value = |place: u64| unit(7, 10 * number + place);
-            let others: Vec<(f64, f64)> = (1..6).map(|place| (value(place), 0.3)).collect();
-            rank(value(0), &others, unit(8, number)).unwrap()
+            let value = |place: u64| (3.0 * unit(7, 10 * number + place)).round();
+            let weight = |place: u64| 1.0 / (1.0 + 9.0 * unit(9, 10 * number + place));
+            let values: Vec<(f64, f64)> =
+                (0..6).map(|place| (value(place), weight(place))).collect();
+            let truth = choose_by_weight(&values, unit(8, number)).unwrap();
+            rank(*truth, &values, unit(10, number)).unwrap()
         };
         let ranks: Vec<f64> = (0..count).map(of).collect();
         let limit = band(ranks.len(), 3);

@@ -14,16 +14,13 @@ use hal_sim::body::hand::field::{Field, Pad};
 use hal_sim::body::hand::spec::{A, B, E};
 use hal_sim::body::hand::{Hand, HandSpec, InvalidHand};
 
-/// Number of prior forearms among which one below the ceiling is looked for.
+/// Number of prior forearms among which one with voltages in every session is looked for.
 const TRIED: u64 = 1_000;
 
 const NO_POINTS: &str = "no two selective points";
 const NO_COUPLING: &str = "no coupling gives the thresholds";
 const NO_VOLTAGES: &str = "a point moves nothing, or others too";
 const NO_EXTENSION: &str = "the extensor's point extends nothing, or the wrist first";
-const CEILING: &str =
-    "no forearm of the prior has its greatest voltages below the end of the search";
-
 /// A wearer, or the reason why there is none.
 type WearerOrReason = Result<Wearer, &'static str>;
 
@@ -86,25 +83,34 @@ impl Prior<'_> {
         wearer(hand, table)
     }
 
-    /// Creates the first wearer of the prior, from forearm `index` on, whose greatest voltages in a
-    /// session of `table` lie below the end of the search.
+    /// Returns the first forearm of the prior, from number 1000 · `draw` on, that has voltages in a
+    /// session of each table; with `is_below`, the greatest ones of the session of table 7 lie below
+    /// the end of the search. `None` if there is none among 1000.
     ///
     /// # Errors
     /// Fails if the declaration or the hand is invalid.
-    pub fn wearer_below_the_ceiling(
+    pub fn complete_forearm(
         &self,
         draw: u64,
-        table: Table,
-    ) -> Result<WearerOrReason, TwoPointsError> {
-        for attempt in 0..TRIED {
-            if let Ok(wearer) = self.prior_wearer(draw * TRIED + attempt, table)? {
-                let last_v = (table.end_v() / STEP_V).floor() * STEP_V;
-                if wearer.voltages.most_v.iter().all(|most_v| *most_v < last_v) {
-                    return Ok(Ok(wearer));
+        is_below: bool,
+    ) -> Result<Option<u64>, TwoPointsError> {
+        let last_v = (Table::Seven.end_v() / STEP_V).floor() * STEP_V;
+        'forearms: for index in draw * TRIED..(draw + 1) * TRIED {
+            let Ok(seven) = self.prior_wearer(index, Table::Seven)? else {
+                continue;
+            };
+            let mut most_v = seven.voltages.most_v.iter();
+            if is_below && !most_v.all(|most_v| *most_v < last_v) {
+                continue;
+            }
+            for table in Table::UNSOLVED {
+                if self.prior_wearer(index, table)?.is_err() {
+                    continue 'forearms;
                 }
             }
+            return Ok(Some(index));
         }
-        Ok(Err(CEILING))
+        Ok(None)
     }
 
     pub(super) fn hand_of(

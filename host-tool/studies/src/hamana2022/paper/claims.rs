@@ -41,13 +41,18 @@ pub(super) type Verdicts = BTreeMap<String, Option<bool>>;
 /// Quantities of a replication by name.
 pub(super) type Quantities = BTreeMap<String, f64>;
 
-/// Returns the averages and tests of experiment 1 or 2; `None` without participants.
+/// Returns the averages and tests of experiment 1 or 2; `None` without participants, or if one of them
+/// has no session: its absence is no agreement.
 fn replication(experiment: Experiment, parts: &[Part]) -> Option<(Replication, Vec<Averages>)> {
-    let results = parts.iter().filter_map(|part| part.became.as_ref().ok());
-    let sessions = results.filter_map(|result| result.session());
-    let averages: Vec<Averages> = sessions
-        .map(|session| Averages::from_session(experiment, &session.conditions, &session.stimulated))
-        .collect();
+    let sessions = parts.iter().map(|part| {
+        let session = part.became.as_ref().ok()?.session()?;
+        Some(Averages::from_session(
+            experiment,
+            &session.conditions,
+            &session.stimulated,
+        ))
+    });
+    let averages: Vec<Averages> = sessions.collect::<Option<_>>()?;
     (!averages.is_empty()).then(|| (Replication::from_averages(&averages), averages))
 }
 

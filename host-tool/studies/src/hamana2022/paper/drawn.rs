@@ -1,7 +1,7 @@
 //! Draws the wearer of a participant from the forearms that the study's command selects.
 
 use super::{Kind, Study};
-use crate::hamana2022::conditioning::{Mechanism, Prior, Table};
+use crate::hamana2022::conditioning::{AcceptedForearm, Mechanism, Prior, Table};
 use crate::hamana2022::error::TwoPointsError;
 use crate::hamana2022::experiments::Experiment;
 use crate::hamana2022::participant::Participant;
@@ -69,8 +69,8 @@ impl Source {
                  other printed voltage."
             }
             Self::Below => {
-                "Forearms: those of the prior whose greatest voltages lie below the end of the \
-                 search."
+                "Forearms: those of the prior whose greatest voltages in table 7's session lie below \
+                 the end of the search."
             }
             Self::Fixed => {
                 "Forearms: fixed scatter, skin, return, limiter and search, as before the \
@@ -79,6 +79,18 @@ impl Source {
             }
         }
     }
+}
+
+const NOT_ACCEPTED: &str = "no accepted forearm";
+const NOT_COMPLETE: &str = "no forearm of the prior has voltages in every session";
+
+/// Forearm of a draw.
+pub(super) enum ChosenForearm<'a> {
+    Accepted(&'a AcceptedForearm),
+    /// Number of a forearm of the prior.
+    Prior(u64),
+    /// Number of a draw of the former population.
+    Fixed(u64),
 }
 
 impl Kind {
@@ -95,37 +107,85 @@ impl Kind {
 }
 
 impl Study {
+    /// Returns the number of forearms of a participant that count as independent draws; infinite if
+    /// every draw has its own.
+    pub(super) fn effective_forearms(&self, participant: &Participant) -> f64 {
+        let name = &participant.name;
+        let is_strict = self.source == Source::Strict && *name == self.conditioning.strict.participant;
+        match self.source {
+            Source::Posterior | Source::Strict => self.posterior.effective(name, is_strict),
+            Source::Prior | Source::Below | Source::Fixed => f64::INFINITY,
+        }
+    }
+
+    /// Chooses the forearm of a participant for a draw, or returns the reason why there is none. All
+    /// sessions of the draw have this forearm.
+    pub(super) fn choose_forearm(
+        &self,
+        participant: &Participant,
+        draw: u64,
+    ) -> Result<Result<ChosenForearm<'_>, &'static str>, TwoPointsError> {
+        let accepted = |is_strict: bool| {
+            let is_strict = is_strict && participant.name == self.conditioning.strict.participant;
+            let whose = (&*participant.name, is_strict);
+            let chosen = self.posterior.choose(whose, (self.seed, draw));
+            chosen.map(ChosenForearm::Accepted).ok_or(NOT_ACCEPTED)
+        };
+        let of_prior = |is_below: bool| {
+            let prior = self.prior(participant, self.seed);
+            let index = prior.complete_forearm(draw, is_below)?;
+            Ok::<_, TwoPointsError>(index.map(ChosenForearm::Prior).ok_or(NOT_COMPLETE))
+        };
+        match self.source {
+            Source::Posterior => Ok(accepted(false)),
+            Source::Strict => Ok(accepted(true)),
+            Source::Prior => of_prior(false),
+            Source::Below => of_prior(true),
+            Source::Fixed => Ok(Ok(ChosenForearm::Fixed(draw))),
+        }
+    }
+
+    /// Creates the wearer of a chosen forearm in this experiment's session, or returns the reason why
+    /// there is none.
+    pub(super) fn wearer_of(
+        &self,
+        participant: &Participant,
+        chosen: &ChosenForearm<'_>,
+    ) -> Result<Result<Wearer, &'static str>, TwoPointsError> {
+        let table = self.kind.table();
+        match chosen {
+            ChosenForearm::Accepted(forearm) => self
+                .prior(participant, forearm.drawn.0)
+                .accepted_wearer(forearm, table),
+            ChosenForearm::Prior(index) => {
+                self.prior(participant, self.seed).prior_wearer(*index, table)
+            }
+            ChosenForearm::Fixed(draw) => {
+                let drawn = (self.seed, *draw);
+                self.participants.draw(participant, &self.population, drawn)
+            }
+        }
+    }
+
     /// Draws the wearer of a participant, or returns the reason why there is none.
     pub(super) fn draw_wearer(
         &self,
         participant: &Participant,
         draw: u64,
     ) -> Result<Result<Wearer, &'static str>, TwoPointsError> {
-        let table = self.kind.table();
-        let prior = |seed: u64| Prior {
+        match self.choose_forearm(participant, draw)? {
+            Ok(chosen) => self.wearer_of(participant, &chosen),
+            Err(why) => Ok(Err(why)),
+        }
+    }
+
+    fn prior<'a>(&'a self, participant: &'a Participant, seed: u64) -> Prior<'a> {
+        Prior {
             declaration: &self.conditioning,
             population: &self.population,
             participant,
             mechanism: Mechanism::Default,
             seed,
-        };
-        let accepted = |is_strict: bool| {
-            let is_strict = is_strict && participant.name == self.conditioning.strict.participant;
-            let whose = (&*participant.name, is_strict);
-            match self.posterior.choose(whose, (self.seed, draw)) {
-                Some(forearm) => prior(forearm.drawn.0).accepted_wearer(forearm, table),
-                None => Ok(Err("no accepted forearm")),
-            }
-        };
-        match self.source {
-            Source::Posterior => accepted(false),
-            Source::Strict => accepted(true),
-            Source::Prior => prior(self.seed).prior_wearer(draw, table),
-            Source::Below => prior(self.seed).wearer_below_the_ceiling(draw, table),
-            Source::Fixed => {
-                let drawn = (self.seed, draw);
-                self.participants.draw(participant, &self.population, drawn)
-            }
         }
     }
 }
