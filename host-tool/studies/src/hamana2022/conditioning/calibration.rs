@@ -3,8 +3,8 @@
 //! A reference table of forearms at P's sizes and thresholds keeps the greatest voltages and results
 //! of their sessions. Pseudo-participants are sets of sessions whose greatest voltages lie below the
 //! end of the search. Their voltages, moved by the noise of the search, are conditioned on with the
-//! whole table, of which all sets below the end are equally likely truths: the truth is a random one
-//! of the accepted values, and its ranks are uniform. Without the truth's own forearm they would not
+//! whole table. Forearms with such sets are equally likely truths, and so are the sets of one
+//! forearm: the truth is a random one of the accepted values, and its ranks are uniform. Without the truth's own forearm they would not
 //! be, because few forearms are accepted; a truth is judged only if enough others are.
 
 use super::data::Table;
@@ -23,7 +23,6 @@ use crate::laboratory::{
     self, Curve, Outcome, Plot, Plots, Preregistration, Row, Sheet, SheetAxis, StudyIdentity,
 };
 use hal_sim::random::{Random, unit, word};
-use std::collections::BTreeSet;
 
 /// Name of the study on the command line.
 pub const CALIBRATION: &str = "hamana-calibration";
@@ -90,11 +89,16 @@ impl CalibrationStudy {
     fn ranks(&self, forearms: &[ReferenceForearm]) -> (Vec<Vec<f64>>, usize) {
         let mut ranks = vec![Vec::new(); self.quantities().len()];
         let mut undecided = 0;
-        let mut truths: Vec<Truth> = forearms.iter().flat_map(truths).collect();
-        Random::new(self.seed ^ NOISE).shuffle(&mut truths);
-        // Sessions of one forearm have their parameters in common.
-        let mut used = BTreeSet::new();
-        truths.retain(|truth| used.insert(truth.index));
+        // One truth of each forearm, because its sessions have their parameters in common.
+        let mut random = Random::new(self.seed ^ NOISE);
+        let mut truths: Vec<Truth> = forearms
+            .iter()
+            .filter_map(|own| {
+                let mut own = truths(own);
+                (!own.is_empty()).then(|| own.swap_remove(random.below(own.len() as u64) as usize))
+            })
+            .collect();
+        random.shuffle(&mut truths);
         let pseudo = usize::try_from(self.declaration.calibration.pseudo).unwrap_or(usize::MAX);
         for (number, truth) in truths.iter().take(pseudo).enumerate() {
             let stream = word(self.seed ^ NOISE, number as u64);
@@ -151,6 +155,7 @@ impl CalibrationStudy {
             own.into_iter().all(|(most, data)| (most - data).abs() <= steps)
         };
         let mut sets = Vec::new();
+        let share = 1.0 / truths(forearm).len() as f64;
         let solved = forearm.solved.iter();
         let solved = solved.filter(|own| is_below(&own.seven, Table::Seven) && meets(&own.seven, 0));
         for solved in solved {
@@ -160,7 +165,12 @@ impl CalibrationStudy {
                 own.filter(|own| meets(own, first)).collect::<Vec<_>>()
             });
             if !two.is_empty() && !three.is_empty() {
-                sets.push(AcceptedSet { solved, two, three });
+                sets.push(AcceptedSet {
+                    solved,
+                    two,
+                    three,
+                    share,
+                });
             }
         }
         let index = forearm.index;
@@ -262,11 +272,13 @@ struct AcceptedSet<'a> {
     solved: &'a SolvedReference,
     two: Vec<&'a ReferenceSession>,
     three: Vec<&'a ReferenceSession>,
+    /// Chance of each set of sessions of the forearm to be its truth.
+    share: f64,
 }
 
 impl AcceptedSet<'_> {
     fn weight(&self) -> f64 {
-        (self.two.len() * self.three.len()) as f64
+        self.share * (self.two.len() * self.three.len()) as f64
     }
 }
 

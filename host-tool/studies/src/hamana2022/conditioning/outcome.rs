@@ -208,11 +208,11 @@ fn summary_rows(group: &Group<'_>) -> Vec<Row> {
         let mut evidence_row = row(
             &format!("{condition}-evidence"),
             &format!("{condition}: probability of voltages"),
-            "",
-            evidence,
+            "1e-9",
+            1e9 * evidence,
         );
-        evidence_row.low = Some((evidence - 2.0 * error).max(0.0));
-        evidence_row.high = Some(evidence + 2.0 * error);
+        evidence_row.low = Some(1e9 * (evidence - 2.0 * error).max(0.0));
+        evidence_row.high = Some(1e9 * (evidence + 2.0 * error));
         rows.push(evidence_row);
         let sizes = [
             (

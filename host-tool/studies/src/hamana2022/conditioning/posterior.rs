@@ -112,9 +112,9 @@ impl Posterior {
     /// Iterates over the forearms of a participant under the first or the second condition.
     pub fn of<'a>(
         &'a self,
-        participant: &'a str,
+        participant: &str,
         is_strict: bool,
-    ) -> impl Iterator<Item = &'a AcceptedForearm> + 'a {
+    ) -> impl Iterator<Item = &'a AcceptedForearm> {
         let own = self.forearms.iter();
         own.filter(move |forearm| {
             forearm.participant == participant && forearm.is_strict == is_strict
@@ -130,11 +130,11 @@ impl Posterior {
 
     /// Chooses a forearm by weight for draw `index`; `None` if the participant has none.
     #[must_use]
-    pub fn choose<'a>(
-        &'a self,
-        (participant, is_strict): (&'a str, bool),
+    pub fn choose(
+        &self,
+        (participant, is_strict): (&str, bool),
         (seed, index): (u64, u64),
-    ) -> Option<&'a AcceptedForearm> {
+    ) -> Option<&AcceptedForearm> {
         let own = self.of(participant, is_strict);
         let own: Vec<(&AcceptedForearm, f64)> = own.map(|own| (own, own.weight)).collect();
         let stream = seed_of(participant, seed ^ CHOSEN);
