@@ -1,92 +1,79 @@
-//! Checks that experiment 4's sessions show the medoid of participant P's accepted wearers.
+//! Checks which draw of the population is the wearer of experiment 4's sessions, and that the
+//! sessions agree.
 
-use hal_sim::body::hand::FittedHand;
+use hal_sim::body::hand::digits::{INDEX, REST_DEG, VISIBLE_DEG};
+use hal_sim::body::hand::{FittedHand, Hand};
+use hal_sim::body::{Body, Load};
 use host_core::session::{BodySpec, Session, hand_body};
 use std::path::{Path, PathBuf};
-use studies::hamana2022::conditioning::{
-    AcceptedForearm, BEHAVIOUR, Declaration, Mechanism, Posterior, Prior, Table, behaviour, medoid,
-    weighted_quantile,
-};
-use studies::hamana2022::{Participants, Population};
+use studies::hamana2022::{KnownThresholds, Pattern, Population, prepare, search_extensor};
 
-/// Wearers that together have less than this weight are left out of the search for the medoid.
-const LEAST: f64 = 1e-4;
+/// Seed and index, as in the sessions' comment.
+const SEED: u64 = 2022;
+const SHOWN: u64 = 4;
+/// The highest angle of the paper's sine, °.
+const TOP_DEG: f64 = 85.0;
+/// Largest current of a voltage stage, A, and the load with which its voltages are judged, Ω.
+const DEVICE: (f64, f64) = (0.020, 2_000.0);
+const STEP_V: f64 = 2.0;
+/// Voltage at which the population's searches end, V.
+const END_V: f64 = 44.0;
 
-/// The wearer that is shown, with how all accepted wearers behave.
-struct Shown {
+/// A random wearer whom the device can arm.
+struct Armed {
     hand: FittedHand,
     /// Thresholds of A, B and the extensor's point, V.
     threshold_v: [f64; 3],
     most_v: [f64; 3],
     ratio: f64,
-    behaviour: Behaviour,
-    /// Behaviour and weight of every accepted wearer.
-    all: Vec<(Behaviour, f64)>,
+    /// Angle with two points at their largest voltages, rested, °.
+    reach_deg: f64,
 }
 
-type Behaviour = [f64; BEHAVIOUR.len()];
-
-impl Shown {
-    /// Returns the weighted 5 %, 50 % and 95 % quantile of a quantity over all accepted wearers.
-    fn spread(&self, quantity: usize) -> [f64; 3] {
-        let values: Vec<(f64, f64)> = self
-            .all
-            .iter()
-            .map(|(behaviour, weight)| (behaviour[quantity], *weight))
-            .collect();
-        [0.05, 0.5, 0.95].map(|part| weighted_quantile(&values, part).unwrap())
-    }
+fn index_deg(hand: &mut Hand, [a, b, _]: [f64; 3], part: f64) -> f64 {
+    let period = Pattern::default_two_point().period([part * a, part * b]);
+    hand.respond(&period).unwrap().angles_deg()[INDEX]
 }
 
-/// Returns the medoid of participant P's accepted wearers in the session of table 7.
-fn shown() -> Shown {
-    let declaration = Declaration::load_embedded().unwrap();
-    let population = Population::load_embedded().unwrap();
-    let participants = Participants::load(Some("P")).unwrap().all;
-    let posterior = Posterior::load_embedded().unwrap();
-    let accepted = posterior.of("P", false).filter(|own| own.weight > LEAST);
-    let wearer = |accepted: &AcceptedForearm| {
-        let prior = Prior {
-            declaration: &declaration,
-            population: &population,
-            participant: &participants[0],
-            mechanism: Mechanism::Default,
-            seed: accepted.drawn.0,
-        };
-        let wearer = prior.accepted_wearer(accepted, Table::Seven);
-        wearer.unwrap().unwrap()
+/// Returns draw `index`, if every search finds a voltage within the device's limits.
+fn armed(population: &Population, index: u64) -> Option<Armed> {
+    let person = population.draw_person(SEED, index).unwrap();
+    let prepared = prepare(&person.spec, KnownThresholds::from_person(&person)).unwrap();
+    let mut prepared = prepared.ok()?;
+    let extensor_v = search_extensor(&mut prepared.hand, END_V).unwrap()?;
+    let (found, mut hand) = (prepared.voltages, prepared.hand);
+    let [a, b, e, _] = *hand.pads();
+    let fitted = FittedHand {
+        spec: hand.spec().clone(),
+        points: [a, b, e],
+        factor: hand.factor,
+        shift_m: [0.0; 2],
+        channels: [0, 1, 2],
+        simulated_units: None,
     };
-    let wearers = accepted.filter_map(|accepted| {
-        let wearer = wearer(accepted);
-        let behaviour = behaviour(&wearer).unwrap()?;
-        Some((accepted, wearer, behaviour))
-    });
-    let wearers: Vec<_> = wearers.collect();
-    let all: Vec<(Behaviour, f64)> = wearers
-        .iter()
-        .map(|(accepted, _, behaviour)| (*behaviour, accepted.weight))
-        .collect();
-    let (accepted, wearer, behaviour) = &wearers[medoid(&all).unwrap()];
-    println!("seed and forearm {:?}, weight {}", accepted.drawn, accepted.weight);
-    let [a, b, e, _] = *wearer.hand.pads();
-    let extensor_v = wearer.extensor_v.unwrap();
-    let [threshold_a, threshold_b] = wearer.voltages.threshold_v;
-    let [most_a, most_b] = wearer.voltages.most_v;
-    Shown {
-        hand: FittedHand {
-            spec: wearer.hand.spec().clone(),
-            points: [a, b, e],
-            factor: wearer.hand.factor,
-            shift_m: [0.0; 2],
-            channels: [0, 1, 2],
-            simulated_units: None,
-        },
-        threshold_v: [threshold_a, threshold_b, extensor_v[0]],
-        most_v: [most_a, most_b, extensor_v[1]],
-        ratio: wearer.voltages.ratio.unwrap(),
-        behaviour: *behaviour,
-        all,
+    let loads = *fitted.to_moving_hand(0).unwrap().loads();
+    let through = |point: usize| match loads[point] {
+        Load::Ohms(ohm) => (DEVICE.0 * ohm.min(DEVICE.1) / STEP_V).floor() * STEP_V,
+        Load::Open => 0.0,
+    };
+    let threshold_v = [found.threshold_v[0], found.threshold_v[1], extensor_v[0]];
+    let most_v = [found.most_v[0], found.most_v[1], extensor_v[1]];
+    let most_v: [f64; 3] = std::array::from_fn(|index| most_v[index].min(through(index)));
+    if (0..3).any(|index| most_v[index] <= threshold_v[index]) {
+        return None;
     }
+    let is_visible = |hand: &mut Hand, tenths: u32| {
+        let bent = index_deg(hand, most_v, f64::from(tenths) / 10.0) - REST_DEG[INDEX];
+        bent >= VISIBLE_DEG
+    };
+    let tenths = (1..=10).find(|tenths| is_visible(&mut hand, *tenths))?;
+    Some(Armed {
+        hand: fitted,
+        threshold_v,
+        most_v,
+        ratio: f64::from(tenths) / 10.0,
+        reach_deg: index_deg(&mut hand, most_v, 1.0),
+    })
 }
 
 fn path(method: &str) -> PathBuf {
@@ -106,16 +93,16 @@ fn renewed(path: &Path, body: &str) -> String {
     text
 }
 
-/// The three sessions have the medoid of P's accepted wearers, with the voltages that the searches
-/// find on it.
+/// No earlier draw qualifies, and the three sessions have this wearer and these voltages.
 #[test]
-fn experiment_4_shows_the_medoid_of_p() {
-    let shown = shown();
-    for (place, name) in BEHAVIOUR.into_iter().enumerate() {
-        let [low, middle, high] = shown.spread(place);
-        let own = shown.behaviour[place];
-        println!("{name}: {own:.2}; accepted wearers {middle:.2}, {low:.2} to {high:.2}");
+fn experiment_4_shows_the_first_wearer_who_can_follow_the_sine() {
+    let population = Population::load_embedded().unwrap();
+    for index in 0..SHOWN {
+        let reach = armed(&population, index).map(|armed| armed.reach_deg);
+        assert!(reach.is_none_or(|deg| deg < TOP_DEG), "{index}: {reach:?}");
     }
+    let shown = armed(&population, SHOWN).unwrap();
+    assert!(shown.reach_deg >= TOP_DEG, "{}", shown.reach_deg);
     let body = hand_body(&shown.hand).unwrap();
     for method in ["one_point_a", "one_point_b", "two_point"] {
         let text = renewed(&path(method), &body);

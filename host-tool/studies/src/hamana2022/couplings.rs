@@ -11,7 +11,7 @@ use hal_sim::body::hand::spec::{B, E};
 /// Range of coupling factors that is searched. Assumed, and wide: in the half-space model, two
 /// places of a random forearm differ up to tenfold, whereas the thresholds of A and B in table 7
 /// differ by less than half. The factors are fitted to thresholds only.
-pub(super) const COUPLINGS: [f64; 2] = [0.02, 50.0];
+const COUPLINGS: [f64; 2] = [0.02, 50.0];
 /// Number of steps of the coarse search that precedes the bisection. Bisection alone could miss the
 /// weakest coupling: a stronger coupling also reaches other fingers, so it need not bend the index
 /// finger further.

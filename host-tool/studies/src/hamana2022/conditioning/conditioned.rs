@@ -10,9 +10,9 @@ use super::judged::{Accepted, Candidate, Choice, Effort, JudgedForearm};
 use super::prior::{Prior, SessionDraw};
 use super::setup::{Setup, Solved};
 use crate::hamana2022::TwoPointsError;
-use crate::hamana2022::couplings::{COUPLINGS, fit};
+use crate::hamana2022::couplings::{fit, fit_flexor};
 use crate::hamana2022::voltages::{
-    STEP_V, calibrate_fast, greatest_angle_deg, search_extensor, search_point,
+    STEP_V, calibrate, calibrate_fast, greatest_angle_deg, search_extensor, search_point,
     visible_and_alone,
 };
 use hal_sim::body::hand::spec::{A, B, E};
@@ -51,27 +51,6 @@ fn with_coupling(spec: &HandSpec, coupling: f64) -> HandSpec {
     HandSpec {
         coupling: [coupling, 1.0, 1.0],
         ..spec.clone()
-    }
-}
-
-/// A point in a session of table 7 that is not A. Which nerves it excites depends on the ratio of its
-/// coupling to the factor on all thresholds alone, so that it is solved once for all places of A.
-#[derive(Clone, Copy)]
-struct PointOfSeven {
-    /// Coupling over factor at which the threshold is met.
-    ratio: f64,
-    /// Whether the greatest voltage meets the data.
-    is_met: bool,
-    /// Whether the point flexes the index finger fully at its greatest voltage.
-    is_flexed: bool,
-}
-
-impl PointOfSeven {
-    /// Returns the coupling with this factor; `None` if it is beyond the couplings that are searched.
-    fn coupling(self, factor: f64) -> Option<f64> {
-        let [low, high] = COUPLINGS;
-        let coupling = self.ratio * factor;
-        (low..=high).contains(&coupling).then_some(coupling)
     }
 }
 
@@ -132,8 +111,6 @@ impl Prior<'_> {
         for session in 0..sessions {
             let draw = self.session(forearm.spec(), (index, Table::Seven, session))?;
             let [a_v, b_v, e_v] = self.thresholds_v(index, &draw)?;
-            let mut known_b: BTreeMap<usize, PointOfSeven> = BTreeMap::new();
-            let mut known_e: Option<PointOfSeven> = None;
             for (&a, others) in &others {
                 let mut hand = forearm.hand_with_one(draw.spec.clone(), a)?;
                 calibrate_fast(&mut hand, a_v)?;
@@ -142,81 +119,41 @@ impl Prior<'_> {
                 };
                 let of_a: f64 = others.iter().map(|(_, probability)| probability).sum();
                 accepted[0].add_a(share * of_a);
-                let factor = hand.factor;
-                let extensor = match known_e.and_then(|own| own.coupling(factor)) {
-                    Some(coupling) => Some(coupling),
-                    None => {
-                        known_e = self.extensor_of_seven(&mut hand, e_v)?;
-                        known_e.and_then(|own| own.coupling(factor))
-                    }
-                };
                 // The extensor's point has a threshold and a greatest voltage, or there is no
                 // experiment 4.
-                let Some(extensor) = extensor.filter(|_| known_e.is_some_and(|own| own.is_met))
-                else {
+                let can_extend = fit(&mut hand, None, Some(e_v))?
+                    && search_extensor(&mut hand, Table::Seven.end_v())?.is_some();
+                if !can_extend {
                     continue;
-                };
+                }
+                let factor = hand.factor;
+                let extensor = hand.spec().coupling[E];
                 let is_flexed = self.is_flexed(&mut hand, greatest_a)?;
                 for &(b, probability) in others {
-                    let own = match known_b.get(&b) {
-                        Some(own) => *own,
-                        None => {
-                            let mut hand = forearm.hand_with_one(draw.spec.clone(), b)?;
-                            self.b_of_seven(&mut hand, (b_v, most_v[B]))?
-                        }
-                    };
-                    known_b.insert(b, own);
-                    let Some(coupling) = own.coupling(factor).filter(|_| own.is_met) else {
+                    // The coupling scales the drive of B's own current, not that of the return, so
+                    // that B has to be solved for the factor of each A.
+                    let mut hand = forearm.hand_with_one(draw.spec.clone(), b)?;
+                    hand.factor = factor;
+                    if !fit_flexor(&mut hand, A, b_v)? {
+                        continue;
+                    }
+                    let Some([_, greatest_b]) = self.meets_seven(&mut hand, most_v[B])? else {
                         continue;
                     };
                     let points = [a, b];
                     let solved = Solved {
                         setup: Setup { session, points },
                         factor,
-                        coupling: [1.0, coupling, extensor],
+                        coupling: [1.0, hand.spec().coupling[A], extensor],
                     };
                     accepted[0].add(solved, share * probability);
-                    if is_flexed && own.is_flexed {
+                    if is_flexed && self.is_flexed(&mut hand, greatest_b)? {
                         accepted[1].add(solved, share * probability);
                     }
                 }
             }
         }
         Ok(accepted)
-    }
-
-    /// Solves the threshold of the extensor's point. Returns `None` if no coupling gives it.
-    fn extensor_of_seven(
-        &self,
-        hand: &mut Hand,
-        threshold_v: f64,
-    ) -> Result<Option<PointOfSeven>, TwoPointsError> {
-        if !fit(hand, None, Some(threshold_v))? {
-            return Ok(None);
-        }
-        Ok(Some(PointOfSeven {
-            ratio: hand.spec().coupling[E] / hand.factor,
-            is_met: search_extensor(hand, Table::Seven.end_v())?.is_some(),
-            is_flexed: false,
-        }))
-    }
-
-    /// Solves the threshold of B on a hand whose A lies at B's place.
-    fn b_of_seven(
-        &self,
-        hand: &mut Hand,
-        (threshold_v, most_v): (f64, f64),
-    ) -> Result<PointOfSeven, TwoPointsError> {
-        calibrate_fast(hand, threshold_v)?;
-        let greatest = self.meets_seven(hand, most_v)?;
-        Ok(PointOfSeven {
-            ratio: 1.0 / hand.factor,
-            is_met: greatest.is_some(),
-            is_flexed: match greatest {
-                Some([_, greatest_v]) => self.is_flexed(hand, greatest_v)?,
-                None => false,
-            },
-        })
     }
 
     fn meets_seven(
@@ -258,19 +195,13 @@ impl Prior<'_> {
         };
         let draw = self.session(forearm.spec(), (index, Table::Seven, session))?;
         let [a_v, b_v, e_v] = self.thresholds_v(index, &draw)?;
-        let [a, b] = points;
-        let mut hand = forearm.hand_with_one(draw.spec.clone(), a)?;
-        calibrate_fast(&mut hand, a_v)?;
-        let mut other = forearm.hand_with_one(draw.spec, b)?;
-        calibrate_fast(&mut other, b_v)?;
-        let [low, high] = COUPLINGS;
-        let coupling = hand.factor / other.factor;
-        let is_fitted =
-            (low..=high).contains(&coupling) && fit(&mut hand, None, Some(e_v))?;
+        let mut hand = forearm.hand(draw.spec, points)?;
+        calibrate(&mut hand, a_v)?;
+        let is_fitted = fit(&mut hand, Some(b_v), Some(e_v))?;
         Ok(is_fitted.then(|| Solved {
             setup: Setup { session, points },
             factor: hand.factor,
-            coupling: [1.0, coupling, hand.spec().coupling[E]],
+            coupling: hand.spec().coupling,
         }))
     }
 
