@@ -63,23 +63,40 @@ impl Prior<'_> {
     /// Fails if the declaration or the hand is invalid.
     pub fn prior_wearer(&self, index: u64, table: Table) -> Result<WearerOrReason, TwoPointsError> {
         let mut forearm = self.forearm(index)?;
+        match self.solve_prior(&mut forearm, index)? {
+            Ok(solved) => self.prior_session(&mut forearm, (index, table), &solved),
+            Err(why) => Ok(Err(why)),
+        }
+    }
+
+    fn solve_prior(
+        &self,
+        forearm: &mut Forearm,
+        index: u64,
+    ) -> Result<Result<Solved, &'static str>, TwoPointsError> {
         if forearm.pairs().is_empty() {
             return Ok(Err(NO_POINTS));
         }
-        let Some(solved) = self.reference(&mut forearm, (index, 0))? else {
-            return Ok(Err(NO_COUPLING));
-        };
+        Ok(self.reference(forearm, (index, 0))?.ok_or(NO_COUPLING))
+    }
+
+    fn prior_session(
+        &self,
+        forearm: &mut Forearm,
+        (index, table): (u64, Table),
+        solved: &Solved,
+    ) -> Result<WearerOrReason, TwoPointsError> {
         let setup = match table {
             Table::Seven => Some(solved.setup),
             other => {
-                let points = self.any_pair(&forearm, (index, other, 0));
+                let points = self.any_pair(forearm, (index, other, 0));
                 points.map(|points| Setup { session: 0, points })
             }
         };
         let Some(setup) = setup else {
             return Ok(Err(NO_POINTS));
         };
-        let hand = self.hand_of(&mut forearm, (index, table), (&solved, setup))?;
+        let hand = self.hand_of(forearm, (index, table), (solved, setup))?;
         wearer(hand, table)
     }
 
@@ -96,7 +113,12 @@ impl Prior<'_> {
     ) -> Result<Option<u64>, TwoPointsError> {
         let last_v = (Table::Seven.end_v() / STEP_V).floor() * STEP_V;
         'forearms: for index in draw * TRIED..(draw + 1) * TRIED {
-            let Ok(seven) = self.prior_wearer(index, Table::Seven)? else {
+            let mut forearm = self.forearm(index)?;
+            let Ok(solved) = self.solve_prior(&mut forearm, index)? else {
+                continue;
+            };
+            let of = (index, Table::Seven);
+            let Ok(seven) = self.prior_session(&mut forearm, of, &solved)? else {
                 continue;
             };
             let mut most_v = seven.voltages.most_v.iter();
@@ -104,7 +126,8 @@ impl Prior<'_> {
                 continue;
             }
             for table in Table::UNSOLVED {
-                if self.prior_wearer(index, table)?.is_err() {
+                let of = (index, table);
+                if self.prior_session(&mut forearm, of, &solved)?.is_err() {
                     continue 'forearms;
                 }
             }

@@ -39,7 +39,7 @@ const MEANING: &str = "A replication has one forearm of each participant, chosen
                        simulation; it is no confidence in the claim about people.";
 const REPEATED: &str = "Forearms of the posterior repeat each other in replications, so that the \
                         interval counts at most as many replications as the participant with the \
-                        fewest has effective forearms.";
+                        fewest has effective forearms; below the ceiling there are 40.";
 const CHECKED: &str = "A check follows at least in part from the voltages that entered the \
                        conditioning, and confirms nothing. An untouched claim did not enter.";
 

@@ -6,6 +6,7 @@ use crate::hamana2022::error::TwoPointsError;
 use crate::hamana2022::experiments::Experiment;
 use crate::hamana2022::participant::Participant;
 use crate::hamana2022::wearers::Wearer;
+use std::sync::PoisonError;
 
 /// Forearms that the participants of a study have.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -81,6 +82,9 @@ impl Source {
     }
 }
 
+/// Number of different forearms below the ceiling. One in some hundred is, and later draws repeat
+/// these.
+const BELOW: u64 = 40;
 const NOT_ACCEPTED: &str = "no accepted forearm";
 const NOT_COMPLETE: &str = "no forearm of the prior has voltages in every session";
 
@@ -114,7 +118,8 @@ impl Study {
         let is_strict = self.source == Source::Strict && *name == self.conditioning.strict.participant;
         match self.source {
             Source::Posterior | Source::Strict => self.posterior.effective(name, is_strict),
-            Source::Prior | Source::Below | Source::Fixed => f64::INFINITY,
+            Source::Below => BELOW as f64,
+            Source::Prior | Source::Fixed => f64::INFINITY,
         }
     }
 
@@ -131,18 +136,35 @@ impl Study {
             let chosen = self.posterior.choose(whose, (self.seed, draw));
             chosen.map(ChosenForearm::Accepted).ok_or(NOT_ACCEPTED)
         };
-        let of_prior = |is_below: bool| {
-            let prior = self.prior(participant, self.seed);
-            let index = prior.complete_forearm(draw, is_below)?;
-            Ok::<_, TwoPointsError>(index.map(ChosenForearm::Prior).ok_or(NOT_COMPLETE))
-        };
+        let of_prior = |index: Option<u64>| index.map(ChosenForearm::Prior).ok_or(NOT_COMPLETE);
+        let prior = self.prior(participant, self.seed);
         match self.source {
             Source::Posterior => Ok(accepted(false)),
             Source::Strict => Ok(accepted(true)),
-            Source::Prior => of_prior(false),
-            Source::Below => of_prior(true),
+            Source::Prior => Ok(of_prior(prior.complete_forearm(draw, false)?)),
+            Source::Below => Ok(of_prior(self.forearm_below(participant, draw % BELOW)?)),
             Source::Fixed => Ok(Ok(ChosenForearm::Fixed(draw))),
         }
+    }
+
+    /// Returns the number of forearm `place` of the prior below the ceiling. A panic elsewhere cannot
+    /// leave a wrong number behind, so that a poisoned lock is no obstacle.
+    fn forearm_below(
+        &self,
+        participant: &Participant,
+        place: u64,
+    ) -> Result<Option<u64>, TwoPointsError> {
+        let key = (participant.name.clone(), place);
+        let known = self.below.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(index) = known.get(&key) {
+            return Ok(*index);
+        }
+        drop(known);
+        let prior = self.prior(participant, self.seed);
+        let index = prior.complete_forearm(place, true)?;
+        let mut known = self.below.lock().unwrap_or_else(PoisonError::into_inner);
+        known.insert(key, index);
+        Ok(index)
     }
 
     /// Creates the wearer of a chosen forearm in this experiment's session, or returns the reason why

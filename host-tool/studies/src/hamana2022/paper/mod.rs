@@ -43,6 +43,8 @@ use super::wearers::{Participants, Wearer};
 use crate::laboratory::quote_for_shell;
 use host_core::run::DeviceName;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
 
 /// The six studies of the paper. Four of them differ only in their [`Experiment`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -114,6 +116,9 @@ pub struct Study {
     /// Prior of the conditioned forearms, and those that were accepted.
     conditioning: conditioning::Declaration,
     posterior: Posterior,
+    /// Numbers of the prior's forearms below the ceiling that were found, by participant and place
+    /// among them; they take long to find.
+    below: Arc<Mutex<BTreeMap<(String, u64), Option<u64>>>>,
     population: Population,
     protocol: Protocol,
     /// Seed of all draws.
@@ -221,6 +226,7 @@ impl Study {
             source,
             conditioning: conditioning::Declaration::load_embedded()?,
             posterior: Posterior::load_embedded()?,
+            below: Arc::default(),
             population: Population::load_embedded()?,
             protocol: Protocol::load_embedded()?,
             as_declared: is_own && (seed, draws) == (participants.seed, participants.draws),
