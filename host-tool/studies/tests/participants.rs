@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 use studies::hamana2022::conditioning::{
-    AcceptedForearm, BEHAVIOUR, DECLARED, Declaration, Mechanism, Posterior, PrintedVoltages, Prior,
-    SHIPPED, Table, WeightSummary, behaviour, medoid, weighted_quantile,
+    AcceptedForearm, BEHAVIOUR, DECLARED, Declaration, Mechanism, Posterior, PrintedVoltages,
+    Prior, SHIPPED, Table, WeightSummary, behaviour, medoid, weighted_quantile,
 };
 use studies::hamana2022::{Participant, Participants, Population};
 
@@ -90,7 +90,10 @@ fn the_medoid_of_p_is_typical() {
     let known = Shipped::load();
     let participant = known.participants.iter().find(|own| own.name == "P");
     let participant = participant.unwrap();
-    let accepted = known.posterior.of("P", false).filter(|own| own.weight > LEAST);
+    let accepted = known
+        .posterior
+        .of("P", false)
+        .filter(|own| own.weight > LEAST);
     let wearers = accepted.filter_map(|accepted| {
         let prior = known.prior(participant, accepted.drawn.0);
         let wearer = prior.accepted_wearer(accepted, Table::Seven);
@@ -111,7 +114,12 @@ fn the_medoid_of_p_is_typical() {
             .collect();
         let at = |part| weighted_quantile(&values, part).unwrap();
         let own = all[middle].0[place];
-        println!("{name}: {own:.2}; {:.2}, {:.2} to {:.2}", at(0.5), at(0.05), at(0.95));
+        println!(
+            "{name}: {own:.2}; {:.2}, {:.2} to {:.2}",
+            at(0.5),
+            at(0.05),
+            at(0.95)
+        );
         assert!((at(0.05)..=at(0.95)).contains(&own), "{name}: {own}");
     }
 }

@@ -152,12 +152,14 @@ impl CalibrationStudy {
         let steps = i32::try_from(self.declaration.noise_steps).unwrap_or(i32::MAX);
         let meets = |session: &ReferenceSession, first: usize| {
             let own = session.most.iter().zip(&data[first..]);
-            own.into_iter().all(|(most, data)| (most - data).abs() <= steps)
+            own.into_iter()
+                .all(|(most, data)| (most - data).abs() <= steps)
         };
         let mut sets = Vec::new();
         let share = 1.0 / truths(forearm).len() as f64;
         let solved = forearm.solved.iter();
-        let solved = solved.filter(|own| is_below(&own.seven, Table::Seven) && meets(&own.seven, 0));
+        let solved =
+            solved.filter(|own| is_below(&own.seven, Table::Seven) && meets(&own.seven, 0));
         for solved in solved {
             let [two, three] = [(0, 2), (1, 4)].map(|(table, first): (usize, usize)| {
                 let own = solved.others[table].iter().flatten();
@@ -249,7 +251,12 @@ impl CalibrationStudy {
             series: vec!["ranks".to_owned(), "95 % band".to_owned()],
             plots,
         };
-        let figure = Sheet::figure("Calibration", "Ranks of the truth", caption.to_owned(), plots);
+        let figure = Sheet::figure(
+            "Calibration",
+            "Ranks of the truth",
+            caption.to_owned(),
+            plots,
+        );
         (rows, figure)
     }
 }
@@ -370,7 +377,10 @@ impl laboratory::Study for CalibrationStudy {
             cut_short,
             declared: Preregistration {
                 asked: CALIBRATION.to_owned(),
-                command: Some(format!("experiment {CALIBRATION} --draws {}", self.forearms)),
+                command: Some(format!(
+                    "experiment {CALIBRATION} --draws {}",
+                    self.forearms
+                )),
                 device: None,
                 sha256: laboratory::Study::hashes(self),
                 source: self.declaration.source.clone(),

@@ -9,6 +9,7 @@ use super::forearm::{Forearm, Pair};
 use super::judged::{Accepted, Candidate, Choice, Effort, JudgedForearm};
 use super::prior::{Prior, SessionDraw};
 use super::setup::{Setup, Solved};
+use super::weights::choose_by_weight;
 use crate::hamana2022::TwoPointsError;
 use crate::hamana2022::couplings::{fit, fit_flexor};
 use crate::hamana2022::voltages::{
@@ -17,7 +18,6 @@ use crate::hamana2022::voltages::{
 };
 use hal_sim::body::hand::spec::{A, B, E};
 use hal_sim::body::hand::{Hand, HandSpec};
-use super::weights::choose_by_weight;
 use hal_sim::random::{unit, word};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -310,8 +310,7 @@ impl Prior<'_> {
             Some(_) if is_lost => Ok(Some(Accepted::default())),
             Some(most_v) => {
                 let of = (index, table, most_v);
-                let accepted =
-                    self.unsolved_sessions(forearm, of, (solved, sessions.clone()))?;
+                let accepted = self.unsolved_sessions(forearm, of, (solved, sessions.clone()))?;
                 is_lost = accepted.met[1] == 0.0;
                 Ok::<_, TwoPointsError>(Some(accepted))
             }

@@ -73,13 +73,20 @@ fn evidence_ratio(pairs: &[[Vec<f64>; 2]], seed: u64) -> Option<EvidenceRatio> {
         pairs.iter().zip(chosen).map(of_pair).sum()
     };
     let count = |[changed, default]: &[Vec<f64>; 2]| changed.len().min(default.len());
-    let all: Vec<Vec<usize>> = pairs.iter().map(|pair| (0..count(pair)).collect()).collect();
+    let all: Vec<Vec<usize>> = pairs
+        .iter()
+        .map(|pair| (0..count(pair)).collect())
+        .collect();
     let mut resampled = Vec::new();
     for sample in 0..SAMPLES {
         let mut random = Random::new(word(seed, sample));
         let chosen: Vec<Vec<usize>> = all
             .iter()
-            .map(|own| own.iter().map(|_| random.below(own.len() as u64) as usize).collect())
+            .map(|own| {
+                own.iter()
+                    .map(|_| random.below(own.len() as u64) as usize)
+                    .collect()
+            })
             .collect();
         resampled.extend(logarithm(&chosen));
     }
@@ -169,15 +176,24 @@ pub(super) fn evidence_table(study: &ConditioningStudy, units: &[Unit]) -> Sheet
         let ratio = evidence_ratio(&pairs, seed).filter(|_| is_decided);
         let evidence = ratio.map_or_else(
             || ["undecided".to_owned(), "-".to_owned()],
-            |EvidenceRatio { logarithm, low, high }| {
+            |EvidenceRatio {
+                 logarithm,
+                 low,
+                 high,
+             }| {
                 let [low, high] = [low, high].map(|value| format!("{:.1e}", value.exp()));
-                [format!("{:.1e}", logarithm.exp()), format!("{low} to {high}")]
+                [
+                    format!("{:.1e}", logarithm.exp()),
+                    format!("{low} to {high}"),
+                ]
             },
         );
         let effective = own.iter().map(|own| own.effective);
         let effective = effective.fold(f64::INFINITY, f64::min);
         let joint = percent_text(joint_replications(study, units, mechanism), effective);
-        let counts = own.iter().map(|own| format!("{} ({:.0})", own.positive, own.effective));
+        let counts = own
+            .iter()
+            .map(|own| format!("{} ({:.0})", own.positive, own.effective));
         let counts: Vec<String> = counts.collect();
         let [factor, interval] = evidence;
         vec![

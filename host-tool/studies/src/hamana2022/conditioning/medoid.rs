@@ -77,7 +77,9 @@ pub fn medoid<const N: usize>(points: &[([f64; N], f64)]) -> Option<usize> {
         let squares = squares.map(|place| ((a[place] - b[place]) / deviations[place]).powi(2));
         squares.sum::<f64>().sqrt()
     };
-    let distances = points.iter().map(|(own, _)| mean(&|point| distance(own, point)));
+    let distances = points
+        .iter()
+        .map(|(own, _)| mean(&|point| distance(own, point)));
     let nearest = distances.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
     nearest.map(|(index, _)| index)
 }

@@ -124,7 +124,10 @@ impl Posterior {
     /// Returns the effective sample size of a participant's forearms.
     #[must_use]
     pub fn effective(&self, participant: &str, is_strict: bool) -> f64 {
-        let weights: Vec<f64> = self.of(participant, is_strict).map(|own| own.weight).collect();
+        let weights: Vec<f64> = self
+            .of(participant, is_strict)
+            .map(|own| own.weight)
+            .collect();
         WeightSummary::of(&weights).effective
     }
 

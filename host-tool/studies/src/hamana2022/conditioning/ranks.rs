@@ -64,8 +64,8 @@ pub fn largest(deviations: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::weights::choose_by_weight;
+    use super::*;
     use hal_sim::random::unit;
 
     /// The rank of one of a few weighted values, chosen by weight, is uniform, also if some are equal.

@@ -7,8 +7,8 @@ use super::setup::Setup;
 use crate::hamana2022::TwoPointsError;
 use crate::hamana2022::pattern::{Pattern, Points};
 use crate::hamana2022::voltages::{STEP_V, Voltages};
-use hal_sim::body::hand::spec::A;
 use hal_sim::body::hand::Hand;
+use hal_sim::body::hand::spec::A;
 use serde::{Deserialize, Serialize};
 
 /// Number of sessions of table 7 of a forearm.

@@ -329,7 +329,9 @@ impl laboratory::Study for ClaimStudy {
             shares: shares.collect(),
             decides: Vec::new(),
             sheets: vec![self.table(units)],
-            notes: [SIMULATED, MEANING, REPEATED, CHECKED].map(str::to_owned).to_vec(),
+            notes: [SIMULATED, MEANING, REPEATED, CHECKED]
+                .map(str::to_owned)
+                .to_vec(),
         })
     }
 

@@ -115,7 +115,8 @@ impl Study {
     /// every draw has its own.
     pub(super) fn effective_forearms(&self, participant: &Participant) -> f64 {
         let name = &participant.name;
-        let is_strict = self.source == Source::Strict && *name == self.conditioning.strict.participant;
+        let is_strict =
+            self.source == Source::Strict && *name == self.conditioning.strict.participant;
         match self.source {
             Source::Posterior | Source::Strict => self.posterior.effective(name, is_strict),
             Source::Below => BELOW as f64,
@@ -179,9 +180,9 @@ impl Study {
             ChosenForearm::Accepted(forearm) => self
                 .prior(participant, forearm.drawn.0)
                 .accepted_wearer(forearm, table),
-            ChosenForearm::Prior(index) => {
-                self.prior(participant, self.seed).prior_wearer(*index, table)
-            }
+            ChosenForearm::Prior(index) => self
+                .prior(participant, self.seed)
+                .prior_wearer(*index, table),
             ChosenForearm::Fixed(draw) => {
                 let drawn = (self.seed, *draw);
                 self.participants.draw(participant, &self.population, drawn)

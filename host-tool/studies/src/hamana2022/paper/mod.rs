@@ -116,9 +116,8 @@ pub struct Study {
     /// Prior of the conditioned forearms, and those that were accepted.
     conditioning: conditioning::Declaration,
     posterior: Posterior,
-    /// Numbers of the prior's forearms below the ceiling that were found, by participant and place
-    /// among them; they take long to find.
-    below: Arc<Mutex<BTreeMap<(String, u64), Option<u64>>>>,
+    /// Forearms below the ceiling that were found; they take long to find.
+    below: Arc<Mutex<ForearmsBelow>>,
     population: Population,
     protocol: Protocol,
     /// Seed of all draws.
@@ -134,6 +133,9 @@ pub struct Study {
     /// Options for wearer, ablation and device as they are typed on a command line.
     typed: String,
 }
+
+/// Numbers of the prior's forearms below the ceiling, by participant and place among them.
+type ForearmsBelow = BTreeMap<(String, u64), Option<u64>>;
 
 /// Result of one draw of a participant, or the reason why there is none.
 #[derive(Clone, Debug, Serialize, Deserialize)]
