@@ -180,9 +180,9 @@ studies! {
     hamana_4 "hamana-4" 2 true
     hamana_posture "hamana-posture" 1 false
     hamana_hold "hamana-hold" 1 false
-    hamana_calibration "hamana-calibration" 4 false
     hamana_participants "hamana-participants" 4 false
     hamana_mechanisms "hamana-mechanisms" 1 true
+    hamana_calibration "hamana-calibration" 4 false
     hamana_claims "hamana-claims" 1 true
     two_points "two-points" 4 true
     lee "lee" 1 true

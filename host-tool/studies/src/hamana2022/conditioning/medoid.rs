@@ -94,8 +94,8 @@ mod tests {
         let at = |x: f64, y: f64, weight: f64| ([x, 1e3 * y], weight);
         let points = [
             at(0.0, 0.0, 1.0),
-            at(1.0, 0.2, 1.0),
-            at(2.0, 0.0, 1.0),
+            at(1.0, 1.0, 1.0),
+            at(2.0, 2.0, 1.0),
             at(9.0, 5.0, 0.0),
         ];
         assert_eq!(medoid(&points), Some(1));
