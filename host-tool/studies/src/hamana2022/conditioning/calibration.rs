@@ -23,6 +23,7 @@ use crate::laboratory::{
     self, Curve, Outcome, Plot, Plots, Preregistration, Row, Sheet, SheetAxis, StudyIdentity,
 };
 use hal_sim::random::{Random, unit, word};
+use std::collections::BTreeMap;
 
 /// Name of the study on the command line.
 pub const CALIBRATION: &str = "hamana-calibration";
@@ -156,7 +157,6 @@ impl CalibrationStudy {
                 .all(|(most, data)| (most - data).abs() <= steps)
         };
         let mut sets = Vec::new();
-        let share = 1.0 / truths(forearm).len() as f64;
         let solved = forearm.solved.iter();
         let solved =
             solved.filter(|own| is_below(&own.seven, Table::Seven) && meets(&own.seven, 0));
@@ -167,23 +167,22 @@ impl CalibrationStudy {
                 own.filter(|own| meets(own, first)).collect::<Vec<_>>()
             });
             if !two.is_empty() && !three.is_empty() {
-                sets.push(AcceptedSet {
-                    solved,
-                    two,
-                    three,
-                    share,
-                });
+                sets.push(AcceptedSet { solved, two, three });
             }
         }
         let index = forearm.index;
-        (!sets.is_empty()).then_some(AcceptedReference { index, sets })
+        (!sets.is_empty()).then(|| AcceptedReference {
+            index,
+            sets,
+            share: 1.0 / truths(forearm).len() as f64,
+        })
     }
 
     /// Returns the values of a quantity in the accepted sessions of a forearm, with their weights.
     fn values(&self, accepted: &AcceptedReference<'_>, quantity: usize) -> Vec<(f64, f64)> {
         let drawn = self.prior().fields().count();
         let of_set = |set: &AcceptedSet<'_>| -> Vec<(f64, f64)> {
-            let weight = set.weight();
+            let weight = accepted.share * set.count();
             let of_sessions = |sessions: &[&ReferenceSession]| {
                 let share = weight / sessions.len() as f64;
                 let values = sessions.iter().filter_map(|own| own.result);
@@ -218,8 +217,10 @@ impl CalibrationStudy {
             ),
         ];
         let (mut outside, mut plots) = (0, Vec::new());
+        let mut bands: BTreeMap<usize, f64> = BTreeMap::new();
         for (name, ranks) in self.quantities().into_iter().zip(&ranks) {
-            let limit = band(ranks.len(), self.seed);
+            let count = ranks.len();
+            let limit = *bands.entry(count).or_insert_with(|| band(count, self.seed));
             let deviations = deviations(ranks);
             let most = match ranks.is_empty() {
                 true => f64::NAN,
@@ -279,13 +280,12 @@ struct AcceptedSet<'a> {
     solved: &'a SolvedReference,
     two: Vec<&'a ReferenceSession>,
     three: Vec<&'a ReferenceSession>,
-    /// Chance of each set of sessions of the forearm to be its truth.
-    share: f64,
 }
 
 impl AcceptedSet<'_> {
-    fn weight(&self) -> f64 {
-        self.share * (self.two.len() * self.three.len()) as f64
+    /// Returns the number of sets of three sessions.
+    fn count(&self) -> f64 {
+        (self.two.len() * self.three.len()) as f64
     }
 }
 
@@ -293,11 +293,13 @@ impl AcceptedSet<'_> {
 struct AcceptedReference<'a> {
     index: u64,
     sets: Vec<AcceptedSet<'a>>,
+    /// Chance of each set of sessions of the forearm to be its truth.
+    share: f64,
 }
 
 impl AcceptedReference<'_> {
     fn weight(&self) -> f64 {
-        self.sets.iter().map(AcceptedSet::weight).sum()
+        self.share * self.sets.iter().map(AcceptedSet::count).sum::<f64>()
     }
 }
 
