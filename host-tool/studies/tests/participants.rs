@@ -6,7 +6,7 @@ use studies::hamana2022::conditioning::{
     AcceptedForearm, BEHAVIOUR, DECLARED, Declaration, Mechanism, Posterior, PrintedVoltages,
     Prior, SHIPPED, Table, WeightSummary, behaviour, medoid, weighted_quantile,
 };
-use studies::hamana2022::{Participant, Participants, Population};
+use studies::hamana2022::{Participant, Participants, Population, Wearer};
 
 /// Step of the searches, and with it the noise of one step, V.
 const STEP_V: f64 = 2.0;
@@ -83,44 +83,69 @@ fn accepted_forearms_have_the_printed_voltages() {
     }
 }
 
+/// Wearers of P that the posterior accepts, with seed and number, what a session shows of them, and
+/// weight.
+pub struct AcceptedP {
+    pub wearers: Vec<((u64, u64), Wearer)>,
+    pub shown: Vec<([f64; BEHAVIOUR.len()], f64)>,
+    /// Index of the medoid.
+    pub medoid: usize,
+}
+
+impl AcceptedP {
+    pub fn load() -> Self {
+        let known = Shipped::load();
+        let participant = known.participants.iter().find(|own| own.name == "P");
+        let participant = participant.unwrap();
+        let accepted = known
+            .posterior
+            .of("P", false)
+            .filter(|own| own.weight > LEAST);
+        let (mut wearers, mut shown) = (Vec::new(), Vec::new());
+        for accepted in accepted {
+            let prior = known.prior(participant, accepted.drawn.0);
+            let wearer = prior.accepted_wearer(accepted, Table::Seven);
+            let wearer = wearer.unwrap().unwrap();
+            let Some(behaviour) = behaviour(&wearer).unwrap() else {
+                continue;
+            };
+            wearers.push((accepted.drawn, wearer));
+            shown.push((behaviour, accepted.weight));
+        }
+        let medoid = medoid(&shown).unwrap();
+        Self {
+            wearers,
+            shown,
+            medoid,
+        }
+    }
+
+    /// Returns the value of the medoid and the weighted 5 %, 50 % and 95 % quantiles of quantity
+    /// `place` of [`BEHAVIOUR`].
+    pub fn typical(&self, place: usize) -> (f64, [f64; 3]) {
+        let values: Vec<(f64, f64)> = self
+            .shown
+            .iter()
+            .map(|(shown, weight)| (shown[place], *weight))
+            .collect();
+        let quantiles = [0.05, 0.5, 0.95].map(|part| weighted_quantile(&values, part).unwrap());
+        (self.shown[self.medoid].0[place], quantiles)
+    }
+}
+
 /// The medoid of P's accepted wearers behaves like most of them: each quantity lies within 90 % of their
 /// weight.
 #[test]
 fn the_medoid_of_p_is_typical() {
-    let known = Shipped::load();
-    let participant = known.participants.iter().find(|own| own.name == "P");
-    let participant = participant.unwrap();
-    let accepted = known
-        .posterior
-        .of("P", false)
-        .filter(|own| own.weight > LEAST);
-    let wearers = accepted.filter_map(|accepted| {
-        let prior = known.prior(participant, accepted.drawn.0);
-        let wearer = prior.accepted_wearer(accepted, Table::Seven);
-        let behaviour = behaviour(&wearer.unwrap().unwrap()).unwrap()?;
-        Some((accepted, behaviour))
-    });
-    let wearers: Vec<_> = wearers.collect();
-    let all: Vec<_> = wearers
-        .iter()
-        .map(|(accepted, behaviour)| (*behaviour, accepted.weight))
-        .collect();
-    let middle = medoid(&all).unwrap();
-    println!("medoid: seed and number {:?}", wearers[middle].0.drawn);
+    let accepted = AcceptedP::load();
+    println!(
+        "medoid: seed and number {:?}",
+        accepted.wearers[accepted.medoid].0
+    );
     for (place, name) in BEHAVIOUR.into_iter().enumerate() {
-        let values: Vec<(f64, f64)> = all
-            .iter()
-            .map(|(behaviour, weight)| (behaviour[place], *weight))
-            .collect();
-        let at = |part| weighted_quantile(&values, part).unwrap();
-        let own = all[middle].0[place];
-        println!(
-            "{name}: {own:.2}; {:.2}, {:.2} to {:.2}",
-            at(0.5),
-            at(0.05),
-            at(0.95)
-        );
-        assert!((at(0.05)..=at(0.95)).contains(&own), "{name}: {own}");
+        let (own, [low, middle, high]) = accepted.typical(place);
+        println!("{name}: {own:.2}; {middle:.2}, {low:.2} to {high:.2}");
+        assert!((low..=high).contains(&own), "{name}: {own}");
     }
 }
 

@@ -1,84 +1,40 @@
-//! Checks which draw of the population is the wearer of experiment 4's sessions, and that the
-//! sessions agree.
+//! Checks that the wearer of experiment 4's sessions and of the README's picture is the medoid of the
+//! wearers of P that the posterior accepts, and that the declaration says how typical it is.
 
-use hal_sim::body::hand::digits::{INDEX, REST_DEG, VISIBLE_DEG};
-use hal_sim::body::hand::{FittedHand, Hand};
+use super::participants::AcceptedP;
 use hal_sim::body::{Body, Load};
+use hal_sim::body::hand::FittedHand;
 use host_core::session::{BodySpec, Session, hand_body};
 use std::path::{Path, PathBuf};
-use studies::hamana2022::{KnownThresholds, Pattern, Population, prepare, search_extensor};
+use studies::hamana2022::Wearer;
+use studies::hamana2022::conditioning::BEHAVIOUR;
 
-/// Seed and index, as in the sessions' comment.
-const SEED: u64 = 2022;
-const SHOWN: u64 = 4;
-/// The highest angle of the paper's sine, °.
-const TOP_DEG: f64 = 85.0;
-/// Largest current of a voltage stage, A, and the load with which its voltages are judged, Ω.
+/// Sessions with this wearer.
+const SESSIONS: [&str; 4] = [
+    "hamana_exp4_one_point_a",
+    "hamana_exp4_one_point_b",
+    "hamana_exp4_two_point",
+    "ten_channels_and_hand",
+];
+/// Current that the device counts on in a voltage stage, A, and the load with which it judges
+/// voltages, Ω.
 const DEVICE: (f64, f64) = (0.020, 2_000.0);
-const STEP_V: f64 = 2.0;
-/// Voltage at which the population's searches end, V.
-const END_V: f64 = 44.0;
 
-/// A random wearer whom the device can arm.
-struct Armed {
-    hand: FittedHand,
-    /// Thresholds of A, B and the extensor's point, V.
-    threshold_v: [f64; 3],
-    most_v: [f64; 3],
-    ratio: f64,
-    /// Angle with two points at their largest voltages, rested, °.
-    reach_deg: f64,
-}
-
-fn index_deg(hand: &mut Hand, [a, b, _]: [f64; 3], part: f64) -> f64 {
-    let period = Pattern::default_two_point().period([part * a, part * b]);
-    hand.respond(&period).unwrap().angles_deg()[INDEX]
-}
-
-/// Returns draw `index`, if every search finds a voltage within the device's limits.
-fn armed(population: &Population, index: u64) -> Option<Armed> {
-    let person = population.draw_person(SEED, index).unwrap();
-    let prepared = prepare(&person.spec, KnownThresholds::from_person(&person)).unwrap();
-    let mut prepared = prepared.ok()?;
-    let extensor_v = search_extensor(&mut prepared.hand, END_V).unwrap()?;
-    let (found, mut hand) = (prepared.voltages, prepared.hand);
-    let [a, b, e, _] = *hand.pads();
-    let fitted = FittedHand {
-        spec: hand.spec().clone(),
+/// Returns the wearer's hand on channels 1 to 3, as a session file describes it.
+fn fitted(wearer: &Wearer) -> FittedHand {
+    let [a, b, e, _] = *wearer.hand.pads();
+    FittedHand {
+        spec: wearer.hand.spec().clone(),
         points: [a, b, e],
-        factor: hand.factor,
+        factor: wearer.hand.factor,
         shift_m: [0.0; 2],
         channels: [0, 1, 2],
         simulated_units: None,
-    };
-    let loads = *fitted.to_moving_hand(0).unwrap().loads();
-    let through = |point: usize| match loads[point] {
-        Load::Ohms(ohm) => (DEVICE.0 * ohm.min(DEVICE.1) / STEP_V).floor() * STEP_V,
-        Load::Open => 0.0,
-    };
-    let threshold_v = [found.threshold_v[0], found.threshold_v[1], extensor_v[0]];
-    let most_v = [found.most_v[0], found.most_v[1], extensor_v[1]];
-    let most_v: [f64; 3] = std::array::from_fn(|index| most_v[index].min(through(index)));
-    if (0..3).any(|index| most_v[index] <= threshold_v[index]) {
-        return None;
     }
-    let is_visible = |hand: &mut Hand, tenths: u32| {
-        let bent = index_deg(hand, most_v, f64::from(tenths) / 10.0) - REST_DEG[INDEX];
-        bent >= VISIBLE_DEG
-    };
-    let tenths = (1..=10).find(|tenths| is_visible(&mut hand, *tenths))?;
-    Some(Armed {
-        hand: fitted,
-        threshold_v,
-        most_v,
-        ratio: f64::from(tenths) / 10.0,
-        reach_deg: index_deg(&mut hand, most_v, 1.0),
-    })
 }
 
-fn path(method: &str) -> PathBuf {
-    let name = format!("../sessions/hamana_exp4_{method}.toml");
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
+fn path(folder: &str, name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../{folder}/{name}.toml"))
 }
 
 /// Returns a session's text, with a new body if `FLEXOR_OVERWRITE` is set.
@@ -93,36 +49,66 @@ fn renewed(path: &Path, body: &str) -> String {
     text
 }
 
-/// No earlier draw qualifies, and the three sessions have this wearer and these voltages.
+/// The sessions have the medoid's forearm and voltages, which the device can apply to its loads.
 #[test]
-fn experiment_4_shows_the_first_wearer_who_can_follow_the_sine() {
-    let population = Population::load_embedded().unwrap();
-    for index in 0..SHOWN {
-        let reach = armed(&population, index).map(|armed| armed.reach_deg);
-        assert!(reach.is_none_or(|deg| deg < TOP_DEG), "{index}: {reach:?}");
-    }
-    let shown = armed(&population, SHOWN).unwrap();
-    assert!(shown.reach_deg >= TOP_DEG, "{}", shown.reach_deg);
-    let body = hand_body(&shown.hand).unwrap();
-    for method in ["one_point_a", "one_point_b", "two_point"] {
-        let text = renewed(&path(method), &body);
-        let session = Session::parse(method, &text).unwrap();
-        let Some(BodySpec::Hand(hand)) = &session.body else {
-            panic!("{method}: no hand");
+fn experiment_4_shows_the_medoid_of_p() {
+    let accepted = AcceptedP::load();
+    let (drawn, wearer) = &accepted.wearers[accepted.medoid];
+    let voltages = &wearer.voltages;
+    let [extensor_v, most_extensor_v] = wearer.extensor_v.unwrap();
+    let [a_v, b_v] = voltages.threshold_v;
+    let [most_a_v, most_b_v] = voltages.most_v;
+    let threshold_v = [a_v, b_v, extensor_v];
+    let most_v = [most_a_v, most_b_v, most_extensor_v];
+    let ratio = voltages.ratio.unwrap();
+    println!("{drawn:?}: {threshold_v:?} to {most_v:?} V, r_th {ratio}");
+    let fitted = fitted(wearer);
+    let moving = fitted.to_moving_hand(0).unwrap();
+    for (load, most_v) in moving.loads().iter().zip(most_v) {
+        println!("{load:?}");
+        let through_v = match load {
+            Load::Ohms(ohm) => DEVICE.0 * ohm.min(DEVICE.1),
+            Load::Open => 0.0,
         };
-        assert_eq!(**hand, shown.hand, "{method}");
+        assert!(most_v <= through_v, "{most_v} V, {through_v} V");
+    }
+    let body = hand_body(&fitted).unwrap();
+    for name in SESSIONS {
+        let text = renewed(&path("sessions", name), &body);
+        let session = Session::parse(name, &text).unwrap();
+        let Some(BodySpec::Hand(hand)) = &session.body else {
+            panic!("{name}: no hand");
+        };
+        assert_eq!(**hand, fitted, "{name}");
         let joint = session.joint.as_ref().unwrap();
         for point in joint.flexors.iter().chain([&joint.extensor]) {
             let channel = usize::from(point.channel);
-            let most_v = shown.most_v[channel];
-            let is_part = method == "two_point" && channel < 2;
+            let is_part = joint.flexors.len() == 2 && channel < 2;
             let low_v = match is_part {
-                true => shown.ratio * most_v,
-                false => shown.threshold_v[channel],
+                true => ratio * most_v[channel],
+                false => threshold_v[channel],
             };
             let mv = |v: f64| (1e3 * v).round() as u32; // at most 40 V
-            assert_eq!(point.threshold.get(), mv(low_v), "{method} {channel}");
-            assert_eq!(point.max.get(), mv(most_v), "{method} {channel}");
+            assert_eq!(point.threshold.get(), mv(low_v), "{name} {channel}");
+            assert_eq!(point.max.get(), mv(most_v[channel]), "{name} {channel}");
         }
+    }
+}
+
+/// The declaration says how far the medoid's finger moves and how far those of the other accepted
+/// wearers do.
+#[test]
+fn the_declaration_says_how_typical_the_wearer_is() {
+    let accepted = AcceptedP::load();
+    let text = std::fs::read_to_string(path("experiments", "hamana-4")).unwrap();
+    let place = |name: &str| BEHAVIOUR.iter().position(|own| *own == name).unwrap();
+    for (name, says) in [
+        ("flexion by A, deg", "A alone bends it by"),
+        ("flexion by B, deg", "B alone by"),
+        ("flexion by two points, deg", "both by"),
+    ] {
+        let (own, [low, middle, high]) = accepted.typical(place(name));
+        let words = format!("{says} {own:.0}° ({middle:.0}°, {low:.0} to {high:.0}°)");
+        assert!(text.contains(&words), "hamana-4.toml does not say: {words}");
     }
 }
