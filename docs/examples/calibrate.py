@@ -4,7 +4,7 @@
     python3 docs/examples/calibrate.py host-tool/calibrations/one_electrode.toml w.toml
 
 Like every such program, it asks the operator before each raise, and turns the keys that
-the operator types into orders. docs/calibrate.md lists every event and order. Without
+the operator types into orders. docs/guides/calibrate.md lists every event and order. Without
 --device the wearer is simulated. A research instrument, not a medical device.
 """
 

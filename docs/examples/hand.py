@@ -9,7 +9,7 @@ The numbers are newtons backward, to the right and upward, held for 2 s. The cli
 the arm's nine angles 50 times a second, as a sensor would (`measured`); here the arm is
 still. The device refuses a force that the arm cannot exert; the client then requests the
 nearest possible force. Needs Python 3.11. client.py encodes the messages,
-docs/endpoint_session.md describes them. A research instrument, not a medical device:
+docs/guides/endpoint_session.md describes them. A research instrument, not a medical device:
 connect no electrodes to anyone while you try a client.
 """
 

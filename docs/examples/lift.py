@@ -12,7 +12,7 @@ object was released; `fall` drops it on the way up. Without any of them, the cli
 five. Limits, channels and quartics come from the session file. Its `angles` and `setpoints`
 are not used: here `moved` computes the angles. A busy computer is sometimes late; tolerated
 are HOST_TIMEOUT_MS of client.py and STALE_MS of hand.py, unless the file has larger values.
-Needs Python 3.11. client.py encodes the messages, docs/lift.md describes them. A research
+Needs Python 3.11. client.py encodes the messages, docs/guides/lift.md describes them. A research
 instrument, not a medical device: connect no electrodes to anyone while you try a client.
 """
 
@@ -25,7 +25,7 @@ import hand
 from client import option, varint, zigzag
 from hand import whole
 
-# Angles of elbow and shoulder, degrees, from the example of docs/buatier.md: at the table, and
+# Angles of elbow and shoulder, degrees, from the example of docs/evidence/buatier.md: at the table, and
 # above and on each shelf.
 TABLE = (61.0, 18.0)
 SHELVES = {

@@ -80,7 +80,7 @@ fn a_peeling_electrode_is_found() {
 }
 
 /// The reference board cannot detect this: 1 mA into 25 kΩ is 25 V, far within compliance, and
-/// nothing senses voltage (docs/hardware.md).
+/// nothing senses voltage (docs/reference/hardware.md).
 #[test]
 fn a_current_stage_within_its_compliance_shows_no_load() {
     assert_eq!(fault_load_ohm(channel(PLAIN), 1_000), None);

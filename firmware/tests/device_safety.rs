@@ -219,7 +219,7 @@ fn an_electrode_that_comes_off_while_stimulating_is_a_fault() {
 }
 
 /// One current sense serves all stages, so overlapping currents cannot be told apart
-/// (docs/hardware.md, open points).
+/// (docs/reference/hardware.md, open points).
 #[test]
 fn channels_that_always_overlap_are_not_judged() {
     let mut desk = electrode_off(0);

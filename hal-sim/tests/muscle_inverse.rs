@@ -194,10 +194,10 @@ fn a_slow_rate_closes_the_gap_below_threshold() {
     assert!((1e-2..2e-2).contains(&worst), "{worst:e}");
 }
 
-/// Prints the table of ripple in docs/muscle.md and compares the document with it.
+/// Prints the table of ripple in docs/how/muscle.md and compares the document with it.
 #[test]
 fn the_ripple_of_slow_rates_is_what_the_document_says() {
-    let text = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/muscle.md");
+    let text = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/how/muscle.md");
     let text = std::fs::read_to_string(text).unwrap();
     for hz in [20.0, 10.0, 8.0, 5.0, 3.0, 2.0, 1.0, 0.5] {
         let ripple = |p: &Parameters| {
@@ -210,6 +210,6 @@ fn the_ripple_of_slow_rates_is_what_the_document_says() {
             [ripples[0], 0.5 * (ripples[4] + ripples[5]), ripples[9]].map(|r| (100.0 * r).round());
         let row = format!("| {hz} Hz | {least} % | {median} % | {most} % |");
         println!("{row}");
-        assert!(text.contains(&row), "docs/muscle.md has no row {row}");
+        assert!(text.contains(&row), "docs/how/muscle.md has no row {row}");
     }
 }

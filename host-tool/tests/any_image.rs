@@ -363,12 +363,12 @@ fn a_signal_ends_it_with_a_dump_that_is_whole() {
     assert!(out.contains(&line), "{line}: {out}");
 }
 
-/// Every command that docs/chip.md shows works as described.
+/// Every command that docs/how/chip.md shows works as described.
 #[test]
 fn the_commands_of_the_document_run() {
     let folder = folder_with_image("document", &greet(0));
     std::fs::rename(folder.join("image.elf"), folder.join("blink.elf")).unwrap();
-    let document = include_str!("../../docs/chip.md");
+    let document = include_str!("../../docs/how/chip.md");
     let shown: Vec<&str> = document
         .lines()
         .filter_map(|line| line.strip_prefix("    flexor chip "))

@@ -27,11 +27,11 @@ fn line<'a>(lines: &[&'a str], begins: &str) -> &'a str {
         .unwrap_or_else(|| panic!("{begins}: {lines:?}"))
 }
 
-/// Runs the commands of docs/record.md in a folder with the sessions that they use.
+/// Runs the commands of docs/reference/record.md in a folder with the sessions that they use.
 #[test]
 fn the_commands_of_the_document_show_what_differs() {
     let folder = sessions("compare_differs");
-    let document = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/record.md");
+    let document = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/reference/record.md");
     let document = fs::read_to_string(document).unwrap();
     let (_, section) = document.split_once("## Comparing stimulations").unwrap();
     let (section, _) = section.split_once("\n## ").unwrap();

@@ -67,10 +67,10 @@ fn kinds_have_rows(csv: &str, page: &Path) {
     }
 }
 
-/// Checks that docs/faults.md lists each column in code, in the paragraph on the file.
+/// Checks that docs/evidence/faults.md lists each column in code, in the paragraph on the file.
 fn columns_are_documented(head: &str) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-    let text = std::fs::read_to_string(root.join("docs/faults.md")).unwrap();
+    let text = std::fs::read_to_string(root.join("docs/evidence/faults.md")).unwrap();
     let (_, text) = text.split_once("`faults.csv` has").unwrap();
     let (text, _) = text.split_once("\n\n").unwrap();
     for column in head.split(',') {

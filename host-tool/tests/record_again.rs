@@ -484,7 +484,7 @@ fn the_study_is_in_the_record_and_options_go_first() {
 
 #[test]
 fn docs_record_md_is_made_from_the_columns() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/record.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/reference/record.md");
     let text = record::document();
     if std::env::var_os("FLEXOR_OVERWRITE").is_some() {
         fs::write(&path, &text).unwrap();
@@ -492,7 +492,7 @@ fn docs_record_md_is_made_from_the_columns() {
     let kept = fs::read_to_string(&path).unwrap_or_default();
     assert!(
         kept == text,
-        "docs/record.md is stale: FLEXOR_OVERWRITE=1 cargo test -p host-tool docs_record_md"
+        "docs/reference/record.md is stale: FLEXOR_OVERWRITE=1 cargo test -p host-tool docs_record_md"
     );
 }
 

@@ -45,7 +45,8 @@ fn every_shipped_file_is_listed_and_found_by_its_name() {
         let file = format!("{name}-copied.toml");
         run_json(&dir, &format!("new {file} --from studies/{name}"));
     }
-    let document = std::fs::read_to_string(package.join("../docs/laboratory.md")).unwrap();
+    let document =
+        std::fs::read_to_string(package.join("../docs/reference/laboratory.md")).unwrap();
     for name in listed(&listing, "studies") {
         assert!(document.contains(&format!("`{name}`")), "{name}");
     }

@@ -1,6 +1,6 @@
 """Simulates the output stage of one channel from its lines, DAC code and load.
 
-Written from docs/hardware.md. Uses small steps (Runge-Kutta, fourth order). The result is a
+Written from docs/reference/hardware.md. Uses small steps (Runge-Kutta, fourth order). The result is a
 list of spans; nothing is switched within a span.
 """
 
@@ -91,7 +91,7 @@ class Stage:
         self.of = case["truth"]["channels"][channel]
         self.hardware = case["truth"]["hardware"]
         if is_built and self.hardware["logic"] != "Interlocked":
-            raise ValueError("this judge supports only the interlock logic of docs/hardware.md")
+            raise ValueError("this judge supports only the interlock logic of docs/reference/hardware.md")
         self.channel, self.is_built, self.latched = channel, is_built, []
         self.now_us, self.volts = 0, 0.0
         self.lines, self.entered_us, self.counted_us = ISOLATED, 0, 0

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A second, independent judge of the output at the electrodes.
 
-Written from docs/faults.md (What is severe) and docs/hardware.md (What each stage must
+Written from docs/evidence/faults.md (What is severe) and docs/reference/hardware.md (What each stage must
 do, The stage's logic, Pump and over-current, The banks' comparators), independently of
 `hal_sim::trace::judge`, to find mistakes in either. It uses another method: it first
 simulates a channel with small steps (course.py), where the other judge solves exponentials,

@@ -1,5 +1,5 @@
 //! Mutants of device code: a random sample of the list of cargo-mutants, and the proofs of
-//! docs/safety.md that should detect them.
+//! docs/how/safety.md that should detect them.
 //!
 //! In: cargo-mutants' JSON, the page, a file's text. Out: mutants, proofs, mutated text. This
 //! module runs no program.
@@ -75,7 +75,7 @@ pub fn shuffled(json: &str, seed: u64) -> anyhow::Result<Vec<Mutant>> {
     Ok(mutants)
 }
 
-/// Test that docs/safety.md names as a proof.
+/// Test that docs/how/safety.md names as a proof.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Proof {
     /// `P` and a number.
@@ -86,7 +86,7 @@ pub struct Proof {
     pub test: String,
 }
 
-/// Parses the list of proofs at the end of docs/safety.md; `page` is its text.
+/// Parses the list of proofs at the end of docs/how/safety.md; `page` is its text.
 #[must_use]
 pub fn parse_proofs(page: &str) -> Vec<Proof> {
     let list = page.split_once("\n## The proofs\n").unwrap_or_default().1;

@@ -235,7 +235,7 @@ fn cycles_until(board: &mut Board<()>, address: u32, bits: u32, set: bool) -> u6
     }
 }
 
-/// Printed for docs/hardware.md: 16 MHz before the crystal runs, the board's clock after.
+/// Printed for docs/reference/hardware.md: 16 MHz before the crystal runs, the board's clock after.
 #[test]
 fn the_checks_take_less_than_a_tenth_of_a_second() {
     let mut board = powered(desk::flashed_image());

@@ -44,7 +44,7 @@ fn twenty_minutes_on_a_bad_wire_put_out_nothing_unasked_for() {
 }
 
 /// Runs across the wrap of the device's clock; a separate command runs for an hour
-/// (docs/architecture.md).
+/// (docs/how/architecture.md).
 #[test]
 fn full_load_loses_nothing_and_leaves_the_charge_that_is_told() {
     let load = full_load(150, 1, |_| ()).unwrap();

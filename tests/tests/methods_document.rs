@@ -1,4 +1,4 @@
-//! Tables of docs/methods.md that repeat numbers of docs/charts: each must be what its CSV file says.
+//! Tables of docs/evidence/methods.md that repeat numbers of docs/charts: each must be what its CSV file says.
 //! `FLEXOR_OVERWRITE=1 cargo test -p tests --test suite methods_document` writes them again.
 
 use serde::Deserialize;
@@ -46,7 +46,7 @@ fn grouped(value: u64) -> String {
 /// Replaces the table below `heading` in the document by `table`, or compares them.
 #[track_caller]
 fn check(heading: &str, table: &str) {
-    let path = root().join("docs/methods.md");
+    let path = root().join("docs/evidence/methods.md");
     let text = std::fs::read_to_string(&path).unwrap();
     let begin = text.find(heading).unwrap_or_else(|| panic!("no {heading}"));
     let end = begin + text[begin..].find("\n\n").unwrap() + 1;
@@ -59,7 +59,7 @@ fn check(heading: &str, table: &str) {
         return;
     }
     panic!(
-        "docs/methods.md differs from docs/charts: run this test with FLEXOR_OVERWRITE=1 and \
+        "docs/evidence/methods.md differs from docs/charts: run this test with FLEXOR_OVERWRITE=1 and \
          review the text around the table\nis\n{}should be\n{table}",
         &text[begin..end]
     );

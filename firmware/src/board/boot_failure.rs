@@ -1,5 +1,5 @@
 //! Failures before USB can report them, as an image keeps them in the chip's backup registers. Images
-//! write them, and the host program explains them (docs/faults.md, Details of a fault).
+//! write them, and the host program explains them (docs/evidence/faults.md, Details of a fault).
 
 /// Register with the failure: [`MAGIC`] in its upper half, the number of equal failures in a row (bits
 /// 8 to 15) and the code (bits 0 to 7); 0 after a boot without one.

@@ -239,7 +239,7 @@ impl WearerModel {
     pub const REFERENCE_MRAD: u32 = 4033;
 
     /// Smallest and largest strength, mrad, at which the controllers were tested, each with an
-    /// exact wearer file: a quarter and four times the reference (docs/control.md).
+    /// exact wearer file: a quarter and four times the reference (docs/evidence/control.md).
     pub const STRENGTH_MRAD: (u32, u32) = (Self::REFERENCE_MRAD / 4, Self::REFERENCE_MRAD * 4);
 
     /// Returns the range of [`Self::stiffness_unm_per_rad`] that keeps the strength within

@@ -6,7 +6,7 @@
 //! ch. 3). A relay on a plant that mostly integrates oscillates with a period of about four times
 //! the delay (Åström & Hägglund, Automatica 20 (1984) 645). With 20 ms from pulse to pulse and a
 //! delay of 0…100 ms in the wearer, the periods of the default controller are 0.15…0.8 s, and 1 s
-//! if it saturates (docs/control.md). Oscillations of constant period whose width does not shrink
+//! if it saturates (docs/evidence/control.md). Oscillations of constant period whose width does not shrink
 //! come from the loop itself. Loads and impacts decay, noise has no period, and effects of a moving
 //! reference repeat with its period or a low harmonic of it.
 

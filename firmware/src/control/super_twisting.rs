@@ -1,7 +1,7 @@
 //! Super-twisting control of a joint angle: the paper's controller and the recommended one.
 //!
 //! The square root is that of the fixed-point bits: exact (floor), once per controller period. The
-//! root of `micromath` would give the same bits on host and chip too (docs/methods.md), and the
+//! root of `micromath` would give the same bits on host and chip too (docs/evidence/methods.md), and the
 //! control loop would tolerate it. But it is 0 to 6 % high, and its f32 has 24 bits, whereas the
 //! argument here has up to 39. Its use would need conversions in both directions for a less
 //! accurate root.

@@ -16,7 +16,7 @@ pub struct OptionBytes {
 }
 
 impl OptionBytes {
-    /// Required option bytes, as docs/hil.md sets them.
+    /// Required option bytes, as docs/evidence/hil.md sets them.
     pub const WANTED: Self = Self {
         brown_out_level: 3,
         hardware_watchdog: false,

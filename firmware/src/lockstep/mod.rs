@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 
 /// Time that each owner's call takes on the device, µs, after which its effects are visible. The
 /// values lie between the mean and the maximum that the chip simulator measures at full load
-/// (docs/architecture.md).
+/// (docs/how/architecture.md).
 pub mod cost {
     /// Duration of a refill, from its compare to its DAC writes, µs.
     pub const REFILL_US: u32 = 30;

@@ -117,7 +117,7 @@ struct End {
 impl Segment {
     /// Returns h for a muscle, µs: a share of τc, for C, and of τ without and with calcium; less if
     /// both are short and K is large, so that force follows C closely. Errors grow with h⁴; the
-    /// shares were found by experiment (docs/methods.md).
+    /// shares were found by experiment (docs/evidence/methods.md).
     fn max_length_us(spec: &CalciumForceSpec) -> u32 {
         // K/(K + 1) in 2^-10 is at most 853. Every product below stays under 2^31 by the ranges of
         // the parameters.

@@ -75,7 +75,7 @@ pub struct TrainSpec {
     /// for this time, but at least for [`DEAD_TIME_US`]. 0 for monophasic pulses.
     pub gap_us: u16,
     /// Grounding after each pulse, 1000–20 000 µs. 0 means none, which only biphasic pulses may
-    /// have: a difference between their phases is then direct current (docs/hardware.md, series
+    /// have: a difference between their phases is then direct current (docs/reference/hardware.md, series
     /// capacitor).
     pub ground_us: u16,
     /// Time from burst start to burst start, 5000–2 000 000 µs (0.5–200 Hz).

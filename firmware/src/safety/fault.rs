@@ -147,7 +147,7 @@ pub struct FaultRecord {
     /// not find it.
     pub found_at_boot: bool,
     /// Where or how the fault was found, by a number whose meaning depends on the fault
-    /// (docs/faults.md): an address, a frequency, flags. 0 if there is nothing to add.
+    /// (docs/evidence/faults.md): an address, a frequency, flags. 0 if there is nothing to add.
     pub detail: u32,
 }
 

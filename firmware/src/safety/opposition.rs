@@ -1,7 +1,7 @@
 //! Detection of channels that can drive in opposite directions at the same time. Stages that share
 //! one high-voltage supply cannot do so: the common return is either its positive or its negative
 //! end. One of the two electrodes would get next to nothing, while its own stage shows the full
-//! current (docs/hardware.md, Supply of the stages).
+//! current (docs/reference/hardware.md, Supply of the stages).
 
 use super::Channel;
 use crate::pulse::{CHANNELS, DEAD_TIME_US, Group, Partner, Train, gcd};

@@ -1,5 +1,5 @@
 //! Trip levels of the banks' comparators. This hardware limits currents independently of the
-//! program; at arming it is set to the currents that the channels may have (docs/hardware.md, The
+//! program; at arming it is set to the currents that the channels may have (docs/reference/hardware.md, The
 //! banks' comparators).
 
 use super::Setup;

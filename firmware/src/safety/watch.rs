@@ -20,14 +20,14 @@ const FULL: u8 = TO_FAULT * ODD;
 /// Multiple of the load at arming from which on a load is too high. When an electrode peels off,
 /// its load grows as its area shrinks, and with it the current density. The load at arming was
 /// measured at the smallest amplitude, and while an electrode holds, its load falls with amplitude
-/// (docs/hardware.md, what the readings show).
+/// (docs/reference/hardware.md, what the readings show).
 const RISEN: u32 = 4;
 
 /// Ratio between two consecutive loads that counts as a jump.
 const JUMP: u32 = 2;
 
 /// Percentage of a current that a reading, plus two counts, must reach to count as that current.
-/// Sense and stage agree within 1 % (docs/hardware.md).
+/// Sense and stage agree within 1 % (docs/reference/hardware.md).
 const REACHED_PERCENT: u32 = 98;
 
 /// Readings of one of the two phases of a channel's pulses.

@@ -5,7 +5,7 @@
 //! reads the ELF, `names` gives the names of registers; `profile`, `rtt` and `gdb` observe a run.
 //! The device code comes as machine code only, and the wearer is not simulated here. In: an ELF,
 //! bytes on USB, pins. Out: pin edges with their cycle, DAC codes, bytes. A feature that is not
-//! modelled stops the run with an error that names it. docs/chip.md describes what is exact.
+//! modelled stops the run with an error that names it. docs/how/chip.md describes what is exact.
 
 pub mod ad5668;
 pub mod alone;

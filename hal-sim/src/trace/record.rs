@@ -19,7 +19,7 @@ pub struct DacWrite {
 pub struct TripWrite {
     /// Time at which the level changes, unwrapped microseconds.
     pub t_us: u64,
-    /// Bank, 0…5 (docs/hardware.md, The banks' comparators).
+    /// Bank, 0…5 (docs/reference/hardware.md, The banks' comparators).
     pub bank: u8,
     /// Code of the level, 0…65535.
     pub code: u16,

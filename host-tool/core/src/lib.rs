@@ -13,7 +13,7 @@
 //! - `clock` reads the time, `disk` replaces files as a whole, `number` formats numbers, and
 //!   `suggestion` finds the name that a misspelt one was meant to be.
 //!
-//! Without its features (docs/architecture.md, Features) the package reads no clock, opens no
+//! Without its features (docs/how/architecture.md, Features) the package reads no clock, opens no
 //! socket and starts no process, and builds for `wasm32-unknown-unknown`.
 
 #![warn(missing_docs)]

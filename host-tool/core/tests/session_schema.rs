@@ -30,11 +30,11 @@ fn the_schema_is_as_committed() {
     as_committed(&root().join("host-tool/sessions/schema.json"), &made);
 }
 
-/// Every table of docs/sessions.md below `<!-- fields: PATH -->` is generated from the field
+/// Every table of docs/reference/sessions.md below `<!-- fields: PATH -->` is generated from the field
 /// declarations.
 #[test]
 fn the_manual_tells_the_declared_fields() {
-    let path = root().join("docs/sessions.md");
+    let path = root().join("docs/reference/sessions.md");
     let (made, tables) = with_tables(&path, "file", manual);
     assert!(tables >= 20, "{tables} tables");
     as_committed(&path, &made);

@@ -59,7 +59,7 @@ fn the_folder_is_what_the_program_has() {
 fn the_schema_and_the_manual_are_as_committed() {
     let made = serde_json::to_string_pretty(&schema()).unwrap() + "\n";
     as_committed(&root().join("host-tool/wearers/schema.json"), &made);
-    let path = root().join("docs/wearers.md");
+    let path = root().join("docs/reference/wearers.md");
     let (made, tables) = with_tables(&path, "wearer", manual);
     assert!(tables >= 10, "{tables} tables");
     as_committed(&path, &made);

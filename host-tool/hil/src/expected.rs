@@ -3,13 +3,13 @@
 use crate::line::{Expected, ExpectedLine};
 
 /// Delay of the second port of the board against the first, nanoseconds: 8 cycles at 168 MHz
-/// (docs/porting.md, What every board must have).
+/// (docs/guides/porting.md, What every board must have).
 pub const SECOND_PORT_SKEW_NS: f64 = 8_000.0 / 168.0;
 
 /// Name of the line of the sync output.
 pub const SYNC: &str = "sync";
 
-/// State of the two lines of a channel (docs/hardware.md).
+/// State of the two lines of a channel (docs/reference/hardware.md).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ChannelState {
     /// Both lines low.

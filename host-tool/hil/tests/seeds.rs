@@ -389,7 +389,7 @@ fn displacements_from_200_ns_are_always_found() {
     }
 }
 
-/// The promise is a range: latest less earliest edge of a board (docs/hil.md part 3). Rounding and
+/// The promise is a range: latest less earliest edge of a board (docs/evidence/hil.md part 3). Rounding and
 /// jitter widen or reduce a measured range by up to three sample periods.
 #[test]
 fn boards_with_too_wide_a_range_are_found() {

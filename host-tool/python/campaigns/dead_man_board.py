@@ -168,7 +168,7 @@ class Trace:
         ]
 
 
-HARDWARE = {  # docs/hardware.md, as hal_sim::trace::judge::Hardware::REFERENCE
+HARDWARE = {  # docs/reference/hardware.md, as hal_sim::trace::judge::Hardware::REFERENCE
     "logic": "Interlocked",
     "one_shot_us": 600,
     "capacitor_f": 4e-6,

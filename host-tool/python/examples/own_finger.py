@@ -17,7 +17,7 @@ SECONDS, SCORED_FROM_S, STEP_S = 20.0, 10.0, 0.02
 # Amplitudes in V from threshold to full recruitment: participant P of Hamana 2022, table 7. The
 # linear rise between them is assumed. Channels: flexor A, flexor B, extensor.
 RANGES_V = {1: (20.0, 28.0), 2: (25.0, 36.0), 3: (14.0, 26.0)}
-FLEXION_NM, EXTENSION_NM = 0.22, 0.15  # as Flexor's own finger, docs/sessions.md
+FLEXION_NM, EXTENSION_NM = 0.22, 0.15  # as Flexor's own finger, docs/reference/sessions.md
 STIFFNESS, DAMPING = 0.12, 0.018  # N·m/rad and N·m·s/rad, likewise
 REST_DEG, STOPS_DEG = 20.0, (0.0, 100.0)  # assumed
 MUSCLE_S, DELAY_S = 0.1, 0.025  # time constant assumed; delay as Flexor's own finger

@@ -102,7 +102,7 @@ fn write_cycles(out: &mut String, chip: &OnChip, differing: &[String]) {
     out.push_str(&format!(
         "Cycles on the chip simulator with 5 wait states, prefetch and caches on. Cached:\n\
          prefetched lines enter the instruction cache (the default); not cached: they do\n\
-         not. Only a board can show which is right (docs/hil.md). The cycles of the\n\
+         not. Only a board can show which is right (docs/evidence/hil.md). The cycles of the\n\
          markers, {} and {}, are subtracted. A tick is 168,000 cycles (1 ms), a window\n\
          42,000 (250 us); the percentage uses the larger maximum. Same: the checksums on\n\
          host, QEMU and chip are equal.\n\n",

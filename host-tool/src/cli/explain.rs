@@ -11,7 +11,7 @@ pub struct Explain {
     number: String,
 }
 
-/// Every error number of the program; `docs/errors.md` is generated from it.
+/// Every error number of the program; `docs/reference/errors.md` is generated from it.
 const TABLE: &str = include_str!("errors.toml");
 
 #[derive(Debug, Deserialize)]
@@ -46,7 +46,7 @@ pub fn main(args: &Explain, output: Output) -> anyhow::Result<()> {
     });
     let Some(entry) = found else {
         return usage_error(format!(
-            "{} is not an error number; the numbers are E{} to E{}, listed in docs/errors.md",
+            "{} is not an error number; the numbers are E{} to E{}, listed in docs/reference/errors.md",
             args.number,
             table.first().map_or(0, |entry| entry.number),
             table.last().map_or(0, |entry| entry.number),
@@ -178,7 +178,7 @@ mod tests {
 
     #[test]
     fn the_document_is_generated_from_the_table() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/errors.md");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/reference/errors.md");
         let mut text = "# Errors\n\n\
              Every error of the program has a number; `flexor explain E407` prints the entry of\n\
              one. Generated from `host-tool/src/cli/errors.toml`: do not edit.\n\n\

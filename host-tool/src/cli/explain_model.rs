@@ -43,7 +43,7 @@ pub fn main(args: &ExplainModel, output: Output) -> anyhow::Result<()> {
             || session.hand().is_some()
             || session.arm_step_ms().is_some(),
         "E554 {}: no channel has a `muscle`, so no force is predicted; add a `muscle` to a channel \
-         (docs/sessions.md)",
+         (docs/reference/sessions.md)",
         args.session.display()
     );
     let tolerance = asked.unwrap_or(session.tolerance);

@@ -29,7 +29,7 @@ pub struct ProfileArgs {
     /// Seed of the simulated wearer
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Whether prefetched flash lines enter the cache (docs/chip.md)
+    /// Whether prefetched flash lines enter the cache (docs/how/chip.md)
     #[arg(long, value_enum, default_value_t)]
     prefetched: Prefetched,
 }
@@ -72,7 +72,7 @@ fn table(title: &str, found: &Profiled, args: &ProfileArgs) -> String {
     ));
     let reading = args.prefetched;
     out.push_str(&format!(
-        "prefetched flash lines: {reading} (docs/chip.md)\n"
+        "prefetched flash lines: {reading} (docs/how/chip.md)\n"
     ));
     out.push_str(&format!(
         "booted: clock and tape after {} cycles, port open at {:.1} ms\n",

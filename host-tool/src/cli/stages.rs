@@ -27,7 +27,7 @@ pub struct StagesArgs {
     /// other channels have no stage, and restarts
     #[arg(long, value_name = "CHANNELS=FULL SCALE", num_args = 1.., requires = "supply")]
     store: Vec<String>,
-    /// Supply of the stored stages (docs/hardware.md)
+    /// Supply of the stored stages (docs/reference/hardware.md)
     #[arg(long, requires = "store")]
     supply: Option<SupplyName>,
     /// Store without asking

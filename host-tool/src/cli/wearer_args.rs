@@ -9,10 +9,10 @@ const SOURCES: [&str; 5] = ["posterior", "strict", "prior", "below", "fixed"];
 /// Options that select the forearms of Hamana 2022's participants.
 #[derive(Args, Debug, Default)]
 pub struct ForearmArgs {
-    /// Forearms of Hamana 2022's participants (docs/participants.md); default: posterior
+    /// Forearms of Hamana 2022's participants (docs/evidence/participants.md); default: posterior
     #[arg(long, value_parser = SOURCES)]
     participants: Option<String>,
-    /// Name of an ablation of hamana-1 to hamana-4 (docs/two_points.md)
+    /// Name of an ablation of hamana-1 to hamana-4 (docs/evidence/two_points.md)
     #[arg(long)]
     ablation: Option<String>,
 }
@@ -34,10 +34,10 @@ pub const PARTICIPANTS: [&str; 5] = ["P", "Q", "R", "S", "all"];
 
 #[derive(Args, Debug, Default)]
 pub struct WearerArgs {
-    /// Wearer file, or the name of a shipped one (docs/wearers.md)
+    /// Wearer file, or the name of a shipped one (docs/reference/wearers.md)
     #[arg(long, value_name = "FILE")]
     wearer: Option<String>,
-    /// Participant of Hamana 2022, or all four (docs/two_points.md)
+    /// Participant of Hamana 2022, or all four (docs/evidence/two_points.md)
     #[arg(long, value_parser = PARTICIPANTS, conflicts_with = "wearer")]
     participant: Option<String>,
 }

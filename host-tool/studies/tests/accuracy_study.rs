@@ -1,4 +1,4 @@
-//! Reproduces the study's errors within 2 % of ours, from both sides; docs/methods.md describes
+//! Reproduces the study's errors within 2 % of ours, from both sides; docs/evidence/methods.md describes
 //! where they differ from the study's.
 
 use methods::muscle::exponential::EtdMidpoint;
@@ -87,7 +87,7 @@ fn fixed_point_errs_by_its_word_length_and_rounding() {
 }
 
 /// Largest error of the shipped model at the corners of the accepted ranges and of the random
-/// muscles within, % of peak; docs/methods.md describes which errors exceed 0.02 %.
+/// muscles within, % of peak; docs/evidence/methods.md describes which errors exceed 0.02 %.
 const RANGE_PCT: [f64; 2] = [0.02, 0.009];
 
 #[test]

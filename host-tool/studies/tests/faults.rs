@@ -57,7 +57,7 @@ fn the_native_simulator_has_what_its_classes_break() {
 fn flips_are_found_and_not_severe() {
     // With 240 cases at rest, a share of 3 % undetected would be seen with a probability of 80 %.
     let outcome = played(Class::Flips, &on_chip(Class::Flips), 240);
-    // During a refill not every fault is detected (docs/faults.md): of 2,000 cases one was not.
+    // During a refill not every fault is detected (docs/evidence/faults.md): of 2,000 cases one was not.
     let at_rest = |outcome: &&Outcome| {
         outcome
             .kind

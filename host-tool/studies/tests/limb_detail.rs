@@ -1,5 +1,5 @@
 //! Judges the level of detail that `[fidelity]` chooses for a simulated hand or arm, in a short run
-//! of `flexor chart limb-detail`, and compares docs/muscle.md with the committed charts.
+//! of `flexor chart limb-detail`, and compares docs/how/muscle.md with the committed charts.
 
 use studies::detail::{DEVELOPMENT, Limb, Row, Summary, csv};
 
@@ -47,7 +47,7 @@ fn share(part: usize, total: usize) -> String {
     }
 }
 
-/// The tables of docs/muscle.md are what the charts of this limb say.
+/// The tables of docs/how/muscle.md are what the charts of this limb say.
 fn compare_document(limb: Limb, chart: &str, costs: &str) {
     let mut lines = chart
         .lines()
@@ -60,7 +60,7 @@ fn compare_document(limb: Limb, chart: &str, costs: &str) {
         own.map(|(column, _)| column).collect()
     };
     let (tried, judged) = (columns("tried_"), columns("judged_"));
-    let document = include_str!("../../../docs/muscle.md");
+    let document = include_str!("../../../docs/how/muscle.md");
     for tolerance in limb.tolerances() {
         let percent = f64::from(tolerance.0) / 100.0;
         let (mut within, mut with_coarser, mut fails) = (0, 0, 0);
@@ -82,13 +82,13 @@ fn compare_document(limb: Limb, chart: &str, costs: &str) {
             share(within, rows.len()),
             share(fails, with_coarser)
         );
-        assert!(document.contains(&line), "docs/muscle.md lacks {line}");
+        assert!(document.contains(&line), "docs/how/muscle.md lacks {line}");
     }
     for cost in costs.lines().skip(1) {
         let (level, instructions) = cost.split_once(',').unwrap();
         let millions = instructions.parse::<f64>().unwrap() * 1e-6;
         let line = format!("| {level} | {millions:.1} |");
-        assert!(document.contains(&line), "docs/muscle.md lacks {line}");
+        assert!(document.contains(&line), "docs/how/muscle.md lacks {line}");
     }
 }
 

@@ -2,8 +2,8 @@
 //! wearers of P that the posterior accepts, and that the declaration says how typical it is.
 
 use super::participants::AcceptedP;
-use hal_sim::body::{Body, Load};
 use hal_sim::body::hand::FittedHand;
+use hal_sim::body::{Body, Load};
 use host_core::session::{BodySpec, Session, hand_body};
 use std::path::{Path, PathBuf};
 use studies::hamana2022::Wearer;

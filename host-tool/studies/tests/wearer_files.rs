@@ -1,4 +1,4 @@
-//! Tests of the comparison of wearer files on a few wearers, and of its table in docs/control.md:
+//! Tests of the comparison of wearer files on a few wearers, and of its table in docs/evidence/control.md:
 //! `FLEXOR_OVERWRITE=1 cargo test -p studies --test suite wearer_files` writes the table again.
 
 use hal_sim::body::{RandomFinger, RandomFingerSpec};
@@ -122,7 +122,7 @@ fn the_documents_table_is_that_of_the_chart() {
     assert_eq!(rows.len(), 2 * (4 + 5 + 5));
     let table: String = rows.iter().map(Row::to_markdown).collect();
     let table = HEAD.to_owned() + &table;
-    let path = root().join("docs/control.md");
+    let path = root().join("docs/evidence/control.md");
     let text = std::fs::read_to_string(&path).unwrap();
     let begin = text.find(HEAD.lines().next().unwrap()).expect("the table");
     let end = begin + text[begin..].find("\n\n").unwrap() + 1;
@@ -131,7 +131,7 @@ fn the_documents_table_is_that_of_the_chart() {
     }
     assert!(
         std::env::var_os("FLEXOR_OVERWRITE").is_some(),
-        "docs/control.md differs from the chart: run this test with FLEXOR_OVERWRITE=1, and review \
+        "docs/evidence/control.md differs from the chart: run this test with FLEXOR_OVERWRITE=1, and review \
          the text around the table; it should be\n{table}"
     );
     let new = format!("{}{table}{}", &text[..begin], &text[end..]);

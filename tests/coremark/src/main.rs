@@ -43,7 +43,7 @@ fn main() -> ! {
 
     let valid = measure("");
     // If prefetch were slower than no prefetch, this would show which reading of RM0090 section
-    // 3.5.2 is wrong (docs/chip.md). SAFETY: as above; the contents of the caches stay valid.
+    // 3.5.2 is wrong (docs/how/chip.md). SAFETY: as above; the contents of the caches stay valid.
     unsafe { FLASH_ACR.write_volatile(FIVE_WAIT_STATES_ALL_CACHES & !PREFETCH) };
     let valid = measure("prefetch off: ") && valid;
     loop {

@@ -1,5 +1,5 @@
 //! `cargo run --release -p tests --bin fuzz -- TARGET`: a long fuzz run on the stable compiler, see
-//! docs/fuzz.md.
+//! docs/evidence/fuzz.md.
 
 use anyhow::Context;
 use clap::Parser;

@@ -13,7 +13,7 @@ use std::process::{Command, ExitCode};
 
 /// Sessions and the budget of one second of each, in millions of instructions. First the release
 /// program's: the least that it has cost so far, and a small margin; it costs more today
-/// (docs/architecture.md). Then that of the first [`DEV_SECONDS`] with the development profile: the
+/// (docs/how/architecture.md). Then that of the first [`DEV_SECONDS`] with the development profile: the
 /// present cost and 5 %, so that it does not grow unnoticed.
 const SESSIONS: [(&str, f64, f64); 3] = [
     ("ten_channels_and_finger", 10.5, 36.6),

@@ -1,4 +1,4 @@
-//! `cargo run -p tests --bin mutants`: measures how many code changes the proofs of docs/safety.md
+//! `cargo run -p tests --bin mutants`: measures how many code changes the proofs of docs/how/safety.md
 //! detect. Runs them against a random sample of the mutants of `firmware/src/safety` and of
 //! `firmware/src/device/pulser`.
 
@@ -36,7 +36,7 @@ const QUICK: [&str; 3] = [
     "profile.dev.package.firmware.debug=0",
 ];
 
-/// Run the proofs of docs/safety.md against mutants of the code that they cover
+/// Run the proofs of docs/how/safety.md against mutants of the code that they cover
 #[derive(Parser)]
 #[command(name = "mutants")]
 struct Arguments {
@@ -91,7 +91,7 @@ fn main() -> anyhow::Result<()> {
     let bench = Bench::set_up(root, &arguments.work)?;
     let order = shuffled(&bench.list_mutants()?, arguments.seed)?;
     let listed = order.len();
-    let page = fs::read_to_string(bench.tree.join("docs/safety.md"))?;
+    let page = fs::read_to_string(bench.tree.join("docs/how/safety.md"))?;
     let (proofs, mut run) = (parse_proofs(&page), 0);
 
     let candidates = (1..).zip(order);

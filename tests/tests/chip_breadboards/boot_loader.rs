@@ -9,7 +9,7 @@ use hal_sim::chip::board::{Board as SimulatedBoard, BoardError};
 use hal_sim::chip::cpu::{Bus, Size, Stop};
 use host_core::run::Board;
 
-/// Backup register of the request, and the request (docs/breadboard.md).
+/// Backup register of the request, and the request (docs/guides/breadboard.md).
 const REQUEST: usize = 17;
 const WORD: u32 = 0x424F_4F54;
 

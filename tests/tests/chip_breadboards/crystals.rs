@@ -8,7 +8,7 @@ use hal_sim::chip::board::{Board as SimulatedBoard, Hardware};
 use hal_sim::chip::soc::rcc::Crystal;
 use host_core::run::Board;
 
-/// Backup registers with the failure and its value, and the codes of the failures (docs/faults.md).
+/// Backup registers with the failure and its value, and the codes of the failures (docs/evidence/faults.md).
 const FAILURE: usize = 15;
 const VALUE: usize = 16;
 const MISSING: u32 = 1;

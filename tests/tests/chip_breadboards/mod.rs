@@ -75,7 +75,7 @@ fn breadboards_play_the_edges_of_the_native_device() {
     }
 }
 
-/// Printed for docs/breadboard.md.
+/// Printed for docs/guides/breadboard.md.
 #[test]
 fn a_breadboard_greets_within_two_seconds() {
     for board in Board::ALL {

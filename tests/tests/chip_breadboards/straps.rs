@@ -11,7 +11,7 @@ use hal_sim::chip::soc::gpio::Level;
 use host_core::run::Board;
 use tests::desk;
 
-/// Details of fault 24 (docs/faults.md).
+/// Details of fault 24 (docs/evidence/faults.md).
 const STRAP_OPEN: u32 = 1;
 const OVER_CURRENT_HIGH: u32 = 2;
 

@@ -1,6 +1,6 @@
 //! A short fuzz test on the stable compiler: each target of `tests::fuzz` on the committed corpus
 //! and on seeded mutations of it. The seed is that of the property tests (.cargo/config.toml). A
-//! command runs a long one: docs/fuzz.md.
+//! command runs a long one: docs/evidence/fuzz.md.
 //!
 //! `RENEW_CORPUS=1 cargo test -p tests fuzz_short` writes the seeds again after a change of the
 //! messages.

@@ -1,4 +1,4 @@
-//! Tables of docs/where_methods_fail.md: each number must be that of a CSV file in docs/maps or
+//! Tables of docs/evidence/where_methods_fail.md: each number must be that of a CSV file in docs/maps or
 //! docs/charts. `FLEXOR_OVERWRITE=1 cargo test -p tests --test suite where_methods_fail` writes them
 //! again.
 
@@ -104,7 +104,7 @@ fn around(labels: &[&str], from: &str, holds: impl Fn(&str) -> bool) -> String {
 /// Replaces the table below `heading` in the document by `table`, or compares them.
 #[track_caller]
 fn check(heading: &str, table: &str) {
-    let path = docs().join("where_methods_fail.md");
+    let path = docs().join("evidence/where_methods_fail.md");
     let text = std::fs::read_to_string(&path).unwrap();
     let begin = text.find(heading).unwrap_or_else(|| panic!("no {heading}"));
     let end = begin + text[begin..].find("\n\n").unwrap() + 1;
@@ -117,7 +117,7 @@ fn check(heading: &str, table: &str) {
         return;
     }
     panic!(
-        "docs/where_methods_fail.md differs from its CSV files: run this test with \
+        "docs/evidence/where_methods_fail.md differs from its CSV files: run this test with \
          FLEXOR_OVERWRITE=1 and review the text around the table\nis\n{}should be\n{table}",
         &text[begin..end]
     );

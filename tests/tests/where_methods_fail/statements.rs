@@ -1,4 +1,4 @@
-//! Statements in the text of docs/where_methods_fail.md: each number must be that of a map.
+//! Statements in the text of docs/evidence/where_methods_fail.md: each number must be that of a map.
 
 use super::{CONTROLLERS, Numbers, docs};
 use std::collections::BTreeMap;
@@ -20,12 +20,12 @@ fn from<'a>(labels: &[&'a str], from: &str) -> Vec<&'a str> {
 
 #[test]
 fn the_statements_in_the_text_are_those_of_the_maps() {
-    let path = docs().join("where_methods_fail.md");
+    let path = docs().join("evidence/where_methods_fail.md");
     let text = std::fs::read_to_string(path).unwrap();
     let words: Vec<&str> = text.split_whitespace().collect();
     let text = words.join(" ");
     let says = |statement: String| {
-        let message = "docs/where_methods_fail.md does not say";
+        let message = "docs/evidence/where_methods_fail.md does not say";
         assert!(text.contains(&statement), "{message} `{statement}`");
     };
     let [default, alone, paper, pid] = CONTROLLERS;

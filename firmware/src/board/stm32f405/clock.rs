@@ -17,7 +17,7 @@ pub const HSI_HZ: u32 = 16_000_000;
 /// EXTI line of the supply monitor, the PVD (RM0090 section 12.2.5).
 pub const SUPPLY_LINE: usize = 16;
 /// Level of the PVD: 2.93 V typical, falling (DS8626, reset and power control; from memory, to be
-/// measured by docs/hil.md). The flash's wait states are those from 2.7 V on (RM0090 section 3.5.1)
+/// measured by docs/evidence/hil.md). The flash's wait states are those from 2.7 V on (RM0090 section 3.5.1)
 /// ([`Clocks::wait_states`]).
 const SUPPLY_THRESHOLD: u8 = 6;
 /// REV_ID of chips whose prefetch disturbs the ADC (ES0182, revision A).

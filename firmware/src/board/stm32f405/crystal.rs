@@ -19,7 +19,7 @@ const IC1PSC: u8 = 0b11;
 /// Core cycles from one capture to the next.
 pub const LAP: u16 = 8 * BOARD.clocks.cycles_per_us() as u16;
 /// Largest deviation of a capture because of synchroniser and jitter, in counts either way: from
-/// memory, to be measured by docs/hil.md. A clock error of 0.3 % moves each capture by as much.
+/// memory, to be measured by docs/evidence/hil.md. A clock error of 0.3 % moves each capture by as much.
 const TOLERANCE: u16 = 4;
 
 /// Captures in one measurement, each of [`MEASURED_EDGES`] periods of the crystal.

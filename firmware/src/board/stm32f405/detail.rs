@@ -1,4 +1,4 @@
-//! Details of faults (docs/faults.md): bits of fault 2, `TapeSlip`, and of fault 24, `Board`, and
+//! Details of faults (docs/evidence/faults.md): bits of fault 2, `TapeSlip`, and of fault 24, `Board`, and
 //! numbers of faults 15 and 16.
 //!
 //! Bits 0 to 15 of a tape slip are four bits for each stream of the tape, in the order first port,

@@ -48,7 +48,7 @@ pub fn note_start(fault: Option<&FaultRecord>) {
     }
 }
 
-/// Logs the record of a fault (docs/errors.md lists the numbers, `detail.rs` the details).
+/// Logs the record of a fault (docs/reference/errors.md lists the numbers, `detail.rs` the details).
 fn log_fault(record: &FaultRecord) {
     defmt::error!(
         "fault {=u16}, detail {=u32:#x}, at {=u32:us}",

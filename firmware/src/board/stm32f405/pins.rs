@@ -1,5 +1,5 @@
 //! Configuration of the pins according to the board's wiring ([`crate::board::wiring`];
-//! docs/hardware.md).
+//! docs/reference/hardware.md).
 //!
 //! | use | mode |
 //! |---|---|

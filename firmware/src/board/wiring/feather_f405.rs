@@ -1,4 +1,4 @@
-//! Adafruit's Feather STM32F405 Express, product 4382, as a breadboard: docs/breadboard.md, from the
+//! Adafruit's Feather STM32F405 Express, product 4382, as a breadboard: docs/guides/breadboard.md, from the
 //! maker's schematic and board files.
 //!
 //! Five channels have both lines on headers. PC0 is the NeoPixel, PC1 the diode; PB3 to PB5 and PA15

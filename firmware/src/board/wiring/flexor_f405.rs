@@ -1,4 +1,4 @@
-//! The reference board, an STM32F405RG (LQFP64): docs/hardware.md, pin map.
+//! The reference board, an STM32F405RG (LQFP64): docs/reference/hardware.md, pin map.
 
 use super::Wiring;
 use super::clocks::Clocks;

@@ -3,7 +3,7 @@
 //!
 //! This module builds on every target, because other layers depend on it too: for the words of the
 //! tape and the scale of the current sense. It is therefore the lowest layer, although the rest of
-//! `board` is the highest. [`check`] refuses impossible boards at compile time. docs/porting.md
+//! `board` is the highest. [`check`] refuses impossible boards at compile time. docs/guides/porting.md
 //! explains how to add a board. Registers and anything that runs do not belong here.
 #![forbid(unsafe_code)]
 
@@ -74,7 +74,7 @@ pub struct Wiring {
 }
 
 /// Parts of a breadboard: a bought board for light-emitting diodes and a logic analyser, whose image
-/// simulates the output stages (docs/breadboard.md).
+/// simulates the output stages (docs/guides/breadboard.md).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Breadboard {
     /// Input that a wire connects to 3.3 V. The reference board pulls the same pin of the chip low,

@@ -114,7 +114,7 @@ impl DacOutput {
     }
 }
 
-/// Analogue properties of the output stages (docs/hardware.md).
+/// Analogue properties of the output stages (docs/reference/hardware.md).
 #[derive(Clone, Copy, Debug)]
 pub struct Stages {
     /// Disconnected time between anodic and cathodic drive of one channel, µs: the turn-off time of

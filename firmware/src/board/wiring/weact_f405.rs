@@ -1,4 +1,4 @@
-//! WeAct Studio's 64-pin core board with an STM32F405RGT6, as a breadboard: docs/breadboard.md, from
+//! WeAct Studio's 64-pin core board with an STM32F405RGT6, as a breadboard: docs/guides/breadboard.md, from
 //! the maker's schematic, versions 1.0 and 1.1.
 //!
 //! All ten channels are where the reference board has them. The card socket must be empty: PC8 to

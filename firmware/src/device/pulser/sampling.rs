@@ -12,7 +12,7 @@ const FIRST_SLOT: u32 = 12;
 const LAST_SLOT: u32 = 240;
 const _: () = assert!(LAST_SLOT + 10 <= WINDOW_US);
 
-/// Time after an edge at which a phase's current has settled, µs (docs/hardware.md).
+/// Time after an edge at which a phase's current has settled, µs (docs/reference/hardware.md).
 const SETTLED_US: u32 = 10;
 
 /// Period below which a channel counts as fast and is sampled less often, µs: 50 readings per

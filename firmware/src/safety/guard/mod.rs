@@ -17,7 +17,7 @@
 //! owes its reading), 10 s after arming, after the host's silence, and at the end of the fall and
 //! of the last grounding. In addition, Stimulating ends in Idle once all trains have played, and a
 //! reading may end Checking in Idle or be a fault. Hosts see Checking as Idle and Grounding as
-//! Fault. Tests compare this chart and docs/states.md with the code.
+//! Fault. Tests compare this chart and docs/reference/states.md with the code.
 //!
 //! Time is an argument: `now` is the start of the window that is about to be rendered.
 

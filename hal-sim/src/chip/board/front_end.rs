@@ -1,5 +1,5 @@
 //! Models the analogue part of the reference board: output stages that drive loads, and the current
-//! sense (docs/hardware.md).
+//! sense (docs/reference/hardware.md).
 
 use crate::body::Drive;
 

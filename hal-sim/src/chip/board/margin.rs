@@ -3,7 +3,7 @@
 use super::CYCLES_PER_US;
 use crate::chip::Cycle;
 
-/// Length of a window of the pulse tape, cycles: 250 µs (docs/architecture.md).
+/// Length of a window of the pulse tape, cycles: 250 µs (docs/how/architecture.md).
 const WINDOW: Cycle = 250 * CYCLES_PER_US;
 
 /// Address range of the tape: SRAM2, which holds nothing else.

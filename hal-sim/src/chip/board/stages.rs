@@ -7,11 +7,11 @@ use crate::lockstep::Output;
 use crate::trace::CHANNELS;
 use firmware::safety::{Origin, StageKind, StageSupply, StageTable, StageWords};
 
-/// Addresses of the two copies of the stage table in flash: sectors 10 and 11 (docs/hardware.md).
+/// Addresses of the two copies of the stage table in flash: sectors 10 and 11 (docs/reference/hardware.md).
 pub const COPIES: [u32; 2] = [0x080C_0000, 0x080E_0000];
 
 /// Option bytes (OPTCR) of a commissioned board: brown-out level 3, watchdog by software, no
-/// protection (docs/hil.md, part 7).
+/// protection (docs/evidence/hil.md, part 7).
 pub const OPTIONS: u32 = 0x0FFF_AAE1;
 
 /// Returns the stage table of a simulated board with these stages, made for a session.

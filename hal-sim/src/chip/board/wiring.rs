@@ -1,5 +1,5 @@
 //! Boards for the simulator: the wiring of the pins, the crystal, and the expected clock of the core.
-//! The reference board was written from docs/hardware.md, pin map, and the boards that one can buy
+//! The reference board was written from docs/reference/hardware.md, pin map, and the boards that one can buy
 //! from their makers' schematics, not from the firmware's `board::wiring`, so that a wrong pin or
 //! clock in the firmware shows here.
 
@@ -121,7 +121,7 @@ impl Wiring {
     }
 }
 
-/// The reference board (docs/hardware.md).
+/// The reference board (docs/reference/hardware.md).
 pub const REFERENCE: Wiring = Wiring {
     name: "reference",
     crystal_hz: 8_000_000,

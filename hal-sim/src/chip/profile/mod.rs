@@ -18,7 +18,7 @@ use super::cpu::system::nvic::EXCEPTIONS;
 use super::image::Image;
 use functions::Functions;
 
-/// Part of the firmware that a cycle is charged to: the three owners of docs/architecture.md, and
+/// Part of the firmware that a cycle is charged to: the three owners of docs/how/architecture.md, and
 /// the rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Owner {
@@ -47,7 +47,7 @@ impl Owner {
         }
     }
 
-    /// Returns the owner's name in docs/architecture.md; "other" for [`Self::Other`].
+    /// Returns the owner's name in docs/how/architecture.md; "other" for [`Self::Other`].
     pub const fn name(self) -> &'static str {
         match self {
             Self::Pulser => "Pulser",

@@ -4,10 +4,10 @@
 //! (`stage` its logic, `circuit` its capacitor and load, `electrode` both together), and the rules
 //! ([`Rule`]). The judge does not know the session ([`super::check()`] compares with that) and uses
 //! nothing of `firmware`: like a wearer, it sees pins, DAC codes and the pump.
-//! In: a trace, the pump, a truth. Out: a [`Verdict`] for stages as built (docs/hardware.md) and
+//! In: a trace, the pump, a truth. Out: a [`Verdict`] for stages as built (docs/reference/hardware.md) and
 //! for bare stages, without protection. Time advances from event to event; the exponentials between
 //! events are exact.
-//! The exact rules are in docs/faults.md; tests/tests/judge verifies them and compares with a
+//! The exact rules are in docs/evidence/faults.md; tests/tests/judge verifies them and compares with a
 //! second judge.
 
 mod account;
@@ -32,7 +32,7 @@ use serde::Serialize;
 /// Result of judging one recording.
 #[derive(Clone, Debug, Serialize)]
 pub struct Verdict {
-    /// Result for stages with everything that docs/hardware.md requires.
+    /// Result for stages with everything that docs/reference/hardware.md requires.
     pub as_built: OutputJudgement,
     /// Result for stages that only follow two lines: no one-shot, no interlock, no series
     /// capacitor, no pump, no comparator. The hardware prevented a violation that is found only
@@ -40,7 +40,7 @@ pub struct Verdict {
     pub bare: OutputJudgement,
 }
 
-/// Bank of each channel's stage (docs/hardware.md, The banks' comparators).
+/// Bank of each channel's stage (docs/reference/hardware.md, The banks' comparators).
 const BANKS: [u8; CHANNELS] = [0, 0, 1, 1, 2, 3, 3, 4, 4, 5];
 
 /// Judges the output from 0 to `end_us` (unwrapped microseconds). A trace or loads out of order are

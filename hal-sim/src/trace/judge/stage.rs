@@ -1,4 +1,4 @@
-//! Logic of an output stage: converts two lines into the state of the stage (docs/hardware.md, The
+//! Logic of an output stage: converts two lines into the state of the stage (docs/reference/hardware.md, The
 //! stage's logic).
 
 use super::truth::{Hardware, StageLogic};
@@ -194,7 +194,7 @@ mod tests {
     use super::*;
     use crate::random::word;
 
-    /// Implementation of the table of docs/hardware.md ("The stage's logic") row by row, clocked at
+    /// Implementation of the table of docs/reference/hardware.md ("The stage's logic") row by row, clocked at
     /// 1 MHz. The balance is compared once, at entry.
     #[derive(Default)]
     struct Table {

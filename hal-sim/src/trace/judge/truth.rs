@@ -84,7 +84,7 @@ pub enum StageLogic {
     TwoBit,
 }
 
-/// Analogue part of every stage: docs/hardware.md, What each stage must do.
+/// Analogue part of every stage: docs/reference/hardware.md, What each stage must do.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Hardware {
     /// Logic of the stage's two lines.
@@ -112,7 +112,7 @@ pub struct Hardware {
 }
 
 impl Hardware {
-    /// The reference board (docs/hardware.md).
+    /// The reference board (docs/reference/hardware.md).
     pub const REFERENCE: Self = Self {
         logic: StageLogic::Interlocked,
         one_shot_us: 600,

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use toml::Table;
 
 /// Longest `host_timeout_ms` (host silence that ends stimulation) of a calibration, ms. `flexor
-/// selftest --keep-alives` measures the shortest useful value, and docs/safety.md states the
+/// selftest --keep-alives` measures the shortest useful value, and docs/how/safety.md states the
 /// longest that is safe.
 pub const HOST_TIMEOUT_MS: u16 = 100;
 

@@ -72,7 +72,7 @@ pub fn compose_wearer(
 /// A calibration finds the lowest level that moves the limb, so at this level the muscle already
 /// pulls. A joint gives its inactive muscle the amplitude at zero effort all the time: it has to be
 /// lower. Two points together even begin to act at 0.82 to 0.93 of their thresholds alone (Hamana
-/// 2022, table 7). Chosen on simulated wearers (docs/control.md).
+/// 2022, table 7). Chosen on simulated wearers (docs/evidence/control.md).
 const JOINT_SHARE_MILLI: u64 = 850;
 
 /// Returns the amplitude at zero effort of a joint for this motor threshold.

@@ -291,7 +291,7 @@ problems! {
         "use 0 or an amplitude in this range, or delete `wearer.haptic_range`, so that only the wearer's `limit` applies"
     665 NotAWearer { file: String }
         "{file} is not a wearer file: it has neither `schema` nor `evidence`"
-        "name a wearer file; docs/wearers.md describes them"
+        "name a wearer file; docs/reference/wearers.md describes them"
     750 ShareOutside { share: String, at_deg: f64 }
         "the quartic through `{field}` = {given} is {share} at {at_deg}°; allowed: 0 to 1 at every angle"
         "change the values near this angle, or narrow the joint's range"

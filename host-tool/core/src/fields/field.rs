@@ -1,5 +1,5 @@
 //! Declarations of the fields of a file. The reader, the JSON schema and the tables of
-//! docs/sessions.md all use these declarations and nothing else.
+//! docs/reference/sessions.md all use these declarations and nothing else.
 
 use firmware::range::Range;
 
@@ -14,7 +14,7 @@ pub(crate) struct Field {
     pub(crate) name: &'static str,
     pub(crate) kind: Kind,
     pub(crate) need: Need,
-    /// Explanation of the field in docs/sessions.md and in editors.
+    /// Explanation of the field in docs/reference/sessions.md and in editors.
     pub(crate) meaning: &'static str,
     /// Condition under which the file may have the field; `None` if it always may.
     pub(crate) when: Option<Condition>,

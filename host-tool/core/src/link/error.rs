@@ -262,7 +262,7 @@ const fn words(code: Code) -> (&'static str, &'static str) {
         Code::SensorNotHost => ("the setup does not say that the host measures this angle", "set the joint's sensor to host, or the arm's posture to measured"),
         Code::NoForceControl => ("this channel is not under force control", "put the channel under force control before arming"),
         Code::ForceOutOfReach => ("the muscle cannot give this force within the wearer's limits", "request less force, or agree on a new limit or a higher pulse rate with the wearer"),
-        Code::StagesUnknown => ("the board does not know its output stages", "store its stage table with flexor stages --store (docs/hardware.md)"),
+        Code::StagesUnknown => ("the board does not know its output stages", "store its stage table with flexor stages --store (docs/reference/hardware.md)"),
         Code::OtherStage => ("the board's output stage differs from the one in the setup", "configure the stage that the board has; flexor stages prints it"),
         Code::DensityLimit => ("the channel's limit exceeds the rms current that its electrode allows (2 mA/cm²)", "use a larger electrode and give its area, or lower the limit, the pulse width or the rate"),
         Code::SumLimit => ("with all channels at their limits, the peak current through the common return is too large", "lower the limits, or separate the pulses in time: one period for all channels, and phase offsets at least one pulse apart"),

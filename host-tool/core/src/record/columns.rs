@@ -1,5 +1,5 @@
 //! The columns of a record's tables, declared once for their headers, for the dictionary beside
-//! them and for docs/record.md.
+//! them and for docs/reference/record.md.
 
 use super::ChannelInfo;
 use crate::session::joint_name;
@@ -199,7 +199,7 @@ pub(super) fn dictionary(channels: &[ChannelInfo]) -> io::Result<Vec<u8>> {
         .map_err(|why| io::Error::other(why.to_string()))
 }
 
-/// Returns the columns as a Markdown table for docs/record.md.
+/// Returns the columns as a Markdown table for docs/reference/record.md.
 pub(super) fn to_markdown(columns: &[Column]) -> String {
     let mut text = "| column | unit | meaning | source |\n|---|---|---|---|\n".to_owned();
     for column in columns {

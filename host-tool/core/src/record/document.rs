@@ -1,8 +1,8 @@
-//! The text of docs/record.md, whose tables are generated from the declared columns.
+//! The text of docs/reference/record.md, whose tables are generated from the declared columns.
 
 use super::columns::{EDGES, MARKERS, SAMPLES, to_markdown};
 
-/// Returns the text of docs/record.md, with tables that are generated from the column descriptions.
+/// Returns the text of docs/reference/record.md, with tables that are generated from the column descriptions.
 #[must_use]
 pub fn document() -> String {
     include_str!("record.md")

@@ -29,7 +29,7 @@ pub struct Identity {
     /// Time for which an output is disconnected between drive in one direction and drive in the
     /// other, µs.
     pub dead_time_us: u16,
-    /// Option bytes of the chip that differ from the settings in docs/hil.md, one description each.
+    /// Option bytes of the chip that differ from the settings in docs/evidence/hil.md, one description each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub option_bytes: Vec<String>,
 }

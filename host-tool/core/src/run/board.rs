@@ -8,7 +8,7 @@ use hal_sim::images::Image;
 /// A board for which there is an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Board {
-    /// The reference board, with output stages (docs/hardware.md).
+    /// The reference board, with output stages (docs/reference/hardware.md).
     #[default]
     Reference,
     /// WeAct Studio's 64-pin core board with an STM32F405RGT6, as a breadboard.

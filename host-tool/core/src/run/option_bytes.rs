@@ -2,7 +2,7 @@
 
 use firmware::link::message::OptionBytes;
 
-/// Describes each option byte that differs from the value that docs/hil.md requires, with the
+/// Describes each option byte that differs from the value that docs/evidence/hil.md requires, with the
 /// consequence if it has one. Returns an empty list if all have the required values.
 #[must_use]
 pub fn describe_option_bytes(found: &OptionBytes) -> Vec<String> {

@@ -1,4 +1,4 @@
-//! Tables of session fields in docs/sessions.md.
+//! Tables of session fields in docs/reference/sessions.md.
 
 use super::fields::FILE;
 use crate::fields::fields_as_markdown;

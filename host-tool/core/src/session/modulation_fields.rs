@@ -36,7 +36,7 @@ const FORMS: [(&str, ()); 2] = [("scaled", ()), ("above-threshold", ())];
 
 /// Default dead band of the elbow's angular velocity, 0.01 °/s. With this and the default cutoff,
 /// the phase of an elbow at rest does not chatter although its sensor has noise of 0.1°
-/// (docs/lift.md).
+/// (docs/guides/lift.md).
 const DEAD_BAND: i64 = 800;
 /// Default cutoff frequency of the differentiator that computes the elbow's angular velocity, mHz.
 const CUTOFF_MHZ: i64 = 2_000;

@@ -3,7 +3,7 @@
 //! The inputs are values of subjects, conditions and trials, as slices. The outputs are structs
 //! with statistic, degrees of freedom and p-value, or a [`StatisticsError`] that names the mistake
 //! in the sample, never a NaN. No function here reads records, knows units or keeps a random state
-//! (a bootstrap takes its seed). `docs/statistics.md` lists each method with its place, its source,
+//! (a bootstrap takes its seed). `docs/reference/statistics.md` lists each method with its place, its source,
 //! and its check against SciPy and statsmodels.
 
 mod alignment;

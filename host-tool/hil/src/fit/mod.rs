@@ -31,7 +31,7 @@ use track::{Tracks, bad_value};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitOptions {
     /// Allowed range of the board's edges, latest less earliest deviation, nanoseconds, 0 to 1000.
-    /// Default 119 ns: 20 cycles at 168 MHz (docs/hil.md, part 3).
+    /// Default 119 ns: 20 cycles at 168 MHz (docs/evidence/hil.md, part 3).
     pub range_ns: f64,
     /// Largest displacement of an edge by the analyser besides rounding to samples, sample periods,
     /// 0 to 1000. Default 1. Rounding widens a range by up to one sample period, and displacements

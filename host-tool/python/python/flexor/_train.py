@@ -37,7 +37,7 @@ class Train:
         lists: Whether the channel accepts lists of pulses (`Device.play`).
 
     Values are checked by `Device.channel`. Ranges and defaults are those of `[channel.train]` in
-    docs/sessions.md.
+    docs/reference/sessions.md.
     """
 
     rate_hz: float
@@ -65,7 +65,7 @@ class Limits:
     """Limits of the wearer, which hold for all channels.
 
     A limit that is None is that of the wearer file, or else the default in brackets. The ranges are
-    those of `[wearer]` in docs/sessions.md.
+    those of `[wearer]` in docs/reference/sessions.md.
 
     Attributes:
         max_current_ma: Largest current, mA (100).
@@ -119,7 +119,7 @@ class Muscle:
             session, which only `run` can do: a device that is driven call by call predicts a force
             only with "calcium-force" or "calcium-force-fatigue".
         report: Whether the predicted force is in the record (column ``force_N_n``); None is yes.
-        fatigue: Fatigue of the muscle; fields of `[channel.muscle.fatigue]` in docs/sessions.md.
+        fatigue: Fatigue of the muscle; fields of `[channel.muscle.fatigue]` in docs/reference/sessions.md.
 
     A constant that is None comes from the wearer file.
     """

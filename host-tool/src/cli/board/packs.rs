@@ -25,9 +25,9 @@ const SUPPLY: &str = "3.3 V is a header pin labelled 3V3 (or 3.3V, 3V), ground o
 pub const fn pack(board: Board) -> Pack {
     match board {
         Board::Reference => Pack {
-            title: "reference board with output stages (docs/hardware.md; nobody has built one)",
+            title: "reference board with output stages (docs/reference/hardware.md; nobody has built one)",
             boot_loader: "use a debug probe: cargo program",
-            notes: &["Wearers may be connected only after all of docs/hardware.md."],
+            notes: &["Wearers may be connected only after all of docs/reference/hardware.md."],
         },
         Board::Weact => Pack {
             title: "WeAct Studio 64-pin core board, STM32F405RGT6",
@@ -162,7 +162,7 @@ const BREADBOARD: Wires = Wires {
     pump: "leave open: an input",
 };
 
-/// Wires of the reference board (docs/hardware.md, pins).
+/// Wires of the reference board (docs/reference/hardware.md, pins).
 const REFERENCE: Wires = Wires {
     stop: "10 kOhm to 3.3 V by its contact",
     line: "its output stage; 10 kOhm to GND",

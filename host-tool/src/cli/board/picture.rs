@@ -36,7 +36,10 @@ pub fn picture(board: Board) -> String {
     canvas.text((16.0, 24.0), title, Words::new(TITLE, INK).bold());
     let warning = match board.pins().breadboard {
         Some(_) => super::warning(),
-        None => "output stages: nobody is connected before all of docs/hardware.md is done".into(),
+        None => {
+            "output stages: nobody is connected before all of docs/reference/hardware.md is done"
+                .into()
+        }
     };
     canvas.text(
         (16.0, 48.0),

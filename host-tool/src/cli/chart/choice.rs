@@ -72,7 +72,7 @@ pub fn main(error_pct: f64, readings_hz: f64, output: Output) -> anyhow::Result<
             }
             out.push_str(&format!(
                 "Use {} ({}).\nWorst of 140 trains, one muscle, read {measured_hz} times per \
-                 second; cycles counted by\nthe chip simulator (docs/methods.md).",
+                 second; cycles counted by\nthe chip simulator (docs/evidence/methods.md).",
                 name(best),
                 best.kind
             ));

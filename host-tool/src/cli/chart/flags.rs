@@ -83,7 +83,7 @@ fn table(rows: &[Row]) -> String {
     out.push_str(
         "\nCounted by the chip simulator under full load; the worse of both interpretations\n\
          of the flash prefetch. Cycles: geometric mean of the benchmark, relative to the\n\
-         first row. * is chosen by the rule in docs/methods.md.",
+         first row. * is chosen by the rule in docs/evidence/methods.md.",
     );
     out
 }

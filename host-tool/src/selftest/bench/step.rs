@@ -2,7 +2,7 @@
 
 use super::board::{BoardActivity, Pattern};
 
-/// Dummy loads in the order in which they are needed, Ω (docs/hardware.md, Before a person is
+/// Dummy loads in the order in which they are needed, Ω (docs/reference/hardware.md, Before a person is
 /// connected).
 const LOADS_OHM: [u32; 3] = [2_000, 500, 10_000];
 

@@ -144,7 +144,7 @@ impl Chart {
         self.read_every(output_us).find(|p| p.setting == setting)
     }
 
-    /// Formats the points as the table that is committed in docs/charts; docs/methods.md explains
+    /// Formats the points as the table that is committed in docs/charts; docs/evidence/methods.md explains
     /// its columns.
     pub fn csv(&self) -> String {
         let mut text = "method,arithmetic,step_us,output_us,error_pct,cycles_per_s,front,kind,\

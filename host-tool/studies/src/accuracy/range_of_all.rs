@@ -115,7 +115,7 @@ pub fn all_range_errors(step: impl Fn(f64) + Sync) -> Vec<RangeRow> {
     settings.par_iter().map(row).collect()
 }
 
-/// Formats the rows as the table that is committed in docs/charts; docs/methods.md explains its
+/// Formats the rows as the table that is committed in docs/charts; docs/evidence/methods.md explains its
 /// columns.
 #[must_use]
 pub fn range_csv(rows: &[RangeRow]) -> String {

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-/// One setting at one interval of reading. docs/methods.md describes the columns.
+/// One setting at one interval of reading. docs/evidence/methods.md describes the columns.
 #[derive(Clone, Debug, Deserialize)]
 pub struct ChartRow {
     /// Name of the method, such as `hermite_simpson`.

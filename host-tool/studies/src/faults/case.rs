@@ -65,7 +65,7 @@ pub struct CaseResult {
     /// Time from the injection until the outputs were permanently isolated, µs; `None` if that
     /// never happened or had another cause than a fault.
     pub isolated_us: Option<u64>,
-    /// Findings of the judge that are severe with the output stages of docs/hardware.md.
+    /// Findings of the judge that are severe with the output stages of docs/reference/hardware.md.
     pub severe: Vec<String>,
     /// Findings that would be severe without protective circuits. Findings that the undisturbed run
     /// also has are left out.

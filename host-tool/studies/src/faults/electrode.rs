@@ -24,7 +24,7 @@ const STREAM: u64 = 0xE1EC;
 /// Course of a peeling electrode: its resistance at the start and at the end, Ω, and the duration
 /// of the change, µs.
 const PEELS: (f64, f64, u64) = (1_000.0, 25_000.0, 10_000_000);
-/// Largest voltage of a current stage across its load, V (docs/hardware.md).
+/// Largest voltage of a current stage across its load, V (docs/reference/hardware.md).
 const COMPLIANCE_V: f64 = 120.0;
 
 /// Name of the kind in which the comparators report over-current although there is none.

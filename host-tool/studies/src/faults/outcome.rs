@@ -38,7 +38,7 @@ pub struct Outcome {
     /// Longest time from the device's own time stamp of the fault to isolated outputs, µs, over the
     /// `found` cases.
     pub slowest_us: Option<u64>,
-    /// Number of severe cases with the output stages of docs/hardware.md.
+    /// Number of severe cases with the output stages of docs/reference/hardware.md.
     pub severe: u64,
     /// Number of cases that would be severe without protective circuits.
     pub bare: u64,

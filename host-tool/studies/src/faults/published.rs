@@ -36,7 +36,7 @@ impl Outcome {
                 )),
                 device: Some(device.to_owned()),
                 sha256: declaration.sha256.clone(),
-                source: "docs/faults.md".to_owned(),
+                source: "docs/evidence/faults.md".to_owned(),
                 draws: self.drawn,
                 drawn: Some("cases".to_owned()),
                 as_declared: (seed, self.drawn) == (declaration.seed(), count),

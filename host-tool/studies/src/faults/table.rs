@@ -13,7 +13,7 @@ pub(super) const SIMULATED: &str =
 pub(super) const SEVERE: &str = "Severe, as judged at the electrodes: a commanded phase over 500 us or any over 650 us; \
      current above the wearer's limit by more than 5 %; more than 1 uA of net direct current for \
      a second; more pulses in a second than were checked; output past a deadline \
-     (docs/faults.md has the exact rules).";
+     (docs/evidence/faults.md has the exact rules).";
 
 /// Width of the first column, which names the class or kind, characters.
 const NAME: usize = 17;

@@ -67,7 +67,7 @@ pub struct Trains {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Foreign {
-    /// Sizes of each model mismatch; docs/identify.md defines size 1.
+    /// Sizes of each model mismatch; docs/evidence/identify.md defines size 1.
     pub sizes: Vec<f64>,
     /// Number of replications of each subject with each mismatch and size.
     pub draws: u64,

@@ -95,7 +95,7 @@ impl Study {
         let caption = "Simulated muscles whose structure differs from the model: mean NRMSE over \
                        subjects of the model fitted at I5, against the size of the difference \
                        (bars: 10th to 90th percentile). At size 0 the structures are equal; \
-                       docs/identify.md defines size 1. Horizontal lines: the paper's 8.06 % at \
+                       docs/evidence/identify.md defines size 1. Horizontal lines: the paper's 8.06 % at \
                        I5 and 10.8 to 13.1 % at I1 to I4.";
         Sheet::figure(
             "Figure A",

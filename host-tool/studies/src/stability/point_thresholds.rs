@@ -46,7 +46,7 @@ pub fn declare(_seed: u64) -> Declaration {
             "The mismatch is how far the recruitment curve of point B lies above the file's, in % \
              of the range from its threshold in a pair to its maximum. Finger of participant P, \
              which itself delays by 25 ms, two points as a conducted pair with the assumed torque \
-             of docs/control.md, reference 45 ± 40° at 0.2 Hz, sensor without noise."
+             of docs/evidence/control.md, reference 45 ± 40° at 0.2 Hz, sensor without noise."
                 .to_owned(),
         ],
     };

@@ -26,7 +26,7 @@ const REFERENCE: Sine = Sine {
 /// Part of a trial over which the error is computed, ms from its start: four periods.
 pub(super) const SCORED_MS: std::ops::Range<u32> = 10_000..30_000;
 
-/// Classes of a tracking error: more than 3° fails, as in docs/control.md.
+/// Classes of a tracking error: more than 3° fails, as in docs/evidence/control.md.
 pub(super) const CLASSES: [Class; 8] = [
     Class::new('.', 0.5, "up to 0.5°", 0),
     Class::new('1', 1.0, "up to 1°", 0),

@@ -1,7 +1,7 @@
 //! `cargo verify cluster`: studies as job arrays of a Slurm cluster on this machine alone.
 //!
 //! Not part of an ordinary run, because it installs a cluster's programs and must run as root. The
-//! script is that of docs/laboratory.md.
+//! script is that of docs/reference/laboratory.md.
 
 mod daemons;
 mod jobs;
@@ -18,7 +18,7 @@ use std::fs;
 use std::path::Path;
 
 /// Document with the script of an array.
-const DOCUMENT: &str = "docs/laboratory.md";
+const DOCUMENT: &str = "docs/reference/laboratory.md";
 /// Command in the script, which is replaced by each of [`KINDS`].
 const SHOWN: &str = "sweep harris-wall --draws 10000";
 /// Name of the folders in the script.

@@ -1,10 +1,10 @@
-//! Rule for the evidence named in docs/safety.md: each file, command, test and proof must exist.
+//! Rule for the evidence named in docs/how/safety.md: each file, command, test and proof must exist.
 
 use super::Findings;
 use super::source::Source;
 use std::collections::BTreeSet;
 
-const PAGE: &str = "docs/safety.md";
+const PAGE: &str = "docs/how/safety.md";
 
 /// Returns the evidence on the page that the tree lacks.
 pub(super) fn missing_evidence(sources: &[Source]) -> Findings {
@@ -125,6 +125,7 @@ fn exists_in_tree(quoted: &str, sources: &[Source]) -> bool {
     if !is_path || quoted.contains(' ') {
         return true;
     }
+    let quoted = quoted.trim_start_matches("../"); // links are relative to the page
     sources.iter().any(|source| {
         let inside = |folder: &str| source.path.starts_with(&format!("{folder}/"));
         source.path == quoted
@@ -138,7 +139,7 @@ fn exists_in_tree(quoted: &str, sources: &[Source]) -> bool {
 mod tests {
     use super::*;
 
-    const GOOD: &str = "# Safe\n`a/b.rs`, `a`/`flexor run x`, [b](c.md#d): P1 P2–P3\n\
+    const GOOD: &str = "# Safe\n`a/b.rs`, `a`/`flexor run x`, [b](../e/c.md#d): P1 P2–P3\n\
                         \n## The proofs\n\n    a/b.rs\n      P1  one\n      P2 two\n      P3 three\n";
 
     fn found(page: &str) -> Findings {
@@ -147,7 +148,7 @@ mod tests {
         let files = [
             (PAGE, page),
             ("a/b.rs", code),
-            ("docs/c.md", ""),
+            ("docs/e/c.md", ""),
             ("host-tool/src/cli/run.rs", ""),
         ];
         missing_evidence(&files.map(|(path, text)| Source::new(path, text.to_owned())))
@@ -176,6 +177,6 @@ mod tests {
             let findings = found(&GOOD.replacen(from, to, 1)).join("\n");
             assert!(findings.contains(says), "{from} → {to}: {findings}");
         }
-        assert_eq!(missing_evidence(&[]), ["docs/safety.md does not exist"]);
+        assert_eq!(missing_evidence(&[]), ["docs/how/safety.md does not exist"]);
     }
 }

@@ -76,7 +76,7 @@ const NO_FILE_IS_LOST: &str = "every source file belongs to a program, every tes
 const WORDS_ARE_THE_FIELDS: &str = "no word of docs/words.toml is used";
 
 /// Statement of the rule on evidence, for trees that have the safety page.
-const EVIDENCE_IS_THERE: &str = "all evidence that docs/safety.md names exists";
+const EVIDENCE_IS_THERE: &str = "all evidence that docs/how/safety.md names exists";
 
 /// Checks every rule on every file under `root`.
 pub(super) fn run(root: &Path) -> anyhow::Result<Report> {

@@ -1,11 +1,11 @@
-//! Generates docs/states.md: the actual result of every event in every state.
+//! Generates docs/reference/states.md: the actual result of every event in every state.
 //!
 //! `FLEXOR_OVERWRITE=1 cargo test -p firmware --lib states` renews the page.
 
 use super::*;
 use std::string::String;
 
-const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/states.md");
+const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/reference/states.md");
 const WITHIN: Stimulus = stimulus(5_000, 0);
 const ABOVE: Stimulus = stimulus(20_001, 0); // the channel's limit is 20 mA
 const STATES: [&str; 9] = [
@@ -254,7 +254,7 @@ fn the_page_of_states_is_what_the_guard_does() {
     let committed = std::fs::read_to_string(PAGE).unwrap_or_default();
     assert!(
         committed == page,
-        "docs/states.md is not what the guard does: if that is meant, \
+        "docs/reference/states.md is not what the guard does: if that is meant, \
          FLEXOR_OVERWRITE=1 cargo test -p firmware --lib states"
     );
 }

@@ -25,7 +25,7 @@ pub(super) fn unsigned(x: ThreeRegisters, registers: &mut Registers) -> u32 {
 /// Arm says only that it depends on their leading ones and zeroes. The assumption is 2 if an
 /// operand is zero, and 3 if the dividend has fewer significant bits than the divisor, as a third
 /// party measured on this core; otherwise 5 plus one for every four bits of difference, our guess
-/// of four quotient bits per cycle, which ends at Arm's 12. A measurement on a board (docs/hil.md)
+/// of four quotient bits per cycle, which ends at Arm's 12. A measurement on a board (docs/evidence/hil.md)
 /// would decide.
 pub(super) const fn cycles(dividend: u32, divisor: u32) -> u32 {
     if dividend == 0 || divisor == 0 {

@@ -38,7 +38,7 @@ pub struct OutsideFlash {
 }
 
 /// Whether a prefetched line enters the instruction cache when it is used. RM0090 section 3.5.2 can
-/// be read in two ways, and no board has shown which is right (docs/chip.md, docs/hil.md).
+/// be read in two ways, and no board has shown which is right (docs/how/chip.md, docs/evidence/hil.md).
 /// Comparing both shows how much depends on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Prefetched {

@@ -1,5 +1,5 @@
 //! Explains why an image did not open its USB port: the log, and the backup registers, in which the
-//! image keeps a failure before USB has a clock (docs/faults.md, Details of a fault).
+//! image keeps a failure before USB has a clock (docs/evidence/faults.md, Details of a fault).
 
 use super::{ChipError, LogFile};
 use firmware::board::boot_failure::{self, Failure, REGISTER, VALUE_REGISTER};
