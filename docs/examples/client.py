@@ -137,6 +137,10 @@ REQUESTS = (
     "ForceControl Force MuscleLevel SimulateTrigger StoreStages Pulses Limb Line Wrench "
     "Modulation ObjectHeld EnterBootLoader"
 ).split()
+# Requests of a setup, whose bytes count in its checksum.
+SETUP = (
+    "Wearer Channel Groups Sync Muscle Joint Wall ForceControl Limb Line Modulation"
+).split()
 SHAPES = (
     "BiphasicCathodicFirst BiphasicAnodicFirst MonophasicCathodic "
     "MonophasicAnodic"
@@ -166,6 +170,11 @@ def channel(c):
 
 
 # The wearer's limits, in the order of protocol.md's table.
+# Values of `Clear`, in the order of `WearerSpec`.
+WEARER_DEFAULTS = (
+    [100_000, 40_000, 50_000, 500, 50, 100, 200_000, 50_000, 2_500, False, 1]
+    + [86_400, 4_320_000, 100_000, 100_000]
+)
 LIMITS = {
     "max_current_ua": 20_000,
     "max_charge_nc": 4_000,
@@ -222,6 +231,26 @@ def encoded(request):
 
 def to_device(session, seq, request):
     return varint(session) + varint(seq) + encoded(request)
+
+
+def note(parts, name, content, postcard):
+    """Stores a request of the setup, whose bytes are `postcard`, for the checksum."""
+    if name in ("Clear", "Hello"):
+        parts.clear()
+    if name not in SETUP:
+        return
+    has_place = isinstance(content, dict)
+    place = content.get("channel", content.get("joint")) if has_place else None
+    if name in ("Wearer", "Joint", "Wall", "Limb", "Sync"):
+        place = None
+    parts.pop((REQUESTS.index(name), place or 0), None)
+    is_default = {
+        "Wearer": lambda: list(content.values()) == list(WEARER_DEFAULTS),
+        "Groups": lambda: not content,
+        "Sync": lambda: content["channel"] is None,
+    }.get(name, lambda: False)
+    if not is_default():
+        parts[REQUESTS.index(name), place or 0] = postcard
 
 
 def setup_sum(parts):
@@ -386,8 +415,7 @@ class Device:
         """Sends a part of the setup and stores it for the checksum."""
         request = {name: content}
         self.ask(request)
-        place = REQUESTS.index(name), content.get("channel", content.get("joint", 0))
-        self.parts[place] = encoded(request)
+        note(self.parts, name, content, encoded(request))
 
     def ask(self, request):
         """Sends a request and waits for its answer."""
@@ -462,7 +490,18 @@ def selftest():
             if kind in ("Ack", "Refused", "Event", "Telemetry") and "Faulted" not in str(got):
                 assert got == content, vector["name"]
             decoded += 1
-    print(f"{encoded} requests encoded, {decoded} responses recognized")
+    for setup in vectors["setup_sums"]:
+        parts = {}
+        for sent in setup["requests"]:
+            request = sent["request"]
+            name = request if isinstance(request, str) else next(iter(request))
+            content = {} if isinstance(request, str) else request[name]
+            note(parts, name, content, bytes.fromhex(sent["postcard"]))
+        assert setup_sum(parts) == setup["setup"], setup["name"]
+    print(
+        f"{encoded} requests encoded, {decoded} responses recognized, "
+        f"{len(vectors['setup_sums'])} setups summed"
+    )
 
 
 if __name__ == "__main__":

@@ -50,6 +50,7 @@ const GROUPS: [(&str, &[Entry]); 7] = [
         ("image", "flexor image --board weact --hex weact.hex", "docs/guides/breadboard.md"),
         ("hil", "flexor hil ten_channels --plan", "docs/evidence/hil.md"),
         ("serve", "flexor serve --tcp 127.0.0.1:4242", "docs/protocol.md"),
+        ("protocol", "flexor protocol --json", "docs/protocol.md"),
         ("stages", "flexor stages --device /dev/ttyACM0", "docs/reference/hardware.md"),
         ("selftest", "flexor selftest", "docs/evidence/hil.md"),
     ]),

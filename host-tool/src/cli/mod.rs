@@ -34,6 +34,7 @@ mod out;
 mod outcome;
 mod perform;
 mod profile;
+mod protocol;
 mod renamed;
 mod report;
 mod rerun;
@@ -102,6 +103,7 @@ enum Command {
     Muscle(muscle::Muscle),
     New(new::New),
     Profile(profile::ProfileArgs),
+    Protocol(protocol::ProtocolArgs),
     Search(search::SearchArgs),
     Selftest(selftest::Selftest),
     Stages(stages::StagesArgs),
@@ -251,6 +253,7 @@ pub fn main() -> ExitCode {
         Command::Muscle(args) => muscle::main(args, output),
         Command::New(args) => new::main(args, output),
         Command::Profile(args) => profile::main(args, output),
+        Command::Protocol(args) => protocol::main(args, output),
         Command::Search(args) => search::main(args, output),
         Command::Selftest(args) => selftest::main(args, output),
         Command::Stages(args) => stages::main(args, output),

@@ -343,6 +343,7 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
         ("stages", Request::StoreStages { stages: table(), supply: StageSupply::Common }),
         ("boot loader", Request::EnterBootLoader),
         ("stages, separate", Request::StoreStages { stages: table(), supply: StageSupply::Separate }),
+        ("channel, live width and lists, in place of the first", channel(0, LIVE, AMPS)),
     ]);
     let number = |(seq, (name, request)): (u16, _)| {
         let session = if seq == 0 { 0 } else { 1 };

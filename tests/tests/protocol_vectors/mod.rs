@@ -1,14 +1,15 @@
 //! Compares docs/protocol.md and docs/protocol_vectors.json with the code.
 //!
-//! `FLEXOR_OVERWRITE=1 cargo test -p tests --test suite protocol_vectors` rewrites the vectors and
-//! the marked blocks of protocol.md; the tables of types are written by people and only checked
-//! here.
+//! `FLEXOR_OVERWRITE=1 cargo test -p tests --test suite protocol_vectors` rewrites the vectors, and
+//! the marked blocks and the tables of types of protocol.md, whose words are in
+//! host-tool/src/protocol/fields.toml.
 
 mod alive;
 mod fields;
 mod messages;
 mod schema;
 mod session;
+mod setup_sums;
 
 use firmware::board::wiring::BOARD_NAME;
 use firmware::haptics::JOINTS;
@@ -17,6 +18,7 @@ use firmware::link::{Code, MAX_MESSAGE, Refusal, Response, SCHEMA, ToDevice, enc
 use firmware::pulse::{CHANNELS, MAX_GROUPS};
 use firmware::safety::{Fault, MAX_LISTED};
 use host_core::link::{advice, meaning};
+use host_tool::protocol::{Protocol, describe};
 use postcard_schema::{Schema, schema::NamedType};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -103,8 +105,9 @@ fn vectors_are_what_the_code_encodes_and_decodes() {
     }
     assert_eq!(left, BTreeSet::new(), "no vector shows these variants");
     let text = format!(
-        "{{\"schema\": \"{SCHEMA:#018x}\",\n\"vectors\": [\n{}\n]}}\n",
-        lines.join(",\n")
+        "{{\"schema\": \"{SCHEMA:#018x}\",\n\"vectors\": [\n{}\n],\n\"setup_sums\": [\n{}\n]}}\n",
+        lines.join(",\n"),
+        setup_sums::lines().join(",\n")
     );
     serde_json::from_str::<serde_json::Value>(&text).expect("valid JSON");
     check_or_update(VECTORS, &text);
@@ -143,50 +146,40 @@ fn the_largest_messages_fit() {
     assert!(encode(&Response::Refused { seq, refusal }).is_some());
 }
 
-/// Returns the first table below each heading of the form "### `Name`".
-fn tables_of(text: &str) -> BTreeMap<String, schema::Rows> {
-    let mut tables: BTreeMap<String, schema::Rows> = BTreeMap::new();
-    let mut heading = None;
+/// Returns `text` with the first table below each heading of the form "### `Name`" replaced by that
+/// of the type, and the names of the headings.
+fn with_tables(text: &str, protocol: &Protocol) -> (String, BTreeSet<String>) {
+    let mut names = BTreeSet::new();
+    let (mut out, mut wanted, mut is_inside) = (String::new(), None, false);
     for line in text.lines() {
         if line.starts_with('#') {
-            heading = line.strip_prefix("### `").and_then(|l| l.strip_suffix('`'));
+            let heading = line.strip_prefix("### `").and_then(|l| l.strip_suffix('`'));
+            wanted = heading.map(str::to_owned);
         }
-        let (Some(name), Some(row)) = (heading, line.strip_prefix('|')) else {
-            continue;
-        };
-        let cells = row.split('|').map(|c| c.replace('`', "").trim().to_owned());
-        let cells: Vec<String> = cells.collect();
-        let is_head = cells[0].starts_with("---") || ["Field", "No."].contains(&cells[0].as_str());
-        if !is_head {
-            let is_enum = cells[0].parse::<u16>().is_ok() && cells.len() > 4;
-            let pair = if is_enum {
-                (format!("{} {}", cells[0], cells[1]), cells[2].clone())
-            } else {
-                (cells[0].clone(), cells[1].clone())
-            };
-            tables.entry(name.to_owned()).or_default().push(pair);
+        let is_row = line.starts_with('|');
+        if is_row && let Some(name) = wanted.take() {
+            let described = protocol.types.get(&name);
+            let described = described.unwrap_or_else(|| panic!("{name} is not on the link"));
+            out += &described.to_markdown();
+            names.insert(name);
+            is_inside = true;
+        }
+        is_inside &= is_row;
+        if !is_inside {
+            out += line;
+            out += "\n";
         }
     }
-    tables
+    (out, names)
 }
 
 #[test]
-fn protocol_md_tells_every_type() {
-    let tables = tables_of(&read(PROTOCOL));
-    for (name, rows) in types() {
-        assert_eq!(
-            tables.get(&name),
-            Some(&rows),
-            "table of `{name}` in protocol.md"
-        );
-    }
-    let count = types().len();
-    assert_eq!(
-        tables.len(),
-        count,
-        "protocol.md tells types that are not on the link"
-    );
-    let text = read(PROTOCOL);
+fn the_tables_of_protocol_md_are_those_of_the_described_protocol() {
+    let protocol = describe().expect("the program's own files");
+    let (text, names) = with_tables(&read(PROTOCOL), &protocol);
+    check_or_update(PROTOCOL, &text);
+    let known: BTreeSet<String> = protocol.types.keys().cloned().collect();
+    assert_eq!(names, known, "types with a table, types on the link");
     for fault in (1..=24).filter_map(Fault::from_number) {
         let (place, number) = (fault.number() - 1, fault.number());
         let row = format!("| {place} | `{fault:?}` | – | fault {number}:");
