@@ -149,6 +149,28 @@ fn the_medoid_of_p_is_typical() {
     }
 }
 
+/// A forearm of the prior has voltages in a session of each table; below the ceiling, its greatest ones
+/// in the session of table 7 are not the last ones of the search.
+#[test]
+fn forearms_of_the_prior_have_sessions_with_voltages() {
+    let known = Shipped::load();
+    let seed = known.declaration.seed;
+    for participant in &known.participants {
+        let prior = known.prior(participant, seed);
+        let forearm = prior.complete_forearm(0, false).unwrap().unwrap();
+        for table in Table::UNSOLVED.into_iter().chain([Table::Seven]) {
+            let wearer = prior.accepted_wearer(&forearm, table).unwrap();
+            wearer.unwrap_or_else(|why| panic!("{} {table:?}: {why}", participant.name));
+        }
+        assert_eq!(prior.complete_forearm(0, false).unwrap().unwrap(), forearm);
+    }
+    let prior = known.prior(&known.participants[0], seed);
+    let below = prior.complete_forearm(0, true).unwrap().unwrap();
+    let wearer = prior.accepted_wearer(&below, Table::Seven).unwrap();
+    let most_v = wearer.unwrap().voltages.most_v;
+    assert!(most_v.iter().all(|most_v| *most_v < 40.0), "{most_v:?}");
+}
+
 /// The shipped file is small, its weights add up to 1, and a forearm of another seed or number would
 /// be another one.
 #[test]

@@ -4,6 +4,7 @@ use super::data::Table;
 use super::forearm::Forearm;
 use super::posterior::AcceptedForearm;
 use super::prior::Prior;
+use super::reference::{SOLVED, UNSOLVED};
 use super::setup::{Setup, Solved};
 use crate::hamana2022::TwoPointsError;
 use crate::hamana2022::points::{extensor_pad, is_selective, places};
@@ -18,7 +19,6 @@ use hal_sim::body::hand::{Hand, HandSpec, InvalidHand};
 const TRIED: u64 = 1_000;
 
 const NO_POINTS: &str = "no two selective points";
-const NO_COUPLING: &str = "no coupling gives the thresholds";
 const NO_VOLTAGES: &str = "a point moves nothing, or others too";
 const NO_EXTENSION: &str = "the extensor's point extends nothing, or the wrist first";
 /// A wearer, or the reason why there is none.
@@ -56,53 +56,10 @@ impl Prior<'_> {
         wearer(hand, table)
     }
 
-    /// Creates the wearer of forearm `index` of the prior in a session of `table`, whatever its
-    /// greatest voltages.
-    ///
-    /// # Errors
-    /// Fails if the declaration or the hand is invalid.
-    pub fn prior_wearer(&self, index: u64, table: Table) -> Result<WearerOrReason, TwoPointsError> {
-        let mut forearm = self.forearm(index)?;
-        match self.solve_prior(&mut forearm, index)? {
-            Ok(solved) => self.prior_session(&mut forearm, (index, table), &solved),
-            Err(why) => Ok(Err(why)),
-        }
-    }
-
-    fn solve_prior(
-        &self,
-        forearm: &mut Forearm,
-        index: u64,
-    ) -> Result<Result<Solved, &'static str>, TwoPointsError> {
-        if forearm.pairs().is_empty() {
-            return Ok(Err(NO_POINTS));
-        }
-        Ok(self.reference(forearm, (index, 0))?.ok_or(NO_COUPLING))
-    }
-
-    fn prior_session(
-        &self,
-        forearm: &mut Forearm,
-        (index, table): (u64, Table),
-        solved: &Solved,
-    ) -> Result<WearerOrReason, TwoPointsError> {
-        let setup = match table {
-            Table::Seven => Some(solved.setup),
-            other => {
-                let points = self.any_pair(forearm, (index, other, 0));
-                points.map(|points| Setup { session: 0, points })
-            }
-        };
-        let Some(setup) = setup else {
-            return Ok(Err(NO_POINTS));
-        };
-        let hand = self.hand_of(forearm, (index, table), (solved, setup))?;
-        wearer(hand, table)
-    }
-
     /// Returns the first forearm of the prior, from number 1000 · `draw` on, that has voltages in a
     /// session of each table; with `is_below`, the greatest ones of the session of table 7 lie below
-    /// the end of the search. `None` if there is none among 1000.
+    /// the end of the search. Of each table, the first session with voltages among as many as the
+    /// calibration's reference has counts. `None` if there is no such forearm among 1000.
     ///
     /// # Errors
     /// Fails if the declaration or the hand is invalid.
@@ -110,28 +67,74 @@ impl Prior<'_> {
         &self,
         draw: u64,
         is_below: bool,
-    ) -> Result<Option<u64>, TwoPointsError> {
-        let last_v = (Table::Seven.end_v() / STEP_V).floor() * STEP_V;
-        'forearms: for index in draw * TRIED..(draw + 1) * TRIED {
+    ) -> Result<Option<AcceptedForearm>, TwoPointsError> {
+        for index in draw * TRIED..(draw + 1) * TRIED {
             let mut forearm = self.forearm(index)?;
-            let Ok(solved) = self.solve_prior(&mut forearm, index)? else {
+            let Some(solved) = self.solved_with_voltages(&mut forearm, index, is_below)? else {
                 continue;
             };
-            let of = (index, Table::Seven);
-            let Ok(seven) = self.prior_session(&mut forearm, of, &solved)? else {
-                continue;
-            };
-            let mut most_v = seven.voltages.most_v.iter();
-            if is_below && !most_v.all(|most_v| *most_v < last_v) {
-                continue;
-            }
-            for table in Table::UNSOLVED {
-                let of = (index, table);
-                if self.prior_session(&mut forearm, of, &solved)?.is_err() {
-                    continue 'forearms;
+            let mut unsolved = [None; 2];
+            for (table, setup) in Table::UNSOLVED.into_iter().zip(&mut unsolved) {
+                *setup = self.setup_with_voltages(&mut forearm, (index, table), &solved)?;
+                if setup.is_none() {
+                    break;
                 }
             }
-            return Ok(Some(index));
+            if unsolved.iter().all(Option::is_some) {
+                return Ok(Some(AcceptedForearm {
+                    participant: self.participant.name.clone(),
+                    drawn: (self.seed, index),
+                    is_strict: false,
+                    weight: 1.0,
+                    solved,
+                    unsolved,
+                }));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Returns the first session of table 7 with voltages.
+    fn solved_with_voltages(
+        &self,
+        forearm: &mut Forearm,
+        index: u64,
+        is_below: bool,
+    ) -> Result<Option<Solved>, TwoPointsError> {
+        let table = Table::Seven;
+        let last_v = (table.end_v() / STEP_V).floor() * STEP_V;
+        for session in 0..SOLVED {
+            let Some(solved) = self.reference(forearm, (index, session))? else {
+                continue;
+            };
+            let hand = self.hand_of(forearm, (index, table), (&solved, solved.setup))?;
+            let Ok(wearer) = wearer(hand, table)? else {
+                continue;
+            };
+            let mut most_v = wearer.voltages.most_v.iter();
+            if !is_below || most_v.all(|most_v| *most_v < last_v) {
+                return Ok(Some(solved));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Returns the first session of table 2 or 3 with voltages.
+    fn setup_with_voltages(
+        &self,
+        forearm: &mut Forearm,
+        (index, table): (u64, Table),
+        solved: &Solved,
+    ) -> Result<Option<Setup>, TwoPointsError> {
+        for session in 0..UNSOLVED {
+            let Some(points) = self.any_pair(forearm, (index, table, session)) else {
+                return Ok(None);
+            };
+            let setup = Setup { session, points };
+            let mut hand = self.hand_of(forearm, (index, table), (solved, setup))?;
+            if Voltages::search(&mut hand, table.end_v())?.is_some() {
+                return Ok(Some(setup));
+            }
         }
         Ok(None)
     }

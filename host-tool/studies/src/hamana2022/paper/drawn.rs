@@ -89,10 +89,9 @@ const NOT_ACCEPTED: &str = "no accepted forearm";
 const NOT_COMPLETE: &str = "no forearm of the prior has voltages in every session";
 
 /// Forearm of a draw.
-pub(super) enum ChosenForearm<'a> {
-    Accepted(&'a AcceptedForearm),
-    /// Number of a forearm of the prior.
-    Prior(u64),
+pub(super) enum ChosenForearm {
+    /// Forearm of the posterior or of the prior, with a session of each table.
+    WithSessions(AcceptedForearm),
     /// Number of a draw of the former population.
     Fixed(u64),
 }
@@ -130,14 +129,18 @@ impl Study {
         &self,
         participant: &Participant,
         draw: u64,
-    ) -> Result<Result<ChosenForearm<'_>, &'static str>, TwoPointsError> {
+    ) -> Result<Result<ChosenForearm, &'static str>, TwoPointsError> {
         let accepted = |is_strict: bool| {
             let is_strict = is_strict && participant.name == self.conditioning.strict.participant;
             let whose = (&*participant.name, is_strict);
             let chosen = self.posterior.choose(whose, (self.seed, draw));
-            chosen.map(ChosenForearm::Accepted).ok_or(NOT_ACCEPTED)
+            let chosen = chosen.cloned().map(ChosenForearm::WithSessions);
+            chosen.ok_or(NOT_ACCEPTED)
         };
-        let of_prior = |index: Option<u64>| index.map(ChosenForearm::Prior).ok_or(NOT_COMPLETE);
+        let of_prior = |forearm: Option<AcceptedForearm>| {
+            let chosen = forearm.map(ChosenForearm::WithSessions);
+            chosen.ok_or(NOT_COMPLETE)
+        };
         let prior = self.prior(participant, self.seed);
         match self.source {
             Source::Posterior => Ok(accepted(false)),
@@ -148,24 +151,24 @@ impl Study {
         }
     }
 
-    /// Returns the number of forearm `place` of the prior below the ceiling. A panic elsewhere cannot
+    /// Returns forearm `place` of the prior below the ceiling. A panic elsewhere cannot
     /// leave a wrong number behind, so that a poisoned lock is no obstacle.
     fn forearm_below(
         &self,
         participant: &Participant,
         place: u64,
-    ) -> Result<Option<u64>, TwoPointsError> {
+    ) -> Result<Option<AcceptedForearm>, TwoPointsError> {
         let key = (participant.name.clone(), place);
         let known = self.below.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(index) = known.get(&key) {
-            return Ok(*index);
+        if let Some(forearm) = known.get(&key) {
+            return Ok(forearm.clone());
         }
         drop(known);
         let prior = self.prior(participant, self.seed);
-        let index = prior.complete_forearm(place, true)?;
+        let forearm = prior.complete_forearm(place, true)?;
         let mut known = self.below.lock().unwrap_or_else(PoisonError::into_inner);
-        known.insert(key, index);
-        Ok(index)
+        known.insert(key, forearm.clone());
+        Ok(forearm)
     }
 
     /// Creates the wearer of a chosen forearm in this experiment's session, or returns the reason why
@@ -173,16 +176,13 @@ impl Study {
     pub(super) fn wearer_of(
         &self,
         participant: &Participant,
-        chosen: &ChosenForearm<'_>,
+        chosen: &ChosenForearm,
     ) -> Result<Result<Wearer, &'static str>, TwoPointsError> {
         let table = self.kind.table();
         match chosen {
-            ChosenForearm::Accepted(forearm) => self
+            ChosenForearm::WithSessions(forearm) => self
                 .prior(participant, forearm.drawn.0)
                 .accepted_wearer(forearm, table),
-            ChosenForearm::Prior(index) => self
-                .prior(participant, self.seed)
-                .prior_wearer(*index, table),
             ChosenForearm::Fixed(draw) => {
                 let drawn = (self.seed, *draw);
                 self.participants.draw(participant, &self.population, drawn)

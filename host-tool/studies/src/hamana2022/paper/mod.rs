@@ -30,7 +30,7 @@ pub use outcome::RunInfo;
 
 pub use tracking::{Course, Tracking, Trial};
 
-use super::conditioning::{self, Posterior};
+use super::conditioning::{self, AcceptedForearm, Posterior};
 use super::error::TwoPointsError;
 use super::experiments::{Experiment, Protocol};
 use super::held::Hold;
@@ -134,8 +134,8 @@ pub struct Study {
     typed: String,
 }
 
-/// Numbers of the prior's forearms below the ceiling, by participant and place among them.
-type ForearmsBelow = BTreeMap<(String, u64), Option<u64>>;
+/// Forearms of the prior below the ceiling, by participant and place among them.
+type ForearmsBelow = BTreeMap<(String, u64), Option<AcceptedForearm>>;
 
 /// Result of one draw of a participant, or the reason why there is none.
 #[derive(Clone, Debug, Serialize, Deserialize)]
