@@ -7,6 +7,19 @@ pub const USB_IDS: (u16, u16) = (0x1209, 0x0001);
 pub const USB_MANUFACTURER: &str = "Flexor";
 
 /// Version of the firmware: major, minor, patch.
-pub const VERSION: [u8; 3] = [0, 1, 0];
-// USB reports each part as digits of bcdDevice.
+pub const VERSION: [u8; 3] = [
+    digit(env!("CARGO_PKG_VERSION_MAJOR")),
+    digit(env!("CARGO_PKG_VERSION_MINOR")),
+    digit(env!("CARGO_PKG_VERSION_PATCH")),
+];
+
+// USB reports each part as a digit of bcdDevice.
 const _: () = assert!(VERSION[0] < 10 && VERSION[1] < 10 && VERSION[2] < 10);
+
+/// Returns the value of a part of the version, or 10 if it is not a single digit.
+const fn digit(part: &str) -> u8 {
+    match part.as_bytes() {
+        [digit @ b'0'..=b'9'] => *digit - b'0', // at least b'0' by the pattern
+        _ => 10,
+    }
+}

@@ -42,7 +42,7 @@ from ._record import Event, Marker, Reading, Record
 from ._run import cite, edges, run, run_many, sessions, wearers
 from ._train import Limits, Muscle, Train
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 __docformat__ = "google"
 
 __all__ = [
