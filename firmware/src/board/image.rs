@@ -9,6 +9,9 @@ pub const LENGTH: usize = 64;
 /// Offset of the record from the start of the image, bytes: the length of the vector table, 16
 /// exceptions and 82 interrupts (RM0090 table 61).
 pub const OFFSET: usize = 4 * (16 + 82);
+/// Position in the record of the commit from which the image was built: the first eight bytes of its
+/// hash, zeros if it is not known. The release writes it after linking.
+pub const COMMIT_AT: usize = 48;
 /// First bytes of the record; the last is its version.
 pub const MAGIC: [u8; 8] = *b"FLEXOR\0\x01";
 /// [`ImageRecord::kind`] of an image that drives output stages.
@@ -33,6 +36,8 @@ pub struct ImageRecord {
     pub origin: u32,
     /// Address of the checksum, the last word of the image.
     pub sum_at: u32,
+    /// First bytes of the commit's hash, or zeros ([`COMMIT_AT`]).
+    pub commit: [u8; 8],
 }
 
 impl ImageRecord {
@@ -48,7 +53,8 @@ impl ImageRecord {
         let (crystal, rest) = rest.split_first_chunk()?;
         let (schema, rest) = rest.split_first_chunk()?;
         let (origin, rest) = rest.split_first_chunk()?;
-        let (sum_at, _) = rest.split_first_chunk()?;
+        let (sum_at, rest) = rest.split_first_chunk()?;
+        let (commit, _) = rest.split_first_chunk()?;
         Some(Self {
             board: *board,
             version: *version,
@@ -57,6 +63,7 @@ impl ImageRecord {
             schema: u64::from_le_bytes(*schema),
             origin: u32::from_le_bytes(*origin),
             sum_at: u32::from_le_bytes(*sum_at),
+            commit: *commit,
         })
     }
 
@@ -86,9 +93,11 @@ mod tests {
         record[32..40].copy_from_slice(&0x0123_4567_89AB_CDEF_u64.to_le_bytes());
         record[40..44].copy_from_slice(&0x0800_0000_u32.to_le_bytes());
         record[44..48].copy_from_slice(&0x0804_0000_u32.to_le_bytes());
+        record[48..56].copy_from_slice(&[1, 2, 3, 4, 5, 6, 7, 8]);
         image[OFFSET..].copy_from_slice(&record);
         let found = ImageRecord::from_image(&image).unwrap();
         assert_eq!((found.board_name(), found.version), ("board", [1, 2, 3]));
+        assert_eq!(found.commit, [1, 2, 3, 4, 5, 6, 7, 8]);
         assert_eq!(
             (found.kind, found.crystal_hz),
             (BREADBOARD_KIND, 12_000_000)

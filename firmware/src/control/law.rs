@@ -33,7 +33,7 @@ pub enum LawSpec {
         lambda_milli: u32,
         /// Gain k1, (rad/s)^-½; 0.001…100.
         k1_milli: u32,
-        /// Gain k2, 1/rad; 0.1…100.
+        /// Gain k2, 1/rad; 0.01…100.
         k2_milli: u32,
         /// Gain b of the plant from effort to s, rad/s²; 1…1000.
         b_milli: u32,

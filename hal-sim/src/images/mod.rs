@@ -5,7 +5,7 @@
 
 mod sum;
 
-pub use sum::{SumError, sum, write_sum};
+pub use sum::{SumError, sum, write_commit, write_sum};
 
 use std::ffi::OsStr;
 use std::io::{self, BufRead, BufReader};
@@ -65,15 +65,15 @@ pub struct Places {
 }
 
 impl Places {
-    /// Returns the folders for the running program, which was compiled in `checkout`. The
-    /// environment variable FLEXOR_CHECKOUT overrides the checkout.
+    /// Returns the folders for the running program, which was compiled in `checkout`, if that is
+    /// known. The environment variable FLEXOR_CHECKOUT overrides the checkout.
     #[must_use]
-    pub fn for_this_program(checkout: &Path) -> Self {
+    pub fn for_this_program(checkout: Option<PathBuf>) -> Self {
         let program = std::env::current_exe().ok();
         let named = std::env::var_os("FLEXOR_CHECKOUT").map(PathBuf::from);
         Self {
             program: program.and_then(|program| program.parent().map(Path::to_owned)),
-            checkout: Some(named.unwrap_or_else(|| checkout.to_owned())),
+            checkout: named.or(checkout),
         }
     }
 

@@ -5,6 +5,7 @@
 //! that the tested image is the flashed one.
 
 use crc::{CRC_32_MPEG_2, Crc};
+use firmware::board::image::{COMMIT_AT, MAGIC, OFFSET};
 use object::elf::PT_LOAD;
 use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Endianness, Object, ObjectSection};
@@ -34,6 +35,9 @@ pub enum SumError {
     /// Data is loaded behind the checksum, or its section is not one word.
     #[error("its section {SECTION} must be the last word that is loaded into flash; see memory.x")]
     NotLast,
+    /// The image has no record behind its vectors.
+    #[error("it has no Flexor image record behind its vectors")]
+    NoRecord,
 }
 
 /// Computes the checksum of `flash`, the content of flash below the checksum.
@@ -78,6 +82,37 @@ pub fn write_sum(path: &Path) -> Result<(), SumError> {
         file.write_all(&sum)?;
     }
     Ok(())
+}
+
+/// Writes the first eight bytes of a commit's hash into the image's record
+/// ([`firmware::board::image::COMMIT_AT`]), and renews the checksum. Repeating the call changes
+/// nothing.
+///
+/// # Errors
+/// Returns [`SumError`] if the file cannot be read, parsed or written, or has no record.
+pub fn write_commit(path: &Path, commit: [u8; 8]) -> Result<(), SumError> {
+    let bytes = std::fs::read(path)?;
+    let elf = ElfFile32::<Endianness>::parse(&*bytes)?;
+    let record = u64::from(FLASH) + OFFSET as u64;
+    let mut places = elf.elf_program_headers().iter().filter_map(|segment| {
+        let endian = elf.endian();
+        let start = u64::from(segment.p_paddr(endian));
+        let within = record.checked_sub(start)?;
+        let is_inside = within < u64::from(segment.p_filesz(endian));
+        is_inside.then(|| u64::from(segment.p_offset(endian)) + within)
+    });
+    let place = places.next().ok_or(SumError::NoRecord)?;
+    let found = usize::try_from(place)
+        .ok()
+        .and_then(|from| bytes.get(from..));
+    if !found.is_some_and(|found| found.starts_with(&MAGIC)) {
+        return Err(SumError::NoRecord);
+    }
+    let mut file = OpenOptions::new().write(true).open(path)?;
+    file.seek(SeekFrom::Start(place + COMMIT_AT as u64))?;
+    file.write_all(&commit)?;
+    drop(file);
+    write_sum(path)
 }
 
 /// Returns the content of flash, from its start, after `elf` is flashed; gaps between segments are

@@ -1,6 +1,6 @@
 //! The image's own record ([`crate::board::image`]), and its checksum.
 
-use crate::board::image::{BOARD_KIND, BREADBOARD_KIND, LENGTH, MAGIC, OFFSET};
+use crate::board::image::{BOARD_KIND, BREADBOARD_KIND, COMMIT_AT, LENGTH, MAGIC, OFFSET};
 use crate::board::wiring::{BOARD, BOARD_NAME};
 use crate::link::{SCHEMA, VERSION};
 
@@ -26,13 +26,15 @@ struct Words {
     schema: u64,
     origin: *const u32,
     sum_at: *const u32,
-    reserved: [u8; 16],
+    commit: [u8; 8],
+    reserved: [u8; 8],
 }
 
 // SAFETY: nothing writes the record, and the program never follows its two addresses.
 unsafe impl Sync for Words {}
 
 const _: () = assert!(size_of::<Words>() == LENGTH && OFFSET.is_multiple_of(8));
+const _: () = assert!(core::mem::offset_of!(Words, commit) == COMMIT_AT);
 
 #[used]
 #[unsafe(link_section = ".image_record")]
@@ -56,5 +58,6 @@ static RECORD: Words = Words {
     schema: SCHEMA,
     origin: &raw const __vector_table,
     sum_at: &raw const IMAGE_SUM,
-    reserved: [0; 16],
+    commit: [0; 8],
+    reserved: [0; 8],
 };

@@ -13,6 +13,9 @@ pub struct Program {
     pub git: Option<String>,
     /// Whether the checkout had changes that were not committed; `None` if that is not known.
     pub modified: Option<bool>,
+    /// Schema hash of the link protocol, hexadecimal; `None` in records of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub schema: Option<String>,
 }
 
 impl Program {
@@ -24,6 +27,7 @@ impl Program {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             git: known(env!("FLEXOR_GIT")).map(str::to_owned),
             modified: known(env!("FLEXOR_MODIFIED")).map(|text| text == "true"),
+            schema: Some(format!("{:#018x}", firmware::link::SCHEMA)),
         }
     }
 

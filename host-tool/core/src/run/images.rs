@@ -5,8 +5,12 @@ use hal_sim::images::{self, BuildError, Image, Places};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
-/// Root folder of the checkout from which this program was compiled.
-const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+/// Root folder of the checkout from which this program was compiled; `None` for the program of a
+/// release, which has its images beside it and does not depend on the folder of its build.
+const WORKSPACE: Option<&str> = match option_env!("FLEXOR_RELEASE") {
+    Some(_) => None,
+    None => Some(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")),
+};
 
 /// Returns the path of `image`: the file beside this program, or a file in its checkout, which is
 /// built first if it is missing or older than its sources.
@@ -26,8 +30,9 @@ pub fn find_coremark() -> Result<PathBuf, BuildError> {
 }
 
 fn places() -> Places {
-    let checkout = Path::new(WORKSPACE);
-    Places::for_this_program(&checkout.canonicalize().unwrap_or(checkout.to_owned()))
+    let checkout = WORKSPACE.map(Path::new);
+    let checkout = checkout.map(|path| path.canonicalize().unwrap_or(path.to_owned()));
+    Places::for_this_program(checkout)
 }
 
 /// Returns a function that receives the output lines of a build. When a build of `image` starts it

@@ -98,11 +98,20 @@ impl BoardImage {
             BREADBOARD_KIND => DeviceKind::Breadboard.words(),
             _ => "board with output stages",
         };
+        let commit = self.commit();
+        let commit = commit.map_or_else(String::new, |commit| format!(" ({commit})"));
         format!(
-            "{} {major}.{minor}.{patch}, {} bytes\n{kind}",
+            "{} {major}.{minor}.{patch}{commit}, {} bytes\n{kind}",
             self.record.board_name(),
             self.image.bytes().len()
         )
+    }
+
+    /// Returns the first 16 digits of the commit from which the image was built, if it states one.
+    #[must_use]
+    pub fn commit(&self) -> Option<String> {
+        let commit = u64::from_be_bytes(self.record.commit);
+        (commit != 0).then(|| format!("{commit:016x}"))
     }
 
     /// Returns the image as the only segment of a file.

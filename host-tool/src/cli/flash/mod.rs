@@ -110,6 +110,8 @@ pub fn image_main(args: &ImageArgs, output: Output) -> anyhow::Result<()> {
             json!({
                 "board": image.record.board_name(),
                 "version": image.record.version,
+                "commit": image.commit(),
+                "schema": format!("{:#018x}", image.record.schema),
                 "crystal_hz": image.record.crystal_hz,
                 "bytes": image.image.bytes().len(),
                 "source": image.source,
@@ -265,6 +267,8 @@ fn print(
             json!({
                 "board": image.record.board_name(),
                 "version": image.record.version,
+                "commit": image.commit(),
+                "schema": format!("{:#018x}", image.record.schema),
                 "bytes": report.bytes,
                 "sectors": report.sectors.iter().map(|s| s.number).collect::<Vec<_>>(),
                 "transfers": report.transfers,
@@ -373,6 +377,7 @@ mod tests {
                 schema: 0,
                 origin: STM32F405.origin,
                 sum_at: 0,
+                commit: [0; 8],
             },
             source: PathBuf::new(),
         };
