@@ -55,14 +55,14 @@ pub enum TypeDescription {
 /// A field of a struct. A struct around a single value has one field of the name `newtype`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Field {
-    /// Name.
+    /// Name as it stands in a message's JSON.
     pub name: String,
     /// Type, as docs/protocol.md writes it.
     #[serde(rename = "type")]
     pub ty: String,
     /// Unit, range and meaning.
     #[serde(flatten)]
-    pub about: About,
+    pub about: Explanation,
 }
 
 /// A variant of an enum.
@@ -70,7 +70,7 @@ pub struct Field {
 pub struct Variant {
     /// Number on the wire.
     pub number: usize,
-    /// Name.
+    /// Name as it stands in a message's JSON.
     pub name: String,
     /// Type of its content; `None` if it has none or named parts.
     #[serde(rename = "type", skip_serializing_if = "Option::is_none")]
@@ -80,13 +80,13 @@ pub struct Variant {
     pub parts: Vec<(String, String)>,
     /// Meaning.
     #[serde(flatten)]
-    pub about: About,
+    pub about: Explanation,
 }
 
 /// Unit, range and meaning of a field or variant.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct About {
+pub struct Explanation {
     /// Unit; `None` without one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
@@ -109,7 +109,7 @@ pub struct About {
 pub struct RefusalDescription {
     /// Number on the wire.
     pub code: u16,
-    /// Name.
+    /// Name in docs/protocol.md.
     pub name: String,
     /// Reason, as a phrase.
     pub meaning: &'static str,
@@ -118,7 +118,7 @@ pub struct RefusalDescription {
 }
 
 /// Units, ranges and meanings, by type and name.
-type Words = BTreeMap<String, BTreeMap<String, About>>;
+type Words = BTreeMap<String, BTreeMap<String, Explanation>>;
 
 /// Vectors of docs/protocol_vectors.json.
 #[derive(Deserialize)]
@@ -202,7 +202,7 @@ impl Variant {
     }
 }
 
-impl About {
+impl Explanation {
     fn unit_and_range(&self) -> String {
         let both = [self.unit.as_deref(), self.range.as_deref()];
         both.into_iter().flatten().collect::<Vec<_>>().join(", ")

@@ -1,6 +1,6 @@
 //! Reads the types of messages from their schemas.
 
-use super::{About, Field, TypeDescription, Variant, Words};
+use super::{Explanation, Field, TypeDescription, Variant, Words};
 use anyhow::{Context, bail};
 use postcard_schema::schema::{DataModelType as Ty, DataModelVariant as Content, NamedType};
 use std::collections::BTreeMap;
@@ -104,7 +104,7 @@ pub(super) fn collect(
         .try_for_each(|inner| collect(inner, words, types))
 }
 
-fn take(words: &mut Words, of: &str, name: &str) -> anyhow::Result<About> {
+fn take(words: &mut Words, of: &str, name: &str) -> anyhow::Result<Explanation> {
     let own = words.get_mut(of).and_then(|own| own.remove(name));
     let own = own.with_context(|| format!("fields.toml has no words for {of}.{name}"))?;
     Ok(own.with_bounds())

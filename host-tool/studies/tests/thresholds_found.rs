@@ -232,7 +232,7 @@ fn delay_as_nominal(plant: &mut Plant) {
     plant.finger.finger.electromechanical_delay_us = wearer::nominal().electromechanical_delay_us;
 }
 
-/// Two-point; prints the table of docs/evidence/control.md.
+/// Two-point; prints a table of its results.
 #[test]
 fn thresholds_found_first_help_two_points() {
     let shipped = default::shipped().into_iter();

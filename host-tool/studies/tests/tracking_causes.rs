@@ -43,7 +43,7 @@ const CAUSES: [Without; 10] = [
     }),
 ];
 
-/// Two-point; prints the table of docs/evidence/control.md.
+/// Two-point; prints a table of its results.
 #[test]
 fn thresholds_cost_the_most() {
     let costs = CAUSES.map(|(name, without)| {

@@ -7,6 +7,7 @@
 //! arguments); as the last line `N passed, N failed[, N skipped]`.
 
 mod arguments;
+mod book;
 mod budget;
 mod changed;
 mod cluster;
@@ -14,6 +15,7 @@ mod command;
 mod console;
 mod fresh;
 mod image;
+mod licences;
 mod portable;
 mod profile;
 mod python;
@@ -59,6 +61,8 @@ const STEPS: &[(&str, Run)] = &[
     ("tests", suite::run),
     ("instructions", instructions),
     ("python", python::run),
+    ("book", book::run),
+    ("licences", licences::run),
     ("fresh", fresh::run),
     ("readme", readme),
 ];

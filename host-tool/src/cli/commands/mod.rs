@@ -1,5 +1,8 @@
 //! Lists the commands under headings, each with an example and the document that describes it.
 
+#[cfg(test)]
+mod documents;
+
 use clap::{Command, CommandFactory};
 use std::fmt::Write;
 

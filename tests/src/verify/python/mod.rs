@@ -13,7 +13,7 @@ use super::command::{cargo, execute_with};
 use super::console::Console;
 use super::report::Report;
 use environment::{Environment, Interpreter};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Folder of the package's sources, tests and lock file.
 const FOLDER: &str = "host-tool/python";
@@ -37,19 +37,31 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
     let folder = at.target.join("python");
     let venv = install_tools(at, console, &interpreter, &folder)?;
     let mut report = check_sources(at, console, &venv, &folder)?;
-    let built = cargo(at, console, &BUILD)?;
+    let (built, site) = build_package(at, console)?;
     let is_built = built.failed == 0;
     report.add(built);
     if is_built {
-        let site = folder.join("site");
-        site::assemble(&at.root.join(PACKAGES), &at.target.join("debug"), &site)?;
         report.add(check_extension(at, console, &venv, &site)?);
     }
     Ok(report)
 }
 
+/// Builds the program and the package. Returns the result of the build, and the folder from which
+/// Python imports the package.
+pub(super) fn build_package(
+    at: &Workspace,
+    console: &mut Console,
+) -> anyhow::Result<(Report, PathBuf)> {
+    let site = at.target.join("python").join("site");
+    let built = cargo(at, console, &BUILD)?;
+    if built.failed == 0 {
+        site::assemble(&at.root.join(PACKAGES), &at.target.join("debug"), &site)?;
+    }
+    Ok((built, site))
+}
+
 /// Returns the environment with the tools of the lock file.
-fn install_tools(
+pub(super) fn install_tools(
     at: &Workspace,
     console: &mut Console,
     interpreter: &Interpreter,

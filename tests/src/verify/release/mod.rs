@@ -1,10 +1,13 @@
-//! `cargo verify release`: the Python distributions, built as they are published, and installed.
+//! `cargo verify release`: everything that is published, built, installed and tried out.
 //!
-//! Not part of an ordinary run, because it builds the extension three times with link-time
-//! optimisation. In: `pyproject.toml`. Out: wheels and a source distribution in `python/dist` of
-//! Cargo's target folder, with their sizes.
+//! Not part of an ordinary run, because it builds program, images and Python extension anew, with
+//! link-time optimisation. In: the working tree, `pyproject.toml`. Out: wheels and a source
+//! distribution in `python/dist` of Cargo's target folder, and with them the archives and their sums
+//! in `dist`.
 
 mod distribution;
+mod program;
+mod third_party;
 
 use super::Workspace;
 use super::command::{Finished, execute_with};
@@ -67,6 +70,7 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
         let done = release.check(at, console, kind);
         report.add(done.unwrap_or_else(Report::from_error));
     }
+    report.add(program::run(at, console).unwrap_or_else(Report::from_error));
     Ok(report)
 }
 

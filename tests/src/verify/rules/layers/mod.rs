@@ -18,7 +18,7 @@ use std::collections::{BTreeMap, BTreeSet};
 const LAYERS: &[(&str, &[&[&str]])] = &[
     ("firmware", &[&["board"], &["bench"], &["lockstep"], &["device"], &["link"], &["haptics"], &["control"], &["limb"], &["muscle"], &["safety"], &["pulse"], &["arithmetic", "board::wiring", "crc", "range", "seal", "units"]]),
     ("hal-sim", &[&["chip", "qemu"], &["world"], &["native"], &["lockstep"], &["body", "images", "trace", "wire"], &["input", "random"]]),
-    ("host-tool", &[&["cli"], &["live", "selftest"]]),
+    ("host-tool", &[&["cli"], &["live", "protocol", "selftest"]]),
     ("host-tool/core", &[&["drive", "models"], &["calibration", "choice", "report", "search"], &["run"], &["analysis"], &["record"], &["session"], &["wearer"], &["disk", "fields", "link", "plot"], &["clock", "identify", "limb", "number", "statistics", "suggestion"]]),
     ("host-tool/dfu", &[&["usb"], &["simulated"], &["flash"], &["protocol"], &["chip", "container"], &["ids"]]),
     ("host-tool/hil", &[&["merge"], &["fit", "plan", "synthesise"], &["capture", "expected"], &["line"]]),
