@@ -4,9 +4,9 @@ use super::Output;
 use crate::protocol::{Protocol, TypeDescription, describe};
 use clap::Args;
 
-/// Describe the link protocol: types, units, ranges, codes and test vectors
+/// Print the link protocol as data: types, ranges, codes, vectors
 ///
-/// Prints a summary; with --json everything, from which a client in any language can be generated.
+/// Prints a summary; with --json everything, units and meanings included, from which a client in any language can be generated.
 #[derive(Args, Debug)]
 pub struct ProtocolArgs {}
 

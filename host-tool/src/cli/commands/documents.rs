@@ -92,14 +92,18 @@ fn syntax(argument: &Arg) -> String {
     }
 }
 
-/// Returns a text as one line that ends in a full stop.
+/// Returns a text as one line, in which every paragraph ends in a full stop.
 fn sentence(text: &str) -> String {
-    let words: Vec<&str> = text.split_whitespace().collect();
-    let line = words.join(" ").replace('<', "&lt;");
-    match line.is_empty() || line.ends_with(['.', '?', ':']) {
-        true => line,
-        false => line + ".",
-    }
+    let paragraph = |text: &str| {
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let line = words.join(" ").replace('<', "&lt;");
+        match line.is_empty() || line.ends_with(['.', '?', ':']) {
+            true => line,
+            false => line + ".",
+        }
+    };
+    let paragraphs: Vec<String> = text.split("\n\n").map(paragraph).collect();
+    paragraphs.join(" ")
 }
 
 #[test]
@@ -147,9 +151,31 @@ fn shown(page: &str) -> Vec<String> {
     lines
 }
 
+/// Returns a line whose quoted texts are one word each, with a value for each variable.
+fn without_quotes_and_variables(line: &str, value: &str) -> String {
+    let mut parts = Vec::new();
+    for (place, part) in line.split('"').enumerate() {
+        match place % 2 {
+            1 => parts.push(part.replace(' ', "-")),
+            _ => parts.push(part.to_owned()),
+        }
+    }
+    let joined = parts.concat();
+    let mut pieces = joined.split('$');
+    let mut text = pieces.next().unwrap_or_default().to_owned();
+    for piece in pieces {
+        let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        text += value;
+        text += piece.trim_start_matches(is_name);
+    }
+    text
+}
+
 /// Returns a command's words with a value for each placeholder; `None` for a pattern of commands.
 fn words(line: &str, number: &str) -> Option<Vec<String>> {
     let line = line.split(" #").next().unwrap_or(line);
+    let line = without_quotes_and_variables(line, number);
+    let line = line.as_str();
     let line = [" | ", " > ", " && ", " & ", "; ", " 2>"]
         .iter()
         .fold(line, |line, end| line.split(end).next().unwrap_or(line));
