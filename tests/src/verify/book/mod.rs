@@ -49,7 +49,14 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
     let (mut report, book) = build(at, console)?;
     let tools = tools(at, console, &interpreter)?;
     let pages = book.join("**/*.html").to_string_lossy().into_owned();
-    let follow = ["--offline", "--include-fragments", "--no-progress", &pages];
+    // The page for missing pages links to the root of a server.
+    let follow = [
+        "--offline",
+        "--include-fragments",
+        "--no-progress",
+        "--exclude-path=404.html",
+        &pages,
+    ];
     let links = execute(at, console, &tools.program("lychee"), &follow)?;
     report.add(links.report("lychee --offline --include-fragments"));
     report.add(count_words(&at.root.join("docs"))?);
