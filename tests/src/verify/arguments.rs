@@ -8,7 +8,7 @@ usage: cargo verify [STEP...]         all steps, or only these steps
        cargo verify quick             rules, format, lints, changed unit tests
        cargo verify stalled           tests over real ports on a busy computer
        cargo verify cluster           studies as Slurm job arrays, as root
-       cargo verify release           Python wheels and source distribution
+       cargo verify release           wheels, archives for Linux and Windows, images, sums
        cargo verify --soak MINUTES    property tests on fresh seeds, 1 to 10080
        cargo verify --soak-seed SEED  one round of these tests on this seed";
 

@@ -72,11 +72,15 @@ const BY_NAME: &[(&str, Run)] = &[
     ("changed", changed::run),
     ("stalled", stalled::run),
     ("cluster", cluster::run),
-    ("release", release::run),
+    ("wheels", release::wheels),
+    ("archives", release::archives),
 ];
 
-/// Steps of `quick`, which take two minutes.
-const QUICK: (&str, &[&str]) = ("quick", &["rules", "format", "lints", "changed"]);
+/// Names of several steps: those that take two minutes, and those of a release.
+const GROUPS: [(&str, &[&str]); 2] = [
+    ("quick", &["rules", "format", "lints", "changed"]),
+    ("release", &["wheels", "archives"]),
+];
 
 /// Folders of the working tree.
 #[derive(Debug)]
@@ -103,7 +107,10 @@ impl Workspace {
 #[must_use]
 pub fn main(words: &[String]) -> ExitCode {
     let steps = STEPS.iter().chain(BY_NAME);
-    let names: Vec<_> = steps.map(|(name, _)| *name).chain([QUICK.0]).collect();
+    let names: Vec<_> = steps
+        .map(|(name, _)| *name)
+        .chain(GROUPS.map(|(name, _)| name))
+        .collect();
     let wanted = match arguments::parse(words, &names) {
         Ok(wanted) => wanted,
         Err(problem) => {
@@ -138,12 +145,12 @@ fn verify(workspace: &Workspace, wanted: &[String]) -> ExitCode {
         true => STEPS.iter().collect(),
         false => {
             let known_steps = STEPS.iter().chain(BY_NAME);
-            let is_quick = wanted.iter().any(|word| word == QUICK.0);
-            known_steps
-                .filter(|(name, _)| {
-                    is_quick && QUICK.1.contains(name) || wanted.iter().any(|word| word == name)
-                })
-                .collect()
+            let is_wanted = |name: &str| {
+                let mut groups = GROUPS.iter().filter(|(_, steps)| steps.contains(&name));
+                let is_named = |name: &str| wanted.iter().any(|word| word == name);
+                is_named(name) || groups.any(|(group, _)| is_named(group))
+            };
+            known_steps.filter(|(name, _)| is_wanted(name)).collect()
         }
     };
     for (index, (name, run)) in steps.iter().enumerate() {

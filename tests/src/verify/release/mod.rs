@@ -62,16 +62,20 @@ struct Release {
     folder: PathBuf,
 }
 
-/// Builds, checks and installs each distribution.
-pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
+/// Builds, checks and installs each distribution of the Python package.
+pub(super) fn wheels(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     let release = Release::prepare(at, console)?;
     let mut report = Report::default();
     for kind in [Kind::Linux, Kind::Source, Kind::Windows] {
         let done = release.check(at, console, kind);
         report.add(done.unwrap_or_else(Report::from_error));
     }
-    report.add(program::run(at, console).unwrap_or_else(Report::from_error));
     Ok(report)
+}
+
+/// Builds program, images and book, packs them, and tries the program out.
+pub(super) fn archives(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
+    program::run(at, console)
 }
 
 impl Release {

@@ -236,7 +236,7 @@ impl ClaimStudy {
         let rows = values.into_iter().map(|((source, name), values)| {
             let column = SOURCES.get(source).map_or("", |source| source.name());
             let id = format!("{column}/{name}");
-            Row::from_numbers(id, format!("{name}: {column}"), "", None, values)
+            Row::from_numbers(id, format!("{column}: {name}"), "", None, values)
         });
         rows.collect()
     }
@@ -301,7 +301,7 @@ impl laboratory::Study for ClaimStudy {
                     at: forearms.name().to_owned(),
                     ..Share::from_counts(
                         id.to_owned(),
-                        says.to_owned(),
+                        format!("{}: {says}", forearms.name()),
                         Some(true),
                         Self::counts(units, source, id),
                     )
