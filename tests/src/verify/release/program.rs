@@ -34,6 +34,15 @@ const BOARDS: [(&str, &str); 3] = [
 /// Largest size of the program without its images, bytes.
 const MAX_PROGRAM_BYTES: u64 = 20_000_000;
 
+/// What a reader of an archive needs first.
+const README: &str = "Flexor: an open ten-channel wearable muscle stimulator.\n\
+    A research instrument, not a medical device. Simulation is no evidence about people.\n\n\
+    \x20   ./flexor run reciprocal     runs a session on the simulator, and writes a report\n\
+    \x20   ./flexor list               lists what else there is\n\n\
+    book/index.html is the book: a tutorial first, then guides, reference, how it works and\n\
+    evidence (in the archive for Linux). flexor-images has the device images for --device chip,\n\
+    qemu and flash; completions and man are for your shell.\n";
+
 /// Packs files into a ZIP archive with a fixed time: archive, time (s), folder.
 const ZIP: &str = "import os, sys, time, zipfile\n\
     out, epoch, folder = sys.argv[1], int(sys.argv[2]), sys.argv[3]\n\
@@ -237,7 +246,6 @@ impl<'a> Builder<'a> {
 
     fn copy_texts(&self, folder: &Path) -> anyhow::Result<()> {
         for text in [
-            "README.md",
             "CHANGELOG.md",
             "LICENSE-APACHE",
             "LICENSE-MIT",
@@ -245,6 +253,7 @@ impl<'a> Builder<'a> {
         ] {
             fs::copy(self.at.root.join(text), folder.join(text)).context(text)?;
         }
+        fs::write(folder.join("README.txt"), README)?;
         Ok(())
     }
 

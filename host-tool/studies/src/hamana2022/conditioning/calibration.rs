@@ -3,9 +3,10 @@
 //! A reference table of forearms at P's sizes and thresholds keeps the greatest voltages and results
 //! of their sessions. Pseudo-participants are sets of sessions whose greatest voltages lie below the
 //! end of the search. Their voltages, moved by the noise of the search, are conditioned on with the
-//! whole table. Forearms with such sets are equally likely truths, and so are the sets of one
-//! forearm: the truth is a random one of the accepted values, and its ranks are uniform. Without the truth's own forearm they would not
-//! be, because few forearms are accepted; a truth is judged only if enough others are.
+//! whole table: all six, which few forearms meet, and those of table 7 alone. Forearms with such sets
+//! are equally likely truths, and so are the sets of one forearm: the truth is a random one of the
+//! accepted values, and its ranks are uniform. Without the truth's own forearm they would not be,
+//! because few forearms are accepted; a truth is judged only if enough others are.
 
 use super::data::Table;
 use super::declaration::{DECLARED, Declaration};
@@ -35,6 +36,24 @@ const FEWEST: f64 = 4.0;
 const NOISE: u64 = 0x7137;
 /// Results of sessions, after the drawn parameters.
 const RESULTS: [&str; 3] = ["r_th", "II at 0 us", "torque of two points over one"];
+
+/// Voltages of a pseudo-participant that are conditioned on.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum DataScope {
+    /// Both greatest voltages of each table.
+    AllTables,
+    /// Both greatest voltages of table 7.
+    TableSeven,
+}
+
+impl DataScope {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::AllTables => "all tables",
+            Self::TableSeven => "table 7",
+        }
+    }
+}
 
 /// Calibration at one seed.
 pub struct CalibrationStudy {
@@ -87,7 +106,7 @@ impl CalibrationStudy {
 
     /// Returns the ranks of each quantity over the pseudo-participants that can be judged, and the
     /// number of those that cannot.
-    fn ranks(&self, forearms: &[ReferenceForearm]) -> (Vec<Vec<f64>>, usize) {
+    fn ranks(&self, forearms: &[ReferenceForearm], scope: DataScope) -> (Vec<Vec<f64>>, usize) {
         let mut ranks = vec![Vec::new(); self.quantities().len()];
         let mut undecided = 0;
         // One truth of each forearm, because its sessions have their parameters in common.
@@ -115,7 +134,9 @@ impl CalibrationStudy {
                 .enumerate()
                 .map(|(place, most)| noisy(place, most))
                 .collect();
-            let accepted = forearms.iter().filter_map(|own| self.accept(own, &data));
+            let accepted = forearms
+                .iter()
+                .filter_map(|own| self.accept(own, (&data, scope)));
             let accepted: Vec<AcceptedReference<'_>> = accepted.collect();
             let others = accepted.iter().filter(|own| own.index != truth.index);
             let weights: Vec<f64> = others.map(AcceptedReference::weight).collect();
@@ -148,7 +169,7 @@ impl CalibrationStudy {
     fn accept<'a>(
         &self,
         forearm: &'a ReferenceForearm,
-        data: &[i32],
+        (data, scope): (&[i32], DataScope),
     ) -> Option<AcceptedReference<'a>> {
         let steps = i32::try_from(self.declaration.noise_steps).unwrap_or(i32::MAX);
         let meets = |session: &ReferenceSession, first: usize| {
@@ -164,7 +185,9 @@ impl CalibrationStudy {
             let [two, three] = [(0, 2), (1, 4)].map(|(table, first): (usize, usize)| {
                 let own = solved.others[table].iter().flatten();
                 let own = own.filter(|own| is_below(own, Table::UNSOLVED[table]));
-                own.filter(|own| meets(own, first)).collect::<Vec<_>>()
+                let is_free = scope == DataScope::TableSeven;
+                own.filter(|own| is_free || meets(own, first))
+                    .collect::<Vec<_>>()
             });
             if !two.is_empty() && !three.is_empty() {
                 sets.push(AcceptedSet { solved, two, three });
@@ -202,11 +225,13 @@ impl CalibrationStudy {
         accepted.sets.iter().flat_map(of_set).collect()
     }
 
-    fn rows(&self, forearms: &[ReferenceForearm]) -> (Vec<Row>, Sheet) {
-        let (ranks, undecided) = self.ranks(forearms);
+    fn rows(&self, forearms: &[ReferenceForearm], scope: DataScope) -> (Vec<Row>, Sheet) {
+        let (ranks, undecided) = self.ranks(forearms, scope);
         let judged = ranks.first().map_or(0, Vec::len);
         let row = |id: &str, quantity: &str, value: f64| {
-            number(id.to_owned(), quantity.to_owned(), "", value, judged)
+            let of = scope.name();
+            let (id, quantity) = (format!("{of}/{id}"), format!("{of}: {quantity}"));
+            number(id, quantity, "", value, judged)
         };
         let mut rows = vec![
             row("judged", "pseudo-participants, judged", judged as f64),
@@ -244,20 +269,19 @@ impl CalibrationStudy {
             "quantities outside their band",
             outside as f64,
         ));
-        let caption = "Standard deviations by which more ranks lie below a place than of uniform \
-                       ranks, and the band within which uniform ranks stay at all places in 95 % \
-                       of cases.";
+        let caption = format!(
+            "Conditioned on the greatest voltages of {}. Standard deviations by which more ranks \
+             lie below a place than of uniform ranks, and the band within which uniform ranks stay \
+             at all places in 95 % of cases.",
+            scope.name()
+        );
         let plots = Plots {
             beside: 4,
             series: vec!["ranks".to_owned(), "95 % band".to_owned()],
             plots,
         };
-        let figure = Sheet::figure(
-            "Calibration",
-            "Ranks of the truth",
-            caption.to_owned(),
-            plots,
-        );
+        let title = format!("Ranks of the truth, {}", scope.name());
+        let figure = Sheet::figure("Calibration", &title, caption, plots);
         (rows, figure)
     }
 }
@@ -370,7 +394,10 @@ impl laboratory::Study for CalibrationStudy {
         units: &[ReferenceForearm],
         cut_short: Option<String>,
     ) -> anyhow::Result<Outcome> {
-        let (rows, figure) = self.rows(units);
+        let [all, seven] = [DataScope::AllTables, DataScope::TableSeven];
+        let (mut rows, figure) = self.rows(units, all);
+        let (more, other) = self.rows(units, seven);
+        rows.extend(more);
         Ok(Outcome {
             name: CALIBRATION.to_owned(),
             title: "Calibration of the conditioned participants".to_owned(),
@@ -394,7 +421,7 @@ impl laboratory::Study for CalibrationStudy {
             rows,
             shares: Vec::new(),
             decides: Vec::new(),
-            sheets: vec![figure],
+            sheets: vec![figure, other],
             notes: vec![SIMULATED.to_owned()],
         })
     }
