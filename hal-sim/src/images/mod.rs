@@ -43,8 +43,8 @@ pub enum BuildError {
     /// The program is installed without its checkout, and the image is not beside it.
     #[error(
         "there is no image `{image}` beside this program, and it cannot be built without a \
-         checkout of Flexor; copy target/thumbv7em-none-eabihf/release/{image} of a checkout to \
-         {wanted}, or set FLEXOR_CHECKOUT to the folder of the checkout"
+         checkout of Flexor; copy flexor-images/{image} of a release to {wanted}, or set \
+         FLEXOR_CHECKOUT to the folder of a checkout"
     )]
     Nowhere {
         /// Name of the missing image.

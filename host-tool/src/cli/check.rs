@@ -1,5 +1,5 @@
-//! `flexor check`: checks session files as `flexor run` does before it opens a device, and wearer
-//! files as every command does.
+//! `flexor check`: checks session files as `flexor run` does before it opens a device, wearer files as
+//! every command does, and declarations as `flexor experiment` does.
 
 use super::{Incomplete, Output};
 use clap::{Args, ValueEnum};
@@ -9,13 +9,15 @@ use host_core::session::{Session, SessionError, escape_control_chars};
 use host_core::wearer::{self, Wearer};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use studies::experiments::load_experiment;
+use studies::laboratory::Experiment;
 
-/// Check session and wearer files and print every mistake
+/// Check sessions, wearers and declarations; print every mistake
 ///
 /// The same check precedes each run. Exit code 1 if a file has a mistake.
 #[derive(Args, Debug)]
 pub struct Check {
-    /// Session or wearer files (TOML)
+    /// Session or wearer files, or declarations of a study (TOML)
     #[arg(required = true)]
     sessions: Vec<PathBuf>,
     /// Check sessions for a board whose stages have this supply (`flexor stages`): with a common or
@@ -47,14 +49,55 @@ impl Supply {
 enum ValidFile {
     Session(Box<Session>),
     Wearer(Box<Wearer>),
+    Declaration(Box<Experiment>),
 }
 
-/// Reads a session file or a wearer file. Only a wearer file names its schema.
-fn read(path: &Path) -> Result<ValidFile, SessionError> {
-    let is_wearer = Session::text(path).is_ok_and(|text| wearer::is_wearer_file(&text));
-    match is_wearer {
-        true => Wearer::read(path).map(|wearer| ValidFile::Wearer(Box::new(wearer))),
-        false => Session::load(path).map(|session| ValidFile::Session(Box::new(session))),
+/// A file with mistakes.
+enum InvalidFile {
+    /// Session or wearer file with each of its mistakes.
+    Placed(SessionError),
+    /// Declaration with the text of its error.
+    Declaration(String),
+}
+
+/// Reads a session file, a wearer file or a declaration. Only a wearer file names its schema, and only a
+/// declaration has measures.
+fn read(path: &Path) -> Result<ValidFile, InvalidFile> {
+    let text = Session::text(path).unwrap_or_default();
+    if wearer::is_wearer_file(&text) {
+        let wearer = Wearer::read(path).map_err(InvalidFile::Placed)?;
+        return Ok(ValidFile::Wearer(Box::new(wearer)));
+    }
+    let table: toml::Table = text.parse().unwrap_or_default();
+    if table.contains_key("measures") && !table.contains_key("channel") {
+        let experiment = load_experiment(&path.to_string_lossy());
+        let experiment = experiment.map_err(|e| InvalidFile::Declaration(e.to_string()))?;
+        return Ok(ValidFile::Declaration(Box::new(experiment)));
+    }
+    let session = Session::load(path).map_err(InvalidFile::Placed)?;
+    Ok(ValidFile::Session(Box::new(session)))
+}
+
+impl InvalidFile {
+    fn count(&self) -> usize {
+        match self {
+            Self::Placed(mistakes) => mistakes.errors().count(),
+            Self::Declaration(_) => 1,
+        }
+    }
+
+    fn picture(&self) -> String {
+        match self {
+            Self::Placed(mistakes) => super::mistakes_picture(mistakes),
+            Self::Declaration(text) => escape_control_chars(text),
+        }
+    }
+
+    fn to_json(&self) -> Vec<Value> {
+        match self {
+            Self::Placed(mistakes) => mistakes_json(mistakes),
+            Self::Declaration(text) => vec![mistake_json(text)],
+        }
     }
 }
 
@@ -76,6 +119,12 @@ impl ValidFile {
                 lines.extend(program_charts(session));
                 (escape_control_chars(&session.title), lines)
             }
+            Self::Declaration(experiment) => {
+                let count = experiment.conditions.len();
+                let title = escape_control_chars(&experiment.declaration.title);
+                let note = format!("{count} conditions; flexor experiment FILE runs the study");
+                (title, vec![note])
+            }
             Self::Wearer(wearer) => {
                 let count = wearer.electrodes.len();
                 let s = if count == 1 { "" } else { "s" };
@@ -92,6 +141,9 @@ impl ValidFile {
         match self {
             Self::Session(session) => {
                 json!({ "session": path, "title": session.title, "notes": session_notes(session), "mistakes": [] })
+            }
+            Self::Declaration(experiment) => {
+                json!({ "declaration": path, "title": experiment.declaration.title, "conditions": experiment.conditions.len(), "mistakes": [] })
             }
             Self::Wearer(wearer) => {
                 json!({ "wearer": path, "name": wearer.name, "evidence": wearer.evidence.word(), "mistakes": [] })
@@ -130,7 +182,7 @@ fn program_charts(session: &Session) -> Vec<String> {
 pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
     let checked = args.sessions.iter().map(|path| (path, read(path)));
     let checked: Vec<_> = checked.collect();
-    let wrong: Vec<&SessionError> = checked
+    let wrong: Vec<&InvalidFile> = checked
         .iter()
         .filter_map(|(_, session)| session.as_ref().err())
         .collect();
@@ -140,7 +192,7 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
     });
     let opposed: Vec<Option<String>> = opposed.collect();
     let is_opposed = opposed.iter().flatten().count();
-    let mistakes: usize = wrong.iter().map(|e| e.errors().count()).sum::<usize>() + is_opposed;
+    let mistakes: usize = wrong.iter().map(|e| e.count()).sum::<usize>() + is_opposed;
     let files: Vec<Value> = checked
         .iter()
         .zip(&opposed)
@@ -149,12 +201,12 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
                 json!({ "session": path, "mistakes": [mistake_json(mistake)] })
             }
             (Ok(good), None) => good.to_json(path),
-            (Err(e), _) => json!({ "session": path, "mistakes": mistakes_json(e) }),
+            (Err(e), _) => json!({ "session": path, "mistakes": e.to_json() }),
         })
         .collect();
     if !output.json {
         for e in &wrong {
-            eprintln!("{}", super::mistakes_picture(e));
+            eprintln!("{}", e.picture());
         }
         for ((path, _), told) in checked.iter().zip(&opposed) {
             if let Some(mistake) = told {

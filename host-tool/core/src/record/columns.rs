@@ -66,7 +66,7 @@ pub const SAMPLES: [Column; 24] = [
     column(ColumnScope::Table, "t_s", "s", "time since the start of the pulse trains, in increasing order, with six decimals", "device clock, 1 µs"),
     column(ColumnScope::Table, "target_deg", "°", "reference of the joint angle, or position of the wall; empty before the first setpoint and without joint or wall", "device: its present setpoint, held or extrapolated"),
     column(ColumnScope::Table, "measured_deg", "°", "measured joint angle; empty before the first measurement and without joint or wall", "the session's sensor, as the device received it"),
-    column(ColumnScope::Table, "true_deg", "°", "true joint angle of the simulated limb; empty unless this program simulates one", "simulated limb"),
+    column(ColumnScope::Table, "true_deg", "°", "true joint angle of the simulated limb; 0 without a limb, empty unless this program simulates the wearer", "simulated limb"),
     column(ColumnScope::Table, "effort", "", "output of the control law, of which at most 1 is played; at a wall the penetration in °; empty while neither is active", "device: control law"),
     column(ColumnScope::Table, "limiting", "0, 1", "1 while at least one channel cannot reach its reference: an amplitude still rises as fast as the wearer's limits allow, a computed amplitude is held at the wearer's limit, or the reference force is below the force at threshold or above the force that the muscle, possibly fatigued, can produce", "device: guard, force control"),
     column(ColumnScope::Table, "state", "", "state of the device: boot, idle, armed, stimulating, stopping or fault", "device"),

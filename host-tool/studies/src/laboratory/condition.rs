@@ -233,13 +233,23 @@ fn parent<'t, 'f>(root: &'t mut Table, field: &'f str) -> Result<(&'t mut Table,
             Value::Table(table) => table,
             Value::Array(list) => {
                 let wanted = parts.next().unwrap_or_default();
-                let has_number = |item: &&mut Value| {
-                    let number = item.get("number").and_then(Value::as_integer);
-                    number.is_some_and(|number| number.to_string() == wanted)
+                // Channels have numbers of their own; the position of a program is its number.
+                let number = |(place, item): (usize, &Value)| {
+                    let own = item.get("number").and_then(Value::as_integer);
+                    own.map_or_else(|| (place + 1).to_string(), |own| own.to_string())
                 };
-                let item = list.iter_mut().find(has_number);
+                let numbers: Vec<String> = list.iter().enumerate().map(number).collect();
+                let place = numbers.iter().position(|number| number == wanted);
+                let item = place.and_then(|place| list.get_mut(place));
                 let item = item.and_then(Value::as_table_mut);
-                item.ok_or_else(|| refuse(format!("no `{part}` has the number {wanted}")))?
+                item.ok_or_else(|| {
+                    let known = numbers.join(", ");
+                    refuse(format!(
+                        "`{part}` needs a number after it, one of {known}, as in \
+                         `{part}.{}.{last}`",
+                        numbers.first().map_or("1", String::as_str)
+                    ))
+                })?
             }
             _ => return Err(refuse(format!("`{part}` is not a table"))),
         };

@@ -40,8 +40,10 @@ const README: &str = "Flexor: an open ten-channel wearable muscle stimulator.\n\
     \x20   ./flexor run reciprocal     runs a session on the simulator, and writes a report\n\
     \x20   ./flexor list               lists what else there is\n\n\
     book/index.html is the book: a tutorial first, then guides, reference, how it works and\n\
-    evidence (in the archive for Linux). flexor-images has the device images for --device chip,\n\
-    qemu and flash; completions and man are for your shell.\n";
+    evidence. flexor-images has the device images for --device chip, qemu and flash; keep it\n\
+    beside the program. `man -l man/flexor-run.1` shows a manual page; for completion in bash,\n\
+    source completions/flexor.bash. A path docs/NAME.md in a message is book/NAME.html.\n\
+    The Python package is a wheel of the same release: pip install flexor_stim-....whl\n";
 
 /// Packs files into a ZIP archive with a fixed time: archive, time (s), folder.
 const ZIP: &str = "import os, sys, time, zipfile\n\
@@ -284,7 +286,7 @@ impl<'a> Builder<'a> {
         for line in [
             "run reciprocal",
             "run reciprocal --device chip --out chip",
-            "report reciprocal",
+            "report chip --overwrite",
             "image --board weact --hex weact.hex",
             "experiment hamana-1 --draws 1 --participant P --out study",
         ] {
