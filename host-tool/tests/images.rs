@@ -47,7 +47,10 @@ fn without_checkout_each_command_names_the_image_and_its_place() {
         let place = folder.join("flexor-images").join(image);
         let place = place.canonicalize().unwrap_or(place);
         assert!(error.contains(&place.display().to_string()), "{error}");
-        assert!(error.contains(&format!("release/{image}")), "{error}");
+        assert!(
+            error.contains(&format!("flexor-images/{image} of a release")),
+            "{error}"
+        );
     }
 }
 

@@ -14,9 +14,9 @@ the triceps, 20 to 70 mA at 25 µs on the biceps, exponential with curvature 1.2
 recruitment at 90° (5 and 6 N·m), delay of 25 ms, noise of the sensor (0.02°), no gravity (Harris'
 platform carries the arm), pulses at 50 Hz, and a wearer who moves at a speed and then leans on the
 wall with 1.5 N·m beyond what holds the passive joint there. All of this is assumed, as it is for
-Flexor's elbow (docs/reference/sessions.md). On MyoElbow, the recruited share of the last pulse, scaled to the
-torque, is the excitation of all muscles of the group for 30 ms: an assumed map, because MuJoCo's
-muscles know no pulses.
+Flexor's elbow (docs/reference/sessions.md). On MyoElbow, the recruited share of the last pulse,
+scaled to the torque, is the excitation of all muscles of the group for 30 ms: an assumed map,
+because MuJoCo's muscles know no pulses.
 
 Different: dynamics of activation, force against length and velocity, moment arms, passive torque,
 inertia, friction and the stops, which are MyoElbow's own and unchanged.

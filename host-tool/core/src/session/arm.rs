@@ -21,7 +21,7 @@ pub(super) fn arm_fields() -> [Field; 6] {
         field(name, Kind::Real(Number::within("°", 0, least, most)), OrTold(default.to_string()), meaning)
     };
     let fields = [
-        field("drawn", Kind::Whole(Number::within("", 0, 0, 1_000_000_000)), OrTold("none: the nominal arm".into()), "index of the random draw of the arm, as described in [endpoint.md](endpoint.md)"),
+        field("drawn", Kind::Whole(Number::within("", 0, 0, 1_000_000_000)), OrTold("none: the nominal arm".into()), "index of the random draw of the arm, as described in [endpoint.md](../evidence/endpoint.md)"),
         field("held", one_of(&HELD), OrWord("cuff"), "support of the forearm: it lies in the cuff of a force sensor, or the wearer alone holds it"),
         turn("plane_deg", -180, 180, d.plane_deg, "vertical plane of the upper arm, 0 forward, 90 to the side"),
         turn("elevation_deg", 1, 120, d.elevation_deg, "elevation of the upper arm in this plane: 0 hangs, 90 is level"),

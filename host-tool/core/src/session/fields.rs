@@ -99,7 +99,7 @@ fn file() -> Section {
         field("sync", Kind::Table(vec![field("channel", channel_number(), Required, "channel whose first phases drive the sync output")]), Optional, "`channel`: channel whose first phases drive the sync output"),
         field("joint", Kind::Table(joint()), Optional, "closed-loop control of a joint on the device"),
         field("wall", Kind::Table(wall()), Optional, "virtual wall on the device; not together with a `[joint]` (E480)"),
-        field("modulation", list(modulation(rising_time()), 0, Some(JOINTS), "joints"), Optional, "joints of a wearer who handles an object; their stimulation [follows their angles](lift.md); not together with a `[joint]`, a `[wall]` or forces at the hand (E751)"),
+        field("modulation", list(modulation(rising_time()), 0, Some(JOINTS), "joints"), Optional, "joints of a wearer who handles an object; their stimulation [follows their angles](../guides/lift.md); not together with a `[joint]`, a `[wall]` or forces at the hand (E751)"),
         field("program", list(program(time, rising_time), 0, Some(CHANNELS), "programs"), Optional, "[amplitudes over time](#program) of channels that nothing else drives"),
         field("setpoints", Kind::Table(setpoints()), RequiredWithout("program"), "setpoints that the host streams"),
         field("measure", Kind::Table(measure()), Optional, "time window in which tracking errors are computed"),
@@ -167,7 +167,7 @@ fn train() -> Section {
     vec![
         field("shape", one_of(&SHAPES), Required, "waveform"),
         field("width_us", number_in("µs", 0, T::WIDTH_US), Required, "length of one phase"),
-        field("max_width_us", bounded_number("µs", 0, T::MAX_WIDTH_US, "at least `width_us`"), OrTold("`width_us`, a fixed width".into()), "largest width that a setpoint may ask for, [burst by burst](protocol.md#widths); not together with a `muscle`"),
+        field("max_width_us", bounded_number("µs", 0, T::MAX_WIDTH_US, "at least `width_us`"), OrTold("`width_us`, a fixed width".into()), "largest width that a setpoint may ask for, [burst by burst](../protocol.md#widths); not together with a `muscle`"),
         field("gap_us", bounded_number("µs", 0, T::GAP_US, "0 for monophasic"), Or(0), "interphase gap; the device keeps at least 5 µs"),
         field("ground_us", bounded_number("µs", 0, or_zero(T::GROUND_US), "at least 1000 and at most `fall_ms` − 1.2 ms; 0 for none, with biphasic pulses only"), Or(0), "grounding after each pulse; without it, a charge difference between the phases of biphasic pulses flows as net direct current"),
         field("frequency_hz", Kind::Real(Number::rate_from_period(T::PERIOD_US.field, T::PERIOD_US)), Required, "pulse rate of the train; rounded to a period of whole µs, with a note").without("period_us"),
@@ -177,7 +177,7 @@ fn train() -> Section {
         field("burst_interval_us", bounded_number("µs", 0, or_zero(T::BURST_INTERVAL_US), "at least 200 for bursts, 0 for single pulses"), Or(0), "time from pulse start to pulse start within a burst"),
         field("repeats", Kind::Whole(Number::within("", 0, 0, u16::MAX as i64)), Or(0), "number of bursts to play; 0 plays until stopped"),
         field("triggered", Kind::Flag, OrWord("false"), "wait for the trigger input, as `trigger = \"start\"`; [`[simulated_trigger]`](#simulated_trigger) simulates it").without("trigger"),
-        field("trigger", one_of(&TRIGGERS), Optional, "wait for the trigger input: with `\"start\"` an edge starts the train, with `\"toggle\"` an edge starts it and the next one ends it, with `\"gated\"` it plays [while the input is held](protocol.md#trigger)"),
+        field("trigger", one_of(&TRIGGERS), Optional, "wait for the trigger input: with `\"start\"` an edge starts the train, with `\"toggle\"` an edge starts it and the next one ends it, with `\"gated\"` it plays [while the input is held](../protocol.md#trigger)"),
         field("lists", Kind::Flag, OrWord("false"), "accept [lists of pulses](#lists) in place of its own pulses; only for endless single pulses, and not in an isolated group"),
     ]
 }
@@ -200,7 +200,7 @@ fn muscle() -> Section {
         field("motor_threshold", bounded_number(UNIT, 3, R::MOTOR_THRESHOLD, "below `limit`"), OrFile, "smallest amplitude that causes a movement"),
         field("reference", bounded_number(UNIT, 3, R::REFERENCE, "at least `limit`"), OrFile, "amplitude at which A was measured"),
         field("slope_per_unit", bounded_number("per unit", 6, R::SLOPE_MICRO, "at most 16 octaves from threshold to reference"), OrFile, "b, the slope of the recruitment"),
-        field("model", Kind::Choice(models.collect()), OrWord("auto"), "model level that the device computes ([list](protocol.md#musclelevel)); `\"auto\"` selects the cheapest one that is accurate enough in this session; `flexor explain-model` reports which one and why ([muscle.md](muscle.md))"),
+        field("model", Kind::Choice(models.collect()), OrWord("auto"), "model level that the device computes ([list](../protocol.md#musclelevel)); `\"auto\"` selects the cheapest one that is accurate enough in this session; `flexor explain-model` reports which one and why ([muscle.md](../how/muscle.md))"),
         field("report", Kind::Flag, OrWord("true"), "whether the predicted force is reported; if false, `\"auto\"` considers only what the force controls"),
         field("fatigue", Kind::Table(fatigue()), Optional, "fatigue of the muscle; `\"calcium-force-fatigue\"` needs it"),
         field("changes", list(changes, 0, None, "changes"), Optional, "`{ at_s, model }`: other model levels, each from its time on, sent with the next setpoint; times must rise"),
@@ -212,7 +212,7 @@ fn force() -> Section {
     let rate = |period_us, bound| Kind::Real(Number::rate_from_period(period_us, TrainSpec::PERIOD_US).bound(bound));
     let mut fields = vec![
         field("max_frequency_hz", rate("min_period_us", "at least the train's"), OrTold("the train's".into()), "highest pulse rate, used at `limit`"),
-        field("min_frequency_hz", rate("max_period_us", "at most the train's"), OrTold("the train's".into()), "lowest pulse rate, at `motor_threshold`, for forces below the force of the threshold at the train's rate; below 10 Hz the force has [ripple](muscle.md#forces-that-can-be-had); without this field the device reports *limiting* for such a force and gives the threshold's force or none, whichever is nearer"),
+        field("min_frequency_hz", rate("max_period_us", "at most the train's"), OrTold("the train's".into()), "lowest pulse rate, at `motor_threshold`, for forces below the force of the threshold at the train's rate; below 10 Hz the force has [ripple](../how/muscle.md#forces-that-can-be-had); without this field the device reports *limiting* for such a force and gives the threshold's force or none, whichever is nearer"),
     ];
     fields.extend(hold("what to do between and after setpoints: extrapolate the force or hold it; if it is held, the muscle's lag is not compensated"));
     fields
@@ -346,7 +346,7 @@ fn setpoints() -> Section {
         field("channel", channel_number(), Required, "channel whose amplitude or force is streamed").when("kind", &["amplitude-ramp", "amplitude-steps", "force-ramp", "force-sine"]),
         field("points", list(stimulus_points(), 1, None, "points"), Required, "`{ at_s, value, width_us }`: amplitudes and widths; both are linear between the points of a ramp and held between steps; the last pair stays. Every pair, also between the points, must be within `max_charge_uc` (E630). From 0, an amplitude rises over the wearer's `rise_ms`; in a ramp of the width, this rise begins when the width reaches 10 µs").when("kind", &["amplitude-ramp", "amplitude-steps"]),
         field("points", list(force_points(), 1, None, "points"), Required, "`{ at_s, n }`: forces, linear between the points; the last one stays; a change above 1000 N/s is a step").when("kind", &["force-ramp"]),
-        field("points", list(wrench_points(), 1, None, "points"), Required, "`{ at_s, force_n }`: [forces at the hand](endpoint_session.md), linear between the points; the last one stays").when("kind", &["endpoint-force"]),
+        field("points", list(wrench_points(), 1, None, "points"), Required, "`{ at_s, force_n }`: [forces at the hand](../guides/endpoint_session.md), linear between the points; the last one stays").when("kind", &["endpoint-force"]),
         field("points", list(held_points(rising_time()), 1, None, "points"), Required, "`{ at_s, held }`: times from which an object is held or not; never held for longer than `longest_hold_s` (E753)").when("kind", &["held"]),
         field("posture_deg", Kind::Table(posture()), Optional, "posture of the arm, nine angles; without it the host measures them").when("kind", &["endpoint-force"]),
         field("stale_after_ms", number_in("ms", 0, SensorSource::STALE_AFTER_MS), Or(100), "age from which a measured angle is stale; not together with `posture_deg`").when("kind", &["endpoint-force"]),
@@ -355,7 +355,7 @@ fn setpoints() -> Section {
         field("frequency_hz", Kind::Real(SINE), Required, "frequency of the sine").when("kind", &["angle-sine", "force-sine"]),
         field("forces", list(forces, 0, Some(CHANNELS), "forces"), Optional, "forces of further channels with `force`, sent with every setpoint of any kind: each is `{ channel, points }` as for a `force-ramp`, or `{ channel, offset_n, amplitude_n, frequency_hz }` as for a `force-sine`; `host-tool/sessions/ten_forces.toml` streams ten of them with `kind = \"keep-alive\"`"),
         field("list", list(list_of_pulses(), 0, None, "lists"), Optional, "`{ at_s, channel, pulses }`: [lists of pulses](#lists), each played once in place of its channel's own pulses"),
-        field("bounds", list(bounds, 0, Some(CHANNELS), "channels"), Optional, "`{ channel, least, most, per_s, shortest_s }`: range of what a live client may stream instead, for the choice of [muscle models](muscle.md); a run plays the file's own setpoints, which must stay within the bounds (but a force may go below `least`)"),
+        field("bounds", list(bounds, 0, Some(CHANNELS), "channels"), Optional, "`{ channel, least, most, per_s, shortest_s }`: range of what a live client may stream instead, for the choice of [muscle models](../how/muscle.md); a run plays the file's own setpoints, which must stay within the bounds (but a force may go below `least`)"),
         field("values", list(values(), 1, Some(CHANNELS), "channels"), Required, "`{ channel, value, width_us }`: constant amplitudes; not for channels of the joint or the wall").when("kind", &["amplitudes"]),
         field("values", list(values(), 1, Some(CHANNELS), "channels"), Optional, "the same constant amplitudes, sent beside the other setpoints").when("kind", &["keep-alive", "amplitude-ramp", "amplitude-steps", "angle-sine", "angle-steps", "force-ramp", "force-sine", "endpoint-force", "held"]),
     ]

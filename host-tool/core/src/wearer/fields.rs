@@ -83,7 +83,7 @@ fn file() -> Section {
         field("electrode", list(electrode(), 0, Some(CHANNELS), "electrodes of the wearer"), Optional, "electrodes of the wearer"),
         field("forearm", Kind::Table(forearm()), Optional, "dimensions of the forearm, for simulated forearms"),
         field("elbow", Kind::Table(elbow()), Optional, "electrodes that move the elbow"),
-        field("limb", Kind::Table(super::limb::fields()), Optional, "model of the right arm, for a force at the hand ([endpoint_session.md](endpoint_session.md)); the origin of the thorax is arbitrary"),
+        field("limb", Kind::Table(super::limb::fields()), Optional, "model of the right arm, for a force at the hand ([endpoint_session.md](../guides/endpoint_session.md)); the origin of the thorax is arbitrary"),
         field("history", list(history(), 0, None, "entries"), Optional, "changes of this file, oldest first; entries are only appended"),
         field("check", list(check(), 0, None, "checks"), Optional, "drift checks, oldest first; entries are only appended"),
     ]

@@ -18,7 +18,7 @@ WATCH: ContextVar[Callable[[], None] | None] = ContextVar("WATCH", default=None)
 """Function that is called while a procedure runs, and ends it by an exception (`flexor.aio`)."""
 
 Order = Literal["raise", "lower", "again", "yes", "no", "too-much", "enough", "skip", "abort"]
-"""An order of a calibration's operator; docs/guides/calibrate.md describes them. "abort" ends it."""
+"""An order of a calibration's operator (docs/guides/calibrate.md). "abort" ends it."""
 
 
 @dataclass(frozen=True)
@@ -158,10 +158,10 @@ def calibrate(
 ) -> Calibration:
     """Find thresholds, limits and motor points of electrodes, and write a wearer file.
 
-    The procedure is that of ``flexor calibrate`` (docs/guides/calibrate.md): every raise needs an order of
-    its own, a presentation ends by itself, and no level exceeds the ceiling of the plan, the
-    wearer's limits or a level that was too much. If the operator takes longer than 0.2 s to return,
-    the device hears no host and stops.
+    The procedure is that of ``flexor calibrate`` (docs/guides/calibrate.md): every raise needs an
+    order of its own, a presentation ends by itself, and no level exceeds the ceiling of the plan,
+    the wearer's limits or a level that was too much. If the operator takes longer than 0.2 s to
+    return, the device hears no host and stops.
 
     Args:
         plan: Path of a plan (TOML), or its fields.

@@ -82,7 +82,8 @@ class Setup:
             area_mm2: Area of the active electrode, 10 to 20 000 mm²; by default the wearer file's,
                 or 800 mm².
             muscle: Muscle whose force the device predicts.
-            force: Force control on the device; fields of `[channel.force]` in docs/reference/sessions.md.
+            force: Force control on the device; fields of `[channel.force]`
+                (docs/reference/sessions.md).
 
         Raises:
             Refused: With all mistakes of the channel. The setup stays as it was.
@@ -245,7 +246,7 @@ class Setup:
         """Set up the force at the hand that `set(endpoint_n=...)` gives.
 
         The wearer file describes the arm. Fields are those of ``[setpoints]`` of kind
-        ``endpoint-force`` in docs/reference/sessions.md, without ``points``: `rate_hz` (by default 200) and
+        ``endpoint-force`` (docs/reference/sessions.md), without ``points``: `rate_hz` (200) and
         `posture_deg`, or `stale_after_ms` if you `measure` the nine angles.
 
         Raises:

@@ -119,7 +119,8 @@ class Muscle:
             session, which only `run` can do: a device that is driven call by call predicts a force
             only with "calcium-force" or "calcium-force-fatigue".
         report: Whether the predicted force is in the record (column ``force_N_n``); None is yes.
-        fatigue: Fatigue of the muscle; fields of `[channel.muscle.fatigue]` in docs/reference/sessions.md.
+        fatigue: Fatigue of the muscle; fields of `[channel.muscle.fatigue]`
+            (docs/reference/sessions.md).
 
     A constant that is None comes from the wearer file.
     """

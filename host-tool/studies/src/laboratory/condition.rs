@@ -243,12 +243,12 @@ fn parent<'t, 'f>(root: &'t mut Table, field: &'f str) -> Result<(&'t mut Table,
                 let item = place.and_then(|place| list.get_mut(place));
                 let item = item.and_then(Value::as_table_mut);
                 item.ok_or_else(|| {
+                    let first = numbers.first().map_or("1", String::as_str);
                     let known = numbers.join(", ");
-                    refuse(format!(
-                        "`{part}` needs a number after it, one of {known}, as in \
-                         `{part}.{}.{last}`",
-                        numbers.first().map_or("1", String::as_str)
-                    ))
+                    refuse(match wanted.is_empty() {
+                        true => format!("write its number, as in `{part}.{first}.{last}`"),
+                        false => format!("no `{part}` has the number {wanted}, only {known}"),
+                    })
                 })?
             }
             _ => return Err(refuse(format!("`{part}` is not a table"))),
@@ -276,6 +276,28 @@ fn unset(root: &mut Table, field: &str) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Channels go by their own numbers, programs by their position.
+    #[test]
+    fn a_path_names_a_channel_or_a_program_by_its_number() {
+        let text = "[[channel]]\nnumber = 8\n[[program]]\nvalue = 1.0\n[[program]]\nvalue = 2.0\n";
+        let mut session: Table = text.parse().unwrap();
+        set(&mut session, "program.2.value", 3.0.into()).unwrap();
+        set(&mut session, "channel.8.limit", 9.0.into()).unwrap();
+        assert_eq!(session["program"][1]["value"], Value::from(3.0));
+        assert_eq!(session["channel"][0]["limit"], Value::from(9.0));
+        for (field, reason) in [
+            (
+                "program.3.value",
+                "no `program` has the number 3, only 1, 2",
+            ),
+            ("program.value", "write its number, as in `program.1.value`"),
+            ("channel.1.limit", "no `channel` has the number 1, only 8"),
+        ] {
+            let error = set(&mut session, field, 0.0.into()).unwrap_err();
+            assert!(error.contains(reason), "{error}");
+        }
+    }
 
     #[test]
     fn a_wearer_lies_where_its_session_says() {

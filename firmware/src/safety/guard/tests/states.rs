@@ -226,16 +226,18 @@ fn page() -> String {
 const HEAD: &str = "\
 # Every state × everything that can happen
 
-Made by a test from the guard itself (`firmware/src/safety/guard/mod.rs`), which is the same
-on board and simulators; the test fails if this page is not what the code does:
+This page lists, for each state of the device, what every event does. *then* is the state afterwards
+(– means that it stays), *it says* is the event that the host receives (– means none).
+
+A test makes the page from the guard itself (`firmware/src/safety/guard/mod.rs`), which is the same
+on board and simulators, and fails if the page is not what the code does:
 
     FLEXOR_OVERWRITE=1 cargo test -p firmware --lib states     # renews it: read the diff
 
-*then*: – stays. *it says*: – nothing. One channel wants 5 mA of the 20 that it may have,
-once armed; stop and key are closed unless a row says otherwise; in Checking both phases
-have been read. The time that is up is 11 s: the electrode check's end, 10 s after arming,
-the host's silence, the end of the fall or of the last grounding. Hosts see Checking as
-Idle, Grounding as Fault ([protocol.md](protocol.md)). *Stopping at once* is the stop of an
+One channel wants 5 mA of the 20 that it may have, once armed; stop and key are closed unless a row
+says otherwise; in Checking both phases have been read. The time that is up is 11 s: the electrode
+check's end, 10 s after arming, the host's silence, the end of the fall or of the last grounding.
+Hosts see Checking as Idle, Grounding as Fault ([protocol](../protocol.md)). *Stopping at once* is the stop of an
 opened hand-held stop or key: its amplitude is 0 at once, where *Stopping* falls.
 
 A second test plays every three events in a row from every state, 72,000 of them, and
