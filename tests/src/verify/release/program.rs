@@ -286,7 +286,7 @@ impl<'a> Builder<'a> {
         for line in [
             "run reciprocal",
             "run reciprocal --device chip --out chip",
-            "report chip --overwrite",
+            "rerun chip --out again",
             "image --board weact --hex weact.hex",
             "experiment hamana-1 --draws 1 --participant P --out study",
         ] {
