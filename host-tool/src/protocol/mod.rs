@@ -113,7 +113,7 @@ pub struct RefusalDescription {
     pub name: String,
     /// Reason, as a phrase.
     pub meaning: &'static str,
-    /// What a user can do.
+    /// Advice to a user.
     pub advice: &'static str,
 }
 
@@ -191,7 +191,8 @@ impl TypeDescription {
 
 impl Variant {
     /// Returns the content in words of docs/protocol.md: a type, named parts, or a dash.
-    fn carries(&self) -> String {
+    #[must_use]
+    pub fn carries(&self) -> String {
         let parts = self.parts.iter();
         let parts = parts.map(|(name, ty)| format!("{name}: {ty}"));
         match (&self.ty, parts.collect::<Vec<_>>()) {

@@ -18,7 +18,7 @@ use firmware::link::{Code, MAX_MESSAGE, Refusal, Response, SCHEMA, ToDevice, enc
 use firmware::pulse::{CHANNELS, MAX_GROUPS};
 use firmware::safety::{Fault, MAX_LISTED};
 use host_core::link::{advice, meaning};
-use host_tool::protocol::{Protocol, describe};
+use host_tool::protocol::{Protocol, TypeDescription, Variant, describe};
 use postcard_schema::{Schema, schema::NamedType};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -59,12 +59,29 @@ fn directions() -> [&'static NamedType; 2] {
     [ToDevice::SCHEMA, <Response<'static> as Schema>::SCHEMA]
 }
 
-fn types() -> BTreeMap<String, schema::Rows> {
-    let mut type_tables = BTreeMap::new();
-    for t in directions() {
-        schema::tables(t, &mut type_tables);
-    }
-    type_tables
+/// Rows of a type: (field, type) of a struct, (number and variant, contents) of an enum.
+type Rows = Vec<(String, String)>;
+
+/// Returns the rows of every type on the link.
+fn types() -> BTreeMap<String, Rows> {
+    let rows = |description: TypeDescription| match description {
+        TypeDescription::Struct(fields) => fields
+            .into_iter()
+            .map(|field| (field.name, field.ty))
+            .collect(),
+        TypeDescription::Enum(variants) => {
+            let row = |variant: Variant| {
+                let name = format!("{} {}", variant.number, variant.name);
+                (name, variant.carries().replace('`', ""))
+            };
+            variants.into_iter().map(row).collect()
+        }
+    };
+    let protocol = describe().expect("the program's own files");
+    let types = protocol.types.into_iter();
+    types
+        .map(|(name, described)| (name, rows(described)))
+        .collect()
 }
 
 fn vector<T: Serialize>(name: &str, direction: &str, message: &T) -> (String, Vec<u8>) {

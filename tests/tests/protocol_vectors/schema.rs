@@ -2,66 +2,7 @@
 
 use postcard_schema::schema::{DataModelType as Ty, DataModelVariant as Variant, NamedType};
 use serde_json::Value;
-use std::collections::{BTreeMap, BTreeSet};
-
-/// Rows of a type's table in protocol.md: (field, type) of a struct, (number and variant, contents)
-/// of an enum.
-pub type Rows = Vec<(String, String)>;
-
-/// Returns a type's name as protocol.md writes it.
-pub fn name(t: &NamedType) -> String {
-    match t.ty {
-        Ty::Bool => "bool".into(),
-        Ty::U8 => "u8".into(),
-        Ty::U16 => "u16".into(),
-        Ty::U32 => "u32".into(),
-        Ty::U64 => "u64".into(),
-        Ty::I16 => "i16".into(),
-        Ty::I32 => "i32".into(),
-        Ty::String => "str".into(),
-        Ty::Option(inner) => format!("Option<{}>", name(inner)),
-        Ty::Seq(inner) => format!("Vec<{}>", name(inner)),
-        Ty::Tuple(items) => format!("[{}; {}]", name(items[0]), items.len()),
-        Ty::NewtypeStruct(_) | Ty::Struct(_) | Ty::Enum(_) => t.name.into(),
-        other => panic!("protocol.md has no name for {other:?}"),
-    }
-}
-
-/// Collects every struct and enum inside `t`, with its rows.
-pub fn tables(t: &NamedType, types: &mut BTreeMap<String, Rows>) {
-    let mut rows = vec![];
-    match t.ty {
-        Ty::Option(inner) | Ty::Seq(inner) => return tables(inner, types),
-        Ty::Tuple(items) => return items.iter().for_each(|i| tables(i, types)),
-        Ty::NewtypeStruct(inner) => rows.push(("newtype".into(), name(inner))),
-        Ty::Struct(fields) => {
-            for field in *fields {
-                tables(field.ty, types);
-                rows.push((field.name.into(), name(field.ty)));
-            }
-        }
-        Ty::Enum(variants) => {
-            for (number, variant) in variants.iter().enumerate() {
-                let carries = match variant.ty {
-                    Variant::UnitVariant => "–".into(),
-                    Variant::NewtypeVariant(inner) => {
-                        tables(inner, types);
-                        name(inner)
-                    }
-                    Variant::StructVariant(fields) => {
-                        fields.iter().for_each(|f| tables(f.ty, types));
-                        let parts = fields.iter().map(|f| format!("{}: {}", f.name, name(f.ty)));
-                        parts.collect::<Vec<_>>().join(", ")
-                    }
-                    other => panic!("protocol.md has no words for {other:?}"),
-                };
-                rows.push((format!("{number} {}", variant.name), carries));
-            }
-        }
-        _ => return,
-    }
-    types.insert(t.name.into(), rows);
-}
+use std::collections::BTreeSet;
 
 /// Removes every variant (type and name) that occurs in `json` from `left`.
 pub fn tick_off(t: &NamedType, json: &Value, left: &mut BTreeSet<(String, String)>) {

@@ -46,8 +46,8 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
         Ok(interpreter) => interpreter,
         Err(reason) => return Ok(Report::skip(format!("book: {reason}"))),
     };
-    let (mut report, book) = build(at, console)?;
     let tools = tools(at, console, &interpreter)?;
+    let (mut report, book) = build(at, console, &tools)?;
     let pages = book.join("**/*.html").to_string_lossy().into_owned();
     // The page for missing pages links to the root of a server.
     let follow = [
@@ -69,13 +69,15 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
     Ok(report)
 }
 
-/// Builds the book, and returns its folder.
+/// Builds the book with these [`tools`], and returns its folder.
 ///
 /// # Errors
-/// Fails if its tools cannot be installed.
-pub(super) fn build(at: &Workspace, console: &mut Console) -> anyhow::Result<(Report, PathBuf)> {
-    let interpreter = Interpreter::obtain(at, console).map_err(anyhow::Error::msg)?;
-    let tools = tools(at, console, &interpreter)?;
+/// Fails if the program cannot be started.
+pub(super) fn build(
+    at: &Workspace,
+    console: &mut Console,
+    tools: &Environment,
+) -> anyhow::Result<(Report, PathBuf)> {
     let built = execute(at, console, &tools.program("mdbook"), &["build", "docs"])?;
     let is_warning = |line: &&String| line.contains("WARN") || line.contains("ERROR");
     let warned: Vec<String> = built.lines.iter().filter(is_warning).cloned().collect();
@@ -86,7 +88,11 @@ pub(super) fn build(at: &Workspace, console: &mut Console) -> anyhow::Result<(Re
     Ok((report, at.target.join("book")))
 }
 
-fn tools(
+/// Returns the environment with the programs of [`TOOLS`].
+///
+/// # Errors
+/// Fails if they cannot be installed.
+pub(super) fn tools(
     at: &Workspace,
     console: &mut Console,
     interpreter: &Interpreter,

@@ -6,7 +6,7 @@
 
 pub(super) mod environment;
 mod pytest;
-mod site;
+pub(super) mod site;
 
 use super::Workspace;
 use super::command::{cargo, execute_with};

@@ -28,7 +28,10 @@ pub(super) fn assemble(packages: &Path, built: &Path, site: &Path) -> anyhow::Re
 }
 
 /// Copies a folder, without compiled files.
-fn copy_folder(from: &Path, to: &Path) -> anyhow::Result<()> {
+///
+/// # Errors
+/// Fails if a file cannot be copied.
+pub(in crate::verify) fn copy_folder(from: &Path, to: &Path) -> anyhow::Result<()> {
     fs::create_dir_all(to).with_context(|| format!("{} cannot be made", to.display()))?;
     let entries = fs::read_dir(from).with_context(|| format!("{}", from.display()))?;
     for entry in entries {

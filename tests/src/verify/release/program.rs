@@ -9,6 +9,8 @@ use super::{third_party, without_folders};
 use crate::verify::command::{execute, execute_with};
 use crate::verify::console::Console;
 use crate::verify::image::{Image, TARGET as CHIP};
+use crate::verify::python::environment::Interpreter;
+use crate::verify::python::site::copy_folder;
 use crate::verify::report::Report;
 use crate::verify::{Workspace, book, windows};
 use anyhow::{Context, ensure};
@@ -34,7 +36,7 @@ const BOARDS: [(&str, &str); 3] = [
 /// Largest size of the program without its images, bytes.
 const MAX_PROGRAM_BYTES: u64 = 20_000_000;
 
-/// What a reader of an archive needs first.
+/// Text of README.txt in an archive.
 const README: &str = "Flexor: an open ten-channel wearable muscle stimulator.\n\
     A research instrument, not a medical device. Simulation is no evidence about people.\n\n\
     \x20   ./flexor run reciprocal     runs a session on the simulator, and writes a report\n\
@@ -67,6 +69,8 @@ struct Builder<'a> {
     commit: String,
     /// Time of the commit, s since 1970.
     epoch: String,
+    /// Licences of the crates of other authors.
+    licences: String,
 }
 
 /// Builds, packs and tries out everything.
@@ -108,6 +112,7 @@ impl<'a> Builder<'a> {
             version: version(&fs::read_to_string(at.root.join("Cargo.toml"))?)?,
             commit: String::new(),
             epoch: String::new(),
+            licences: third_party::licences(at, console)?,
         };
         builder.commit = builder.git(console, &["rev-parse", "HEAD"])?;
         builder.epoch = builder.git(console, &["log", "-1", "--format=%ct"])?;
@@ -236,12 +241,12 @@ impl<'a> Builder<'a> {
         }
         let pages = folder.join("man");
         self.must(console, &own, &["man", &pages.to_string_lossy()], &[])?;
-        let (built, pages) = book::build(self.at, console)?;
+        let interpreter = Interpreter::obtain(self.at, console).map_err(anyhow::Error::msg)?;
+        let tools = book::tools(self.at, console, &interpreter)?;
+        let (built, pages) = book::build(self.at, console, &tools)?;
         ensure!(built.failed == 0, "the book cannot be built");
         copy_folder(&pages, &folder.join("book"))?;
         self.copy_texts(&folder)?;
-        let licences = third_party::licences(self.at, console)?;
-        fs::write(folder.join("THIRD-PARTY.txt"), licences)?;
         self.tar(console, &folder)?;
         Ok(folder)
     }
@@ -256,6 +261,7 @@ impl<'a> Builder<'a> {
             fs::copy(self.at.root.join(text), folder.join(text)).context(text)?;
         }
         fs::write(folder.join("README.txt"), README)?;
+        fs::write(folder.join("THIRD-PARTY.txt"), &self.licences)?;
         Ok(())
     }
 
@@ -339,10 +345,6 @@ impl<'a> Builder<'a> {
         let note = "This program was built and never run on Windows.\r\n";
         fs::write(folder.join("NOT-TESTED.txt"), note)?;
         self.copy_texts(&folder)?;
-        fs::write(
-            folder.join("THIRD-PARTY.txt"),
-            third_party::licences(self.at, console)?,
-        )?;
         let archive = self.dist.join(format!("{name}.zip"));
         let (archive, folder) = (archive.to_string_lossy(), folder.to_string_lossy());
         let words = ["-c", ZIP, &archive, &self.epoch, &folder];
@@ -381,19 +383,4 @@ fn version(manifest: &str) -> anyhow::Result<String> {
     let manifest: toml::Table = manifest.parse()?;
     let version = manifest["workspace"]["package"]["version"].as_str();
     Ok(version.context("the workspace has a version")?.to_owned())
-}
-
-fn copy_folder(from: &Path, to: &Path) -> anyhow::Result<()> {
-    fs::create_dir_all(to)?;
-    for entry in fs::read_dir(from)? {
-        let entry = entry?;
-        let (path, target) = (entry.path(), to.join(entry.file_name()));
-        match path.is_dir() {
-            true => copy_folder(&path, &target)?,
-            false => {
-                fs::copy(&path, &target)?;
-            }
-        }
-    }
-    Ok(())
 }
