@@ -95,7 +95,7 @@ impl InvalidFile {
 
     fn to_json(&self) -> Vec<Value> {
         match self {
-            Self::Placed(mistakes) => mistakes_json(mistakes),
+            Self::Placed(mistakes) => mistakes.to_json(),
             Self::Declaration(text) => vec![mistake_json(text)],
         }
     }
@@ -248,19 +248,4 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
 fn mistake_json(text: &str) -> Value {
     let (number, message) = text.split_once(' ').unwrap_or(("", text));
     json!({ "number": number, "line": null, "column": null, "message": message, "help": null })
-}
-
-/// Returns the number, place, message and help of each mistake.
-fn mistakes_json(e: &SessionError) -> Vec<Value> {
-    let mistakes = e.errors().map(|e| {
-        let (line, column) = e.line_and_column().unzip();
-        json!({
-            "number": format!("E{}", e.problem().number()),
-            "line": line,
-            "column": column,
-            "message": e.to_string(),
-            "help": miette::Diagnostic::help(e).map(|help| help.to_string()),
-        })
-    });
-    mistakes.collect()
 }

@@ -259,6 +259,7 @@ impl Drive {
 
     /// Stops stimulation because the program did not renew its lease of `lease_s`, and returns the
     /// error that says so.
+    #[cfg(feature = "realtime")]
     pub(super) fn stop_expired(&mut self, lease_s: f64) -> DriveError {
         let expired = DriveError::LeaseExpired { lease_s };
         self.stop_early(&expired.to_string())

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::error::{MOST, Place, Problem};
 use super::visible::escape_control_chars;
 use miette::{Diagnostic, LabeledSpan, NamedSource, Severity, SourceCode};
+use serde_json::{Value, json};
 
 /// Length of a line, in bytes, above which the lines around an error are not shown.
 const LONGEST_LINE: usize = 1_000;
@@ -138,6 +139,22 @@ impl SessionError {
     pub fn lines(&self) -> String {
         let lines: Vec<String> = self.errors().map(Self::one_line).collect();
         lines.join("\n")
+    }
+
+    /// Returns number, place, message and help of each error, as programs read them.
+    #[must_use]
+    pub fn to_json(&self) -> Vec<Value> {
+        let errors = self.errors().map(|error| {
+            let (line, column) = error.line_and_column().unzip();
+            json!({
+                "number": error.0.code,
+                "line": line,
+                "column": column,
+                "message": error.to_string(),
+                "help": Diagnostic::help(error).map(|help| help.to_string()),
+            })
+        });
+        errors.collect()
     }
 
     /// Returns the path of the field with the error, for example "channel.train.width_us"; an empty

@@ -10,11 +10,14 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// The file cannot be written; the old file stays.
 pub fn replace_file(path: &Path, contents: &[u8]) -> Result<(), RecordError> {
-    replace(&FileSystem, path, contents)
+    replace_file_on(&FileSystem, path, contents)
 }
 
-/// Replaces a file on `disk`, which may be a test disk that fails, as a whole.
-pub(super) fn replace(disk: &dyn Disk, path: &Path, contents: &[u8]) -> Result<(), RecordError> {
+/// Replaces a file on `disk` as a whole.
+///
+/// # Errors
+/// The file cannot be written; the old file stays.
+pub fn replace_file_on(disk: &dyn Disk, path: &Path, contents: &[u8]) -> Result<(), RecordError> {
     crate::disk::replace(disk, path, contents).map_err(RecordError::write(path))
 }
 
@@ -26,7 +29,7 @@ pub(super) fn write_json(
 ) -> Result<(), RecordError> {
     let text = serde_json::to_string_pretty(value).map_err(std::io::Error::from);
     let text = text.map_err(RecordError::write(path))?;
-    replace(disk, path, (text + "\n").as_bytes())
+    replace_file_on(disk, path, (text + "\n").as_bytes())
 }
 
 /// Longest file name that file systems allow, bytes.

@@ -1,9 +1,9 @@
 //! Ending of a run, which `summary.json` contains from the first moment of the run on.
 
 use super::damage::{TrialCounts, is_lost};
-use super::disk::replace;
+use super::disk::replace_file_on;
 use super::{RecordError, Run};
-use crate::disk::FileSystem;
+use crate::disk::Disk;
 use hal_sim::input;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -106,7 +106,11 @@ struct Beginning<'a> {
 }
 
 /// Writes the first `summary.json` of a run, which says that the run is incomplete.
-pub(super) fn write_initial_summary(dir: &Path, run: &Run) -> Result<(), RecordError> {
+pub(super) fn write_initial_summary(
+    disk: &dyn Disk,
+    dir: &Path,
+    run: &Run,
+) -> Result<(), RecordError> {
     let beginning = Beginning {
         title: &run.title,
         device: &run.device,
@@ -114,18 +118,22 @@ pub(super) fn write_initial_summary(dir: &Path, run: &Run) -> Result<(), RecordE
         version: env!("CARGO_PKG_VERSION"),
         ending: Ending::default(),
     };
-    write_summary(dir, &beginning)
+    write_summary(disk, dir, &beginning)
 }
 
-/// Replaces `summary.json` as a whole.
+/// Replaces `summary.json` on `disk` as a whole.
 ///
 /// # Errors
 /// The file cannot be written; the old file stays.
-pub fn write_summary(dir: &Path, summary: &impl Serialize) -> Result<(), RecordError> {
+pub fn write_summary(
+    disk: &dyn Disk,
+    dir: &Path,
+    summary: &impl Serialize,
+) -> Result<(), RecordError> {
     let path = dir.join("summary.json");
     let text = serde_json::to_string_pretty(summary).map_err(std::io::Error::from);
     let text = text.map_err(RecordError::write(&path))?;
-    replace(&FileSystem, &path, (text + "\n").as_bytes())
+    replace_file_on(disk, &path, (text + "\n").as_bytes())
 }
 
 /// Reads from `summary.json` how the run ended and how many rows its trials had. A run without this

@@ -7,7 +7,7 @@ use super::recorder::Recorder;
 use super::{
     DeviceKind, FORMAT, RecordError, Run, Trial, ending, read_edges, read_markers, read_samples,
 };
-use crate::disk::FileSystem;
+use crate::disk::{Disk, FileSystem};
 use crate::session::KEPT_AS;
 use hal_sim::input;
 use serde::{Serialize, de::DeserializeOwned};
@@ -17,9 +17,17 @@ use std::path::{Path, PathBuf};
 /// the run as incomplete until it is replaced. Call this function before you create the first
 /// [`Recorder`], so that an interrupted run can be loaded.
 pub fn write_run(dir: &Path, run: &Run) -> Result<(), RecordError> {
-    std::fs::create_dir_all(dir).map_err(RecordError::write(dir))?;
-    ending::write_initial_summary(dir, run)?;
-    write_header(dir, run)
+    write_run_on(&FileSystem, dir, run)
+}
+
+/// Writes the files of [`write_run`] on `disk`.
+///
+/// # Errors
+/// The files cannot be written.
+pub fn write_run_on(disk: &dyn Disk, dir: &Path, run: &Run) -> Result<(), RecordError> {
+    disk.create_folder(dir).map_err(RecordError::write(dir))?;
+    ending::write_initial_summary(disk, dir, run)?;
+    write_header_on(disk, dir, run)
 }
 
 /// Replaces `run.json` only, after facts about the device became known during a trial.
@@ -27,6 +35,14 @@ pub fn write_run(dir: &Path, run: &Run) -> Result<(), RecordError> {
 /// # Errors
 /// The file cannot be written; the old file stays.
 pub fn write_header(dir: &Path, run: &Run) -> Result<(), RecordError> {
+    write_header_on(&FileSystem, dir, run)
+}
+
+/// Replaces the file of [`write_header`] on `disk`.
+///
+/// # Errors
+/// The file cannot be written; the old file stays.
+pub fn write_header_on(disk: &dyn Disk, dir: &Path, run: &Run) -> Result<(), RecordError> {
     #[derive(Serialize)]
     struct Header<'a> {
         #[serde(flatten)]
@@ -40,7 +56,7 @@ pub fn write_header(dir: &Path, run: &Run) -> Result<(), RecordError> {
         kind,
         simulated: run.simulated_if_known(),
     };
-    write_json(&FileSystem, &dir.join("run.json"), &header)
+    write_json(disk, &dir.join("run.json"), &header)
 }
 
 /// Writes a complete run that is in memory, with all its trials.

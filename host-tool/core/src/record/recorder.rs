@@ -1,6 +1,6 @@
 //! Keeps a trial on disk while it runs.
 
-use super::disk::{replace, trial_folder, write_json};
+use super::disk::{replace_file_on, trial_folder, write_json};
 use super::{
     ClockFit, Edge, ElectrodeReading, Identity, Marker, RecordError, Sample, Samples, Trial,
     columns, marker, table,
@@ -41,8 +41,7 @@ impl Recorder {
         Self::create_on(Box::new(FileSystem), dir, position, trial)
     }
 
-    /// Creates the folder of a trial as [`Self::create`] does, on `disk`, which may be a test disk
-    /// that fails.
+    /// Creates the folder of a trial as [`Self::create`] does, on `disk`.
     pub fn create_on(
         disk: Box<dyn Disk>,
         dir: &Path,
@@ -52,9 +51,10 @@ impl Recorder {
         let folder = trial_folder(dir, position, &trial.name);
         if folder.is_symlink() {
             // The folder to which the link leads does not belong to this record.
-            std::fs::remove_file(&folder).map_err(RecordError::io(&folder))?;
+            disk.remove(&folder).map_err(RecordError::io(&folder))?;
         }
-        std::fs::create_dir_all(&folder).map_err(RecordError::write(&folder))?;
+        disk.create_folder(&folder)
+            .map_err(RecordError::write(&folder))?;
         let path = folder.join("samples.csv");
         let samples = disk.create(&path).map_err(RecordError::write(&path))?;
         let markers_path = folder.join("markers.csv");
@@ -132,7 +132,7 @@ impl Recorder {
         let path = self.folder.join("edges.csv");
         let mut text = Vec::new();
         table::write_edges(&mut text, edges).map_err(RecordError::write(&path))?;
-        replace(&*self.disk, &path, &text)
+        replace_file_on(&*self.disk, &path, &text)
     }
 
     /// Records in `trial.json` which device answered.
@@ -186,16 +186,20 @@ impl Recorder {
     /// names one, and `columns.csv` with the meaning of the columns.
     fn write_companion_files(&self, trial: &Trial) -> Result<(), RecordError> {
         if !trial.session_text.is_empty() {
-            let path = self.folder.join("session.toml");
-            std::fs::write(&path, &trial.session_text).map_err(RecordError::write(&path))?;
+            self.write_companion("session.toml", trial.session_text.as_bytes())?;
         }
         if let Some(wearer) = &trial.wearer {
-            let path = self.folder.join(KEPT_AS);
-            std::fs::write(&path, &wearer.text).map_err(RecordError::write(&path))?;
+            self.write_companion(KEPT_AS, wearer.text.as_bytes())?;
         }
-        let path = self.folder.join("columns.csv");
-        let written = columns::dictionary(&trial.channels)
-            .and_then(|dictionary| std::fs::write(&path, dictionary));
+        let dictionary = columns::dictionary(&trial.channels);
+        let dictionary =
+            dictionary.map_err(RecordError::write(&self.folder.join("columns.csv")))?;
+        self.write_companion("columns.csv", &dictionary)
+    }
+
+    fn write_companion(&self, name: &str, contents: &[u8]) -> Result<(), RecordError> {
+        let path = self.folder.join(name);
+        let written = (self.disk.create(&path)).and_then(|mut file| file.write_all(contents));
         written.map_err(RecordError::write(&path))
     }
 

@@ -30,7 +30,7 @@ pub use html::{Html, Piece};
 pub use limb::draw_bones;
 pub use overview::picture as overview_picture;
 pub use page::{document, figure, page};
-pub use summary::write;
+pub use summary::{write, write_on};
 pub use tables::force_remarks;
 
 use crate::record::{Assumption, PaperRow, Run};

@@ -6,7 +6,8 @@ use crate::analysis::{
     limit_cycles, metrics, wall_contacts,
 };
 use crate::record::{
-    Assumption, Ending, PaperRow, RecordError, RowCounts, TrialWearer, replace_file, write_summary,
+    Assumption, Disk, Ending, FileSystem, PaperRow, RecordError, RowCounts, TrialWearer,
+    replace_file_on, write_summary,
 };
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -58,11 +59,19 @@ struct TrialSummary<'a> {
 /// # Errors
 /// The files cannot be written; the old summary stays.
 pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
+    write_on(&FileSystem, dir, report)
+}
+
+/// Writes the files of [`write`] on `disk`.
+///
+/// # Errors
+/// The files cannot be written; the old summary stays.
+pub fn write_on(disk: &dyn Disk, dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
     let failed = |why| RecordError::Write {
         path: dir.to_owned(),
         why,
     };
-    std::fs::create_dir_all(dir).map_err(failed)?;
+    disk.create_folder(dir).map_err(failed)?;
     let run = report.run;
     let summary = Summary {
         title: &run.title,
@@ -99,8 +108,8 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
     };
     let path = dir.join("report.html");
     if run.damage.is_empty() {
-        write_summary(dir, &summary)?;
+        write_summary(disk, dir, &summary)?;
     }
-    replace_file(&path, page(report).as_bytes())?;
+    replace_file_on(disk, &path, page(report).as_bytes())?;
     Ok(path)
 }

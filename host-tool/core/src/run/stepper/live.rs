@@ -2,6 +2,7 @@
 
 use super::{RunError, StepEnd, Stepper};
 use crate::link::Port;
+use crate::record::Samples;
 use firmware::link::Request;
 use std::time::Duration;
 
@@ -21,6 +22,14 @@ impl<P: Port> Stepper<'_, P> {
         self.keep_alive_us = Some(u64::MAX); // nothing is due before the start
         self.trial.duration_s = 0.0; // known at the end
         self
+    }
+
+    /// Forgets the samples, events and markers that are in memory, for a session without an end that
+    /// nobody records.
+    pub fn forget_rows(&mut self) {
+        self.trial.samples = Samples::default();
+        self.trial.events.clear();
+        self.trial.markers.clear();
     }
 
     /// Sends a request, waits for its acknowledgement, and returns the device time of the
