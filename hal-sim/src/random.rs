@@ -74,7 +74,7 @@ pub fn standard_normal(seed: u64, index: u64) -> f64 {
     // The first uniform deviate lies in (0, 1], so its logarithm is finite.
     let radius = 1.0 - unit(seed, 2 * index);
     let turn = unit(seed, 2 * index + 1);
-    (-2.0 * radius.ln()).sqrt() * (TAU * turn).cos()
+    (-2.0 * libm::log(radius)).sqrt() * libm::cos(TAU * turn)
 }
 
 /// Standard normal deviates of a stream. The latest one is cached, because a sensor may be read
@@ -157,7 +157,7 @@ impl Random {
     /// Returns the next number between the positive `low` and `high`; its logarithm is uniformly
     /// distributed.
     pub fn log_between(&mut self, low: f64, high: f64) -> f64 {
-        low * (high / low).powf(self.unit())
+        low * libm::pow(high / low, self.unit())
     }
 }
 

@@ -33,12 +33,12 @@ impl Joint {
         let w2 = spec.stiffness_nm_per_rad / spec.inertia_kg_m2;
         let d = (a * a - w2).abs().sqrt();
         let (cosine, sine) = if a * a >= w2 {
-            ((d * h_s).cosh(), (d * h_s).sinh())
+            (libm::cosh(d * h_s), libm::sinh(d * h_s))
         } else {
-            ((d * h_s).cos(), (d * h_s).sin())
+            (libm::cos(d * h_s), libm::sin(d * h_s))
         };
         let sine = if d == 0.0 { h_s } else { sine / d };
-        let decay = (-a * h_s).exp();
+        let decay = libm::exp(-a * h_s);
         Self {
             angle_rad: spec.rest_deg.to_radians(),
             rate_rad_per_s: 0.0,

@@ -32,7 +32,7 @@ impl AngleSensor {
             noise: Noise::new(seed),
             lagging_deg: angle_deg,
             keeps: if spec.lag_s > 0.0 {
-                (-step_s / spec.lag_s).exp()
+                libm::exp(-step_s / spec.lag_s)
             } else {
                 0.0
             },

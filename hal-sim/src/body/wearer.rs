@@ -65,7 +65,7 @@ const CHRONAXIE_US: f64 = 200.0;
 /// exponential in between with `curvature` (not zero).
 pub fn recruitment(effective_v: f64, threshold_v: f64, max_v: f64, curvature: f64) -> f64 {
     let x = ((effective_v - threshold_v) / (max_v - threshold_v)).clamp(0.0, 1.0);
-    (curvature * x).exp_m1() / curvature.exp_m1()
+    libm::expm1(curvature * x) / libm::expm1(curvature)
 }
 
 /// Returns the voltage into the nominal load at 200 µs that excites as much as `current_ma` does in

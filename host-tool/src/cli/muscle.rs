@@ -158,7 +158,7 @@ impl Muscle {
         let (mut c, mut last) = (0.0, 0);
         for &at in pulses {
             let passed_ms = (at - last) as f64 * 1e-3; // times rise, so this is not negative
-            c = c * (-passed_ms / self.tau_c_ms).exp() + 1.0;
+            c = c * libm::exp(-passed_ms / self.tau_c_ms) + 1.0;
             last = at;
             if c >= f64::from(end) {
                 let at_s = at as f64 * 1e-6;

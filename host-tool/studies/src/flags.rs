@@ -182,8 +182,10 @@ pub fn compare(
 fn geometric_mean(values: &[f64], base: &[f64]) -> f64 {
     let pairs = values.iter().zip(base);
     let ratios = pairs.filter(|(value, base)| **value > 0.0 && **base > 0.0);
-    let logs: Vec<f64> = ratios.map(|(value, base)| (value / base).ln()).collect();
-    (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp()
+    let logs: Vec<f64> = ratios
+        .map(|(value, base)| libm::log(value / base))
+        .collect();
+    libm::exp(logs.iter().sum::<f64>() / logs.len().max(1) as f64)
 }
 
 /// Returns `None` if the device reported a fault.

@@ -30,14 +30,14 @@ pub(super) fn angles_deg(posture: &Posture, bones: &Skeleton, turns: &JointRotat
     let shoulder = girdle.transpose() * upper_arm;
     // Euler angles: the middle axis first, then the first and the third.
     let sternal = [
-        (-girdle[(0, 1)]).atan2(girdle[(1, 1)]),
-        girdle[(2, 1)].clamp(-1.0, 1.0).asin(),
-        (-girdle[(2, 0)]).atan2(girdle[(2, 2)]),
+        libm::atan2(-girdle[(0, 1)], girdle[(1, 1)]),
+        libm::asin(girdle[(2, 1)].clamp(-1.0, 1.0)),
+        libm::atan2(-girdle[(2, 0)], girdle[(2, 2)]),
     ];
     let glenohumeral = [
-        shoulder[(0, 2)].atan2(shoulder[(2, 2)]),
-        (-shoulder[(1, 2)]).clamp(-1.0, 1.0).asin(),
-        shoulder[(1, 0)].atan2(shoulder[(1, 1)]),
+        libm::atan2(shoulder[(0, 2)], shoulder[(2, 2)]),
+        libm::asin((-shoulder[(1, 2)]).clamp(-1.0, 1.0)),
+        libm::atan2(shoulder[(1, 0)], shoulder[(1, 1)]),
     ];
     let [a, b, c] = sternal.map(f64::to_degrees);
     let [d, e, f] = glenohumeral.map(f64::to_degrees);

@@ -108,7 +108,9 @@ impl ArmSpec {
         let subject = draws.uniform(0.0, SUBJECTS.len() as f64) as usize % SUBJECTS.len();
         let stream = random::word(random::word(seed, index), STREAM);
         let normal = |which| random::standard_normal(stream, which).clamp(-2.0, 2.0);
-        let log = |draws: &mut Draws, low: f64, high: f64| draws.uniform(low.ln(), high.ln()).exp();
+        let log = |draws: &mut Draws, low: f64, high: f64| {
+            libm::exp(draws.uniform(libm::log(low), libm::log(high)))
+        };
         let mut spec = Self {
             stature_m: 1.76 + 0.09 * normal(0),
             mass_kg: 77.3 + 6.67 * normal(1),

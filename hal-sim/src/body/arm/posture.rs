@@ -119,14 +119,14 @@ impl Skeleton {
         let acromion = clavicle * Vector3::from(ACROMION_M);
         let socket = acromion + scapula * Vector3::from(SOCKET_M);
         let shoulder = lengths.shoulder * from_das3_axes(socket);
-        let (sine, cosine) = posture.elevation_deg.to_radians().sin_cos();
-        let (aside, ahead) = posture.plane_deg.to_radians().sin_cos();
+        let (sine, cosine) = libm::sincos(posture.elevation_deg.to_radians());
+        let (aside, ahead) = libm::sincos(posture.plane_deg.to_radians());
         let upper_arm = Vector3::new(sine * ahead, -sine * aside, -cosine);
         let forward = Vector3::x() - upper_arm * upper_arm.x;
         let inward = nalgebra::Unit::new_normalize(-upper_arm);
         let turn = Rotation3::from_axis_angle(&inward, posture.rotation_deg.to_radians());
         let front = turn * forward.normalize();
-        let (sine, cosine) = posture.elbow_deg.to_radians().sin_cos();
+        let (sine, cosine) = libm::sincos(posture.elbow_deg.to_radians());
         let forearm = cosine * upper_arm + sine * front;
         let hinge = upper_arm.cross(&front);
         let elbow = shoulder + lengths.upper_arm_m * upper_arm;
@@ -270,7 +270,7 @@ impl Skeleton {
             Muscle::Brachioradialis => (brachioradialis, 0.0),
             _ => (0.0, 0.0),
         };
-        let (sine, cosine) = azimuth_deg.to_radians().sin_cos();
+        let (sine, cosine) = libm::sincos(azimuth_deg.to_radians());
         arms[6] = scale * (cosine * flexes - sine * supinates);
         // The axis of the right forearm points to the hand: a positive rotation about it supinates.
         arms[7] = scale * (sine * flexes + cosine * supinates);

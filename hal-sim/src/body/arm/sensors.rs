@@ -154,7 +154,7 @@ impl ForceSensor {
         Self {
             offset,
             wander: [0.0; 3],
-            keeps: (-1e-3 * WANDER_MS as f64 / spec.wander_s).exp(),
+            keeps: libm::exp(-1e-3 * WANDER_MS as f64 / spec.wander_s),
             seed,
             tick: 0,
             spec,

@@ -128,7 +128,7 @@ pub fn fibre_length(muscle: Muscle, at_90: f64, flexion_deg: f64) -> Result<f64,
 /// Returns the factor by which this relative length reduces a muscle's force, 0 to 1.
 #[must_use]
 pub fn force_length(fibre_length: f64) -> f64 {
-    (-(fibre_length - 1.0).powi(2) / GAMMA).exp()
+    libm::exp(-(fibre_length - 1.0).powi(2) / GAMMA)
 }
 
 impl RigMuscle {

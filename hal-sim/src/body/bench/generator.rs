@@ -150,7 +150,7 @@ impl Twitches {
 
     /// Advances by `s` seconds with the exact solution of two first-order lags in series.
     fn pass(&mut self, s: f64) {
-        let left = (-s / self.tau_s).exp();
+        let left = libm::exp(-s / self.tau_s);
         self.second = (self.second + self.first * s / self.tau_s) * left;
         self.first *= left;
     }
@@ -233,13 +233,13 @@ impl Muscular {
             return;
         };
         let wander = |state: f64, tau_s: f64| {
-            let left = (-TICK_S / tau_s).exp();
+            let left = libm::exp(-TICK_S / tau_s);
             left * state + (1.0 - left * left).sqrt() * self.noise.at(self.ticks)
         };
         self.state = match foreign.kind {
             Kind::MuscleDrift => wander(self.state, 5.0),
             Kind::Unsteadiness => wander(self.state, 0.04),
-            Kind::Potentiation => self.state * (-TICK_S / 10.0).exp(),
+            Kind::Potentiation => self.state * libm::exp(-TICK_S / 10.0),
             Kind::Sag => {
                 let c = self.muscle.c();
                 let bound = c / (c + self.generator.parameters.k);

@@ -74,7 +74,7 @@ impl WristSpec {
         let range = (*i_mt, 1.5 * i_mt);
         Ok(Self {
             channel: 0,
-            pool: Pool::from_ratio(shape, range, ratio.cbrt())?,
+            pool: Pool::from_ratio(shape, range, libm::cbrt(ratio))?,
             strength: StrengthDuration {
                 chronaxie_us: 200.0,
                 reference_us: 400.0,

@@ -30,7 +30,7 @@ impl ElbowSpec {
         spec.inertia_kg_m2 *= draws.uniform(0.7, 1.3);
         spec.stiffness_nm_per_rad *= draws.uniform(0.3, 3.0);
         // Uniform in its logarithm, because this is the least known number and matters most.
-        spec.damping_nm_s_per_rad *= 2f64.powf(draws.uniform(-2.0, 2.0));
+        spec.damping_nm_s_per_rad *= libm::pow(2f64, draws.uniform(-2.0, 2.0));
         spec.active_damping_s_per_rad *= draws.uniform(0.0, 2.0);
         spec.person.push_nm *= draws.uniform(0.4, 1.6);
         spec

@@ -59,8 +59,8 @@ impl HandSpec {
                 units.push(Unit {
                     pool,
                     at_m: [x, y, self.tissue.fat_m + below_fat],
-                    threshold: spread.exp(),
-                    direction: [along, across * turn.cos(), across * turn.sin()],
+                    threshold: libm::exp(spread),
+                    direction: [along, across * libm::cos(turn), across * libm::sin(turn)],
                 });
             }
         }

@@ -48,7 +48,7 @@ impl NerveSample {
             };
             *place = membrane.charge_after(0.0, [decay], at_s);
         }
-        let kept = (-at_s / membrane.leak_s).exp();
+        let kept = libm::exp(-at_s / membrane.leak_s);
         Self { at_s, kept, basis }
     }
 

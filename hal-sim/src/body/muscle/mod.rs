@@ -130,7 +130,7 @@ impl Step {
         let z = h_s / parameters.tau_c_s;
         Self {
             h: h_s,
-            left: [NODES[0], NODES[1], 1.0].map(|u| (-z * u).exp()),
+            left: [NODES[0], NODES[1], 1.0].map(|u| libm::exp(-z * u)),
         }
     }
 }
@@ -187,9 +187,9 @@ impl Muscle {
         // of the step is rate1 + (rate2 - rate1) * RISE[i].
         const RISE: [f64; 2] = [0.683_012_701_892_219_3, 1.183_012_701_892_219_3];
         let slope = rate2 - rate1;
-        let kept1 = (-step.h * (1.0 - NODES[0]) * (rate1 + slope * RISE[0])).exp();
-        let kept2 = (-step.h * (1.0 - NODES[1]) * (rate1 + slope * RISE[1])).exp();
-        let kept = (-step.h * 0.5 * (rate1 + rate2)).exp();
+        let kept1 = libm::exp(-step.h * (1.0 - NODES[0]) * (rate1 + slope * RISE[0]));
+        let kept2 = libm::exp(-step.h * (1.0 - NODES[1]) * (rate1 + slope * RISE[1]));
+        let kept = libm::exp(-step.h * 0.5 * (rate1 + rate2));
         let source = self.recruitment * p.a_n_per_s * 0.5 * step.h;
         self.force = self.force * kept + source * (bound1 * kept1 + bound2 * kept2);
         self.c *= step.left[2];

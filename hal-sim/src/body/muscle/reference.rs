@@ -86,11 +86,11 @@ impl State {
     fn panel(&mut self, p: &Parameters, rule: &[(f64, f64); ORDER], h: f64) {
         let alpha = p.tau1_s + p.tau2_s;
         let beta = p.tau1_s * p.k;
-        let c_at = |s: f64| self.c * (-s / p.tau_c_s).exp();
+        let c_at = |s: f64| self.c * libm::exp(-s / p.tau_c_s);
         let end = c_at(h);
         // R(h) - R(s), the decay of F from s to the end of the panel.
         let remaining = |s: f64, c: f64| {
-            let bound = ((alpha * c + beta) / (alpha * end + beta)).ln();
+            let bound = libm::log((alpha * c + beta) / (alpha * end + beta));
             (h - s) / p.tau1_s - p.tau_c_s * p.tau2_s / (p.tau1_s * alpha) * bound
         };
         let source: f64 = rule
@@ -98,10 +98,10 @@ impl State {
             .map(|(node, weight)| {
                 let s = h * node;
                 let c = c_at(s);
-                weight * c / (c + p.k) * (-remaining(s, c)).exp()
+                weight * c / (c + p.k) * libm::exp(-remaining(s, c))
             })
             .sum();
-        let kept = (-remaining(0.0, self.c)).exp();
+        let kept = libm::exp(-remaining(0.0, self.c));
         self.force = self.force * kept + p.a_n_per_s * h * source;
         self.c = end;
     }
@@ -112,7 +112,7 @@ impl State {
 fn gauss_legendre() -> [(f64, f64); ORDER] {
     std::array::from_fn(|i| {
         let n = ORDER as f64;
-        let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n + 0.5)).cos();
+        let mut x = libm::cos(std::f64::consts::PI * (i as f64 + 0.75) / (n + 0.5));
         let mut slope = 1.0;
         for _ in 0..8 {
             let (mut below, mut value) = (1.0, x);

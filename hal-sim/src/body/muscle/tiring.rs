@@ -62,7 +62,7 @@ impl FatiguingMuscle {
             now: fresh,
             fatigue,
             longest_s,
-            half: (longest_s, (-0.5 * longest_s / fresh.tau_c_s).exp()),
+            half: (longest_s, libm::exp(-0.5 * longest_s / fresh.tau_c_s)),
             gain: 0.0,
             c: 0.0,
             force: 0.0,
@@ -104,12 +104,12 @@ impl FatiguingMuscle {
     /// becomes 0, and fatigue recovers exactly.
     pub fn relax(&mut self, us: u64) {
         let span = us as f64 * 1e-6;
-        let left = (-span / self.fatigue.tau_fat_s).exp();
+        let left = libm::exp(-span / self.fatigue.tau_fat_s);
         let (now, fresh) = (&mut self.now, &self.fresh);
         now.a_n_per_s = fresh.a_n_per_s + left * (now.a_n_per_s - fresh.a_n_per_s);
         now.k = fresh.k + left * (now.k - fresh.k);
         now.tau1_s = fresh.tau1_s + left * (now.tau1_s - fresh.tau1_s);
-        self.c *= (-span / fresh.tau_c_s).exp();
+        self.c *= libm::exp(-span / fresh.tau_c_s);
         self.force = 0.0;
     }
 
@@ -139,7 +139,7 @@ impl FatiguingMuscle {
             gain * p.a_n_per_s * x - f / (p.tau1_s + p.tau2_s * x)
         };
         if self.half.0 != h {
-            self.half = (h, (-0.5 * h / p.tau_c_s).exp());
+            self.half = (h, libm::exp(-0.5 * h / p.tau_c_s));
         }
         let half = self.half.1;
         let (c0, c1, c2, f) = (self.c, self.c * half, self.c * half * half, self.force);

@@ -45,7 +45,7 @@ impl Hinge {
     /// `coulomb_nm` (Armstrong-Hélouvry 1994: exponent 2).
     fn dry_friction_nm(&self, rate: f64) -> f64 {
         let x = rate / self.stribeck;
-        self.coulomb_nm + (self.static_nm - self.coulomb_nm) * (-x * x).exp()
+        self.coulomb_nm + (self.static_nm - self.coulomb_nm) * libm::exp(-x * x)
     }
 
     /// Advances I·θ″ = T(θ′) - k·(θ - rest) - B·θ′ - dry·sgn θ′ by one implicit Euler step. T is
@@ -170,7 +170,7 @@ mod tests {
         let dt = h / f64::from(fine);
         let mut worst: f64 = 0.0;
         for n in 0..3000 {
-            let nm = 0.1 + 0.1 * (f64::from(n) * h * 3.0).sin();
+            let nm = 0.1 + 0.1 * libm::sin(f64::from(n) * h * 3.0);
             HINGE.step(&mut m, Torque { nm, slope: 0.0 }, h);
             for _ in 0..fine {
                 let dry = HINGE.dry_friction_nm(rate) * (rate / 1e-4).clamp(-1.0, 1.0);

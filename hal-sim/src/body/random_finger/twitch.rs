@@ -55,7 +55,7 @@ impl Twitch {
     /// Returns the force-length factor, 0 to 1.
     pub fn length_factor(&self, angle_deg: f64) -> f64 {
         let x = (angle_deg - self.best_deg) / self.width_deg;
-        (-x * x).exp()
+        libm::exp(-x * x)
     }
 
     /// Returns the force-velocity factor at this rate of shortening, rad/s, and its slope, s/rad.
@@ -116,7 +116,7 @@ impl TwitchState {
             bound: 0.0,
             force: 0.0,
             potentiation: 1.0,
-            left: left.map(|tau| (-TICK_S / tau).exp()),
+            left: left.map(|tau| libm::exp(-TICK_S / tau)),
             mean_bound: 1.0,
         };
         muscle.mean_bound = muscle.clone().bound_at_50_hz();
@@ -144,7 +144,7 @@ impl TwitchState {
     pub fn pulse(&mut self, recruited: f64, before_end: f64) {
         let s = before_end * TICK_S;
         let [t1, t2] = [self.twitch.release_s, self.twitch.binding_s];
-        let [e1, e2] = [(-s / t1).exp(), (-s / t2).exp()];
+        let [e1, e2] = [libm::exp(-s / t1), libm::exp(-s / t2)];
         self.arriving[0] += e1;
         self.arriving[1] += t1 / (t1 - t2) * (e1 - e2);
         self.recruited = recruited;

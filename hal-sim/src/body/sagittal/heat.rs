@@ -23,8 +23,8 @@ pub(super) fn power_w(
 ) -> f64 {
     let slow_part = 1.0 - fast_part;
     let will = FRAC_PI_2 * by_will.clamp(0.0, 1.0);
-    let slow = slow_part * (will.sin() + by_pulses);
-    let fast = fast_part * (1.0 - will.cos() + by_pulses);
+    let slow = slow_part * (libm::sin(will) + by_pulses);
+    let fast = fast_part * (1.0 - libm::cos(will) + by_pulses);
     let heat = slow * (ACTIVATION_W_PER_KG[0] + MAINTENANCE_W_PER_KG[0])
         + fast * (ACTIVATION_W_PER_KG[1] + MAINTENANCE_W_PER_KG[1]);
     mass_kg(muscle, strength) * heat + (1.0 + SHORTENING) * force_n * shortening_m_s.max(0.0)

@@ -79,8 +79,8 @@ impl Links {
     pub fn hand_m(&self, q: [f64; JOINTS]) -> [f64; 2] {
         let (s, f) = (q[SHOULDER], q[SHOULDER] + q[ELBOW]);
         [
-            self.upper_m * s.sin() + self.fore_m * f.sin(),
-            -self.upper_m * s.cos() - self.fore_m * f.cos(),
+            self.upper_m * libm::sin(s) + self.fore_m * libm::sin(f),
+            -self.upper_m * libm::cos(s) - self.fore_m * libm::cos(f),
         ]
     }
 
@@ -90,8 +90,8 @@ impl Links {
         let (s, f) = (q[SHOULDER], q[SHOULDER] + q[ELBOW]);
         let (ds, df) = (rate[SHOULDER], rate[SHOULDER] + rate[ELBOW]);
         [
-            self.upper_m * s.cos() * ds + self.fore_m * f.cos() * df,
-            self.upper_m * s.sin() * ds + self.fore_m * f.sin() * df,
+            self.upper_m * libm::cos(s) * ds + self.fore_m * libm::cos(f) * df,
+            self.upper_m * libm::sin(s) * ds + self.fore_m * libm::sin(f) * df,
         ]
     }
 
@@ -101,8 +101,9 @@ impl Links {
     pub fn flexions(&self, [x, z]: [f64; 2]) -> [f64; JOINTS] {
         let (a, b) = (self.upper_m, self.fore_m);
         let bent = (x * x + z * z - a * a - b * b) / (2.0 * a * b);
-        let elbow = bent.clamp(-1.0, 1.0).acos();
-        let shoulder = x.atan2(-z) - (b * elbow.sin()).atan2(a + b * elbow.cos());
+        let elbow = libm::acos(bent.clamp(-1.0, 1.0));
+        let shoulder =
+            libm::atan2(x, -z) - libm::atan2(b * libm::sin(elbow), a + b * libm::cos(elbow));
         [elbow, shoulder]
     }
 
@@ -151,7 +152,7 @@ impl Links {
     /// Returns the inertias of both segments and the coupling inertia at this elbow angle, kg m².
     fn mass(&self, q: [f64; JOINTS]) -> [f64; 3] {
         let [own_s, own_f, both] = self.inertia;
-        [own_s, own_f, both * q[ELBOW].cos()]
+        [own_s, own_f, both * libm::cos(q[ELBOW])]
     }
 
     /// Returns the moments of weight, motion and the force on the hand on both segments, N m.
@@ -159,11 +160,11 @@ impl Links {
         let (s, f) = (q[SHOULDER], q[SHOULDER] + q[ELBOW]);
         let (ds, df) = (rate[SHOULDER], rate[SHOULDER] + rate[ELBOW]);
         // Identity: sin(s − f) = −sin(elbow).
-        let bent = self.inertia[2] * q[ELBOW].sin();
-        let hand = |length: f64, angle: f64| length * (angle.cos() * x + angle.sin() * z);
+        let bent = self.inertia[2] * libm::sin(q[ELBOW]);
+        let hand = |length: f64, angle: f64| length * (libm::cos(angle) * x + libm::sin(angle) * z);
         [
-            bent * df * df - self.weight_nm[0] * s.sin() + hand(self.upper_m, s),
-            -bent * ds * ds - self.weight_nm[1] * f.sin() + hand(self.fore_m, f),
+            bent * df * df - self.weight_nm[0] * libm::sin(s) + hand(self.upper_m, s),
+            -bent * ds * ds - self.weight_nm[1] * libm::sin(f) + hand(self.fore_m, f),
         ]
     }
 }

@@ -30,14 +30,14 @@ impl Electrode {
         let part = (ma - self.threshold_ma) / (self.full_ma - self.threshold_ma);
         match part {
             part if part < 0.0 => 0.0,
-            part => self.foot.powf(1.0 - part.min(1.0)),
+            part => libm::pow(self.foot, 1.0 - part.min(1.0)),
         }
     }
 
     /// Returns the exponent b of Lee 2020's recruitment curve (equation 5), per mA.
     #[must_use]
     pub fn slope_per_ma(&self) -> f64 {
-        -self.foot.ln() / (self.full_ma - self.threshold_ma)
+        -libm::log(self.foot) / (self.full_ma - self.threshold_ma)
     }
 }
 

@@ -152,7 +152,7 @@ mod tests {
         // ±1° at 1 Hz about 93° for 4 s, and leaves.
         let course = |t: f64| match t {
             t if t < 0.7 => 80.0 + 20.0 * t,
-            t if t < 5.0 => 93.0 + (std::f64::consts::TAU * (t - 0.7)).cos(),
+            t if t < 5.0 => 93.0 + libm::cos(std::f64::consts::TAU * (t - 0.7)),
             t => 92.69 - 20.0 * (t - 5.0),
         };
         let hits = wall_contacts(&trial(0.0, course));

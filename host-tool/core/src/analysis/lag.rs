@@ -197,7 +197,7 @@ mod tests {
 
     /// Creates a sine of 0.2 Hz over 20 s at 100 Hz, delayed by `delay` s.
     fn sine(t_s: &[f64], delay: f64) -> Vec<f64> {
-        let angle = |t: &f64| 45.0 + 40.0 * (TAU * 0.2 * (t - delay)).sin();
+        let angle = |t: &f64| 45.0 + 40.0 * libm::sin(TAU * 0.2 * (t - delay));
         t_s.iter().map(angle).collect()
     }
 
@@ -232,7 +232,7 @@ mod tests {
                     0 => random.unit(),
                     1 => f64::from(u8::from(i > n / 2)),
                     2 => (i % 7) as f64 * 1e3,
-                    _ => (i as f64 * 0.2).sin() + 1e-9 * random.unit(),
+                    _ => libm::sin(i as f64 * 0.2) + 1e-9 * random.unit(),
                 };
                 let values = (0..n).map(value).collect::<Vec<f64>>();
                 let hold = |i: usize| values[i.min(quiet)];

@@ -56,7 +56,7 @@ impl Sparc {
             return Err(MotionError::Speed(speed.len()));
         }
         let along = 1.0 / last as f64;
-        let piece = |pair: &[f64]| along.hypot(pair[1] - pair[0]);
+        let piece = |pair: &[f64]| libm::hypot(along, pair[1] - pair[0]);
         Ok(-sizes[..=last].windows(2).map(piece).sum::<f64>())
     }
 }
@@ -69,7 +69,7 @@ const AT_ONCE: usize = 8;
 /// sample), by Goertzel's recurrence (1958). For N samples its error is about N²·ε of the largest
 /// value, which is 1e-10 for a lift movement.
 fn magnitudes(samples: &[f64], angles: [f64; AT_ONCE]) -> [f64; AT_ONCE] {
-    let cosines = angles.map(f64::cos);
+    let cosines = angles.map(libm::cos);
     let (mut last, mut before) = ([0.0; AT_ONCE], [0.0; AT_ONCE]);
     for sample in samples {
         for n in 0..AT_ONCE {
@@ -104,7 +104,7 @@ mod tests {
     /// Checks the value that the authors' program prints (`siva82kb/SPARC`).
     #[test]
     fn the_authors_example_comes_out() {
-        let speed = |n: i32| (-5.0 * (f64::from(n) * 0.01 - 1.0).powi(2)).exp();
+        let speed = |n: i32| libm::exp(-5.0 * (f64::from(n) * 0.01 - 1.0).powi(2));
         let speed: Vec<f64> = (0..200).map(speed).collect();
         let found = Sparc::USUAL.arc_length(&speed, 100.0).unwrap();
         assert!((found - -1.414_03).abs() < 5e-6, "{found}");
@@ -112,7 +112,7 @@ mod tests {
 
     #[test]
     fn two_bumps_are_less_smooth_than_one() {
-        let bump = |t: f64, at: f64| (-20.0 * (t - at).powi(2)).exp();
+        let bump = |t: f64, at: f64| libm::exp(-20.0 * (t - at).powi(2));
         let smoothness = |f: &dyn Fn(f64) -> f64| {
             let speed: Vec<f64> = (0..400).map(|n| f(f64::from(n) * 0.005)).collect();
             Sparc::USUAL.arc_length(&speed, 200.0).unwrap()

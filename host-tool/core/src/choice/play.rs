@@ -118,7 +118,7 @@ fn recruited_share(channel: &Channel, code: u16) -> Option<f64> {
     let [threshold, reference] =
         [recruits.motor_threshold, recruits.reference].map(|amplitude| f64::from(amplitude.get()));
     let slope = f64::from(recruits.slope_micro) * 1e-9; // per thousandth
-    (milli > threshold - step).then(|| (slope * (milli - reference)).exp().min(1.0))
+    (milli > threshold - step).then(|| libm::exp(slope * (milli - reference)).min(1.0))
 }
 
 /// Returns the force of a muscle under these pulses, at the given times in ascending order, N. It

@@ -25,14 +25,14 @@ impl Exponential {
         if above.len() < 2 || first.0 == last.0 {
             return None;
         }
-        let b = (last.1 / first.1).ln() / (last.0 - first.0);
+        let b = libm::log(last.1 / first.1) / (last.0 - first.0);
         let problem = Problem {
             points,
-            now: Vector2::new(first.1.ln() - b * first.0, b),
+            now: Vector2::new(libm::log(first.1) - b * first.0, b),
         };
         let (found, _) = LevenbergMarquardt::new().minimize(problem);
         let own = Self {
-            a_n: found.now[0].exp(),
+            a_n: libm::exp(found.now[0]),
             b_per_ma: found.now[1],
         };
         [own.a_n, own.b_per_ma]
@@ -44,14 +44,14 @@ impl Exponential {
     /// Returns the peak force at the amplitude `ma`, N.
     #[must_use]
     pub fn at(&self, ma: f64) -> f64 {
-        self.a_n * (self.b_per_ma * ma).exp()
+        self.a_n * libm::exp(self.b_per_ma * ma)
     }
 
     /// Returns the ratio of the force scale A at the amplitude `ma` to A at `reference_ma`
     /// (equation 6).
     #[must_use]
     pub fn gain(&self, ma: f64, reference_ma: f64) -> f64 {
-        (self.b_per_ma * (ma - reference_ma)).exp()
+        libm::exp(self.b_per_ma * (ma - reference_ma))
     }
 }
 
@@ -75,7 +75,7 @@ impl LeastSquaresProblem<f64, Dyn, U2> for Problem<'_> {
     }
 
     fn residuals(&self) -> Option<DVector<f64>> {
-        let residual = |(ma, n): &(f64, f64)| (self.now[0] + self.now[1] * ma).exp() - n;
+        let residual = |(ma, n): &(f64, f64)| libm::exp(self.now[0] + self.now[1] * ma) - n;
         Some(DVector::from_iterator(
             self.points.len(),
             self.points.iter().map(residual),
@@ -87,7 +87,7 @@ impl LeastSquaresProblem<f64, Dyn, U2> for Problem<'_> {
             self.points.len(),
             |row, column| {
                 let ma = self.points[row].0;
-                let force = (self.now[0] + self.now[1] * ma).exp();
+                let force = libm::exp(self.now[0] + self.now[1] * ma);
                 if column == 0 { force } else { ma * force }
             },
         ))

@@ -76,8 +76,8 @@ impl ForceFit {
             let (value, error) = (self.constants[i], self.covariance[i][i].max(0.0).sqrt());
             Estimate {
                 value,
-                low: value * (-HALF_95 * error).exp(),
-                high: value * (HALF_95 * error).exp(),
+                low: value * libm::exp(-HALF_95 * error),
+                high: value * libm::exp(HALF_95 * error),
             }
         })
     }

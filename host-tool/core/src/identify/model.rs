@@ -56,7 +56,7 @@ impl Span {
         let z = s / tau_c_s;
         Self {
             s,
-            left: [NODES[0], NODES[1], 1.0].map(|u| (-z * u).exp()),
+            left: [NODES[0], NODES[1], 1.0].map(|u| libm::exp(-z * u)),
         }
     }
 }
@@ -124,9 +124,9 @@ impl Sensitive {
         let [c2, by2] = at(NODES[1], span.left[1]);
         let (first, two) = (self.node(c1, by1), self.node(c2, by2));
         let slope = two.rate - first.rate;
-        let kept1 = (-h * (1.0 - NODES[0]) * (first.rate + slope * RISE[0])).exp();
-        let kept2 = (-h * (1.0 - NODES[1]) * (first.rate + slope * RISE[1])).exp();
-        let kept = (-h * 0.5 * (first.rate + two.rate)).exp();
+        let kept1 = libm::exp(-h * (1.0 - NODES[0]) * (first.rate + slope * RISE[0]));
+        let kept2 = libm::exp(-h * (1.0 - NODES[1]) * (first.rate + slope * RISE[1]));
+        let kept = libm::exp(-h * 0.5 * (first.rate + two.rate));
         let half = 0.5 * h;
         let before = self.force_n;
         let after = before * kept + half * a * (first.bound * kept1 + two.bound * kept2);
@@ -223,7 +223,7 @@ mod tests {
             for parameter in 0..PARAMETERS {
                 let moved = |by: f64| {
                     let mut constants = subject.all();
-                    constants[parameter] *= f64::exp(by);
+                    constants[parameter] *= libm::exp(by);
                     simulate_record(constants, &record()).0
                 };
                 let (up, down) = (moved(1e-4), moved(-1e-4));

@@ -109,13 +109,13 @@ impl<'a> Problem<'a> {
             residuals: Vec::new(),
             slopes: Vec::new(),
         };
-        problem.move_to(start.map(f64::ln));
+        problem.move_to(start.map(libm::log));
         problem
     }
 
     /// Returns the constants that the solver is trying at present.
     pub fn constants(&self) -> Constants {
-        self.logarithms.map(f64::exp)
+        self.logarithms.map(libm::exp)
     }
 
     /// Returns the sum of the squared residuals at the present constants, N².
@@ -139,7 +139,7 @@ impl<'a> Problem<'a> {
     fn move_to(&mut self, logarithms: [f64; PARAMETERS]) {
         let mut within = logarithms;
         for (own, [low, high]) in within.iter_mut().zip(RANGE) {
-            *own = own.clamp(low.ln(), high.ln());
+            *own = own.clamp(libm::log(low), libm::log(high));
         }
         self.logarithms = within;
         (self.residuals, self.slopes) = (Vec::new(), Vec::new());
@@ -171,7 +171,7 @@ impl<'a> Problem<'a> {
         });
         let mut logarithms = self.logarithms;
         if across > 0.0 && square > 0.0 {
-            logarithms[0] += (across / square).ln();
+            logarithms[0] += libm::log(across / square);
         }
         self.move_to(logarithms);
     }

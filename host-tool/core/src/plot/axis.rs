@@ -30,7 +30,9 @@ impl Scale {
         let along = |part: f64| from + (to - from) * part.clamp(0.0, 1.0);
         match self {
             Self::Linear(low, high) => along((value - low) / (high - low)),
-            Self::Log(low, high) => along((value.max(1e-300) / low).ln() / (high / low).ln()),
+            Self::Log(low, high) => {
+                along(libm::log(value.max(1e-300) / low) / libm::log(high / low))
+            }
             Self::Rows(count) => along((value + 0.5) / count),
             Self::Parts(parts) => {
                 let cuts = CUT * (parts.len().saturating_sub(1)) as f64;
@@ -134,7 +136,7 @@ impl Axis {
     #[must_use]
     pub fn linear(name: &str, (low, high): (f64, f64), parts: f64) -> Self {
         let step = round_step(high - low, parts);
-        let digits = (-step.log10().floor()).max(0.0) as usize;
+        let digits = (-libm::log10(step).floor()).max(0.0) as usize;
         let from = (low / step - 1e-9).ceil() as i64;
         let to = (high / step + 1e-9).floor() as i64;
         let tick = |n: i64| (n as f64 * step, format!("{:.digits$}", n as f64 * step));

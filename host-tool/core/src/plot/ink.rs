@@ -153,7 +153,7 @@ impl Shape {
             let corner = |n: u32| {
                 let angle = (f64::from(n) / f64::from(count) + start) * std::f64::consts::TAU;
                 let radius = if n.is_multiple_of(2) { long } else { short };
-                (radius * angle.cos(), radius * angle.sin())
+                (radius * libm::cos(angle), radius * libm::sin(angle))
             };
             // A square ends where it began, so that it is drawn as a mark and not as a box.
             let ends = if count == 4 { 5 } else { count };

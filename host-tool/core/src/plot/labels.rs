@@ -39,7 +39,7 @@ impl OccupiedSpace {
         for (ring, distance) in [9.0, 18.0, 30.0, 46.0, 66.0, 90.0].into_iter().enumerate() {
             for n in 0..16u32 {
                 let angle = f64::from(n) * std::f64::consts::TAU / 16.0;
-                let (dx, dy) = (angle.cos(), angle.sin());
+                let (dx, dy) = (libm::cos(angle), libm::sin(angle));
                 let left = x + dx * distance - wide * (0.5 - dx * 0.5);
                 let middle = y + dy * (distance + high * 0.3);
                 let label = [left, middle - high / 2.0, left + wide, middle + high / 2.0];
@@ -80,7 +80,7 @@ fn overlap(a: Box4, b: Box4) -> bool {
 /// Returns whether a line crosses the rectangle of a label. It tests points of the line that are at
 /// most 4 pixels apart.
 fn crosses(label: Box4, (from, to): (At, At)) -> bool {
-    let length = (to.0 - from.0).hypot(to.1 - from.1);
+    let length = libm::hypot(to.0 - from.0, to.1 - from.1);
     let steps = (length / 4.0).ceil().max(1.0) as u32;
     (0..=steps).any(|n| {
         let part = f64::from(n) / f64::from(steps);

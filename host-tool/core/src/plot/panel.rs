@@ -295,7 +295,7 @@ impl PlacedPanel<'_> {
             let (left, middle) = taken.place_label((x, y), size, bounds);
             // A label further away gets a lead to its point.
             let near = (x.clamp(left, left + size.0), middle);
-            if (near.0 - x).hypot(near.1 - y) > 16.0 {
+            if libm::hypot(near.0 - x, near.1 - y) > 16.0 {
                 let end = (near.0, middle + (y - middle).signum() * size.1 / 2.0);
                 canvas.line(&[(x, y), end], stroke(*color, 0.8));
             }

@@ -113,7 +113,7 @@ fn extremes(points: &[Point]) -> impl Iterator<Item = Point> {
 /// Returns a step of 1, 2 or 5 times a power of ten that divides `span` into at most `parts` steps.
 pub fn round_step(span: f64, parts: f64) -> f64 {
     let rough = (span / parts).max(1e-9);
-    let decade = 10f64.powf(rough.log10().floor());
+    let decade = libm::pow(10f64, libm::log10(rough).floor());
     let steps = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * decade);
     steps
         .into_iter()

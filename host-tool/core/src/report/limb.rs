@@ -15,7 +15,7 @@ pub fn draw_bones(canvas: &mut Canvas, joints: &[At], half: f64, color: Color) {
         }
         for pair in joints.windows(2) {
             let (from, to) = (pair[0], pair[1]); // windows of two
-            let length = (to.0 - from.0).hypot(to.1 - from.1);
+            let length = libm::hypot(to.0 - from.0, to.1 - from.1);
             let across = (to.1 - from.1) / length * half;
             let along = (to.0 - from.0) / length * half;
             let bone = [

@@ -141,7 +141,7 @@ fn draw_arm(canvas: &mut Canvas, trial: &Trial, channels: &[u8], raised: f64) {
 fn draw_finger(canvas: &mut Canvas, angle_deg: f64, color: Color, raised: f64) {
     let start = (ARM + 12.0, JOINTS[2] + 4.0 - raised);
     let joint = (start.0, start.1 - BONES[0]);
-    let (sin, cos) = angle_deg.to_radians().sin_cos();
+    let (sin, cos) = libm::sincos(angle_deg.to_radians());
     let tip = (joint.0 + BONES[1] * sin, joint.1 - BONES[1] * cos);
     draw_bones(canvas, &[start, joint, tip], 13.0, color);
 }

@@ -94,10 +94,10 @@ impl Detector {
         for i in 1..POINTS {
             // The range of s is 0 to 1 + 8 of its standard deviations, each of them 1/√(2ν).
             let s = (1.0 + 8.0 / (2.0 * nu).sqrt()) * f64::from(i) / f64::from(POINTS);
-            let chi = (nu - 1.0) * s.ln() - 0.5 * nu * (s * s - 1.0);
+            let chi = (nu - 1.0) * libm::log(s) - 0.5 * nu * (s * s - 1.0);
             for j in 0..=POINTS {
                 let z = -8.0 + 16.0 * f64::from(j) / f64::from(POINTS);
-                let weight = (chi - 0.5 * z * z).exp();
+                let weight = libm::exp(chi - 0.5 * z * z);
                 let tail = 0.5 * erfc((z / n.sqrt() + self.k_sigma * s) / SQRT_2);
                 sum += weight * tail.powi(c);
                 weights += weight;

@@ -88,12 +88,12 @@ pub fn share_upper_bound(successes: u64, trials: u64, level: f64) -> Result<f64,
 /// Returns the binomial probability of at most `successes` successes in `trials` trials that each
 /// succeed with the probability `share`, in (0, 1).
 fn binomial_cdf(successes: u64, trials: u64, share: f64) -> f64 {
-    let odds = share.ln() - (-share).ln_1p();
-    let mut term = trials as f64 * (-share).ln_1p();
-    let mut sum = term.exp();
+    let odds = libm::log(share) - libm::log1p(-share);
+    let mut term = trials as f64 * libm::log1p(-share);
+    let mut sum = libm::exp(term);
     for k in 0..successes {
-        term += odds + ((trials - k) as f64 / (k + 1) as f64).ln();
-        sum += term.exp();
+        term += odds + libm::log((trials - k) as f64 / (k + 1) as f64);
+        sum += libm::exp(term);
     }
     sum
 }
@@ -183,7 +183,7 @@ fn acceleration<T: Clone>(
         largest(&values),
         values.len(),
     )?;
-    Ok(power(3) / (6.0 * squares.powf(1.5)))
+    Ok(power(3) / (6.0 * libm::pow(squares, 1.5)))
 }
 
 #[cfg(test)]
@@ -195,7 +195,7 @@ mod tests {
     #[test]
     fn bounds_are_clopper_and_pearsons() {
         for (k, n, bound) in [
-            (0, 2_000, 1.0 - 0.05_f64.powf(1.0 / 2_000.0)),
+            (0, 2_000, 1.0 - libm::pow(0.05_f64, 1.0 / 2_000.0)),
             (0, 1, 0.95),
             (1, 10, 0.394_163_3),
             (5, 100, 0.102_253_4),

@@ -80,10 +80,10 @@ fn weights(n: usize) -> Vec<f64> {
 fn upper_tail(w: f64, n: usize) -> f64 {
     if n == 3 {
         // This p-value is exact (Shapiro and Wilk 1965).
-        let tail = w.sqrt().asin() - 0.75_f64.sqrt().asin();
+        let tail = libm::asin(w.sqrt()) - libm::asin(0.75_f64.sqrt());
         return (6.0 / std::f64::consts::PI * tail).clamp(0.0, 1.0);
     }
-    let short = (1.0 - w).ln();
+    let short = libm::log(1.0 - w);
     let count = n as f64;
     let (value, mean, deviation) = if n <= 11 {
         let bound = 0.459 * count - 2.273;
@@ -92,12 +92,12 @@ fn upper_tail(w: f64, n: usize) -> f64 {
         }
         let mean = polynomial(&[0.5440, -0.39978, 0.025054, -6.714e-4], count);
         let deviation = polynomial(&[1.3822, -0.77857, 0.062767, -0.0020322], count);
-        (-(bound - short).ln(), mean, deviation.exp())
+        (-libm::log(bound - short), mean, libm::exp(deviation))
     } else {
-        let x = count.ln();
+        let x = libm::log(count);
         let mean = polynomial(&[-1.5861, -0.31082, -0.083751, 0.0038915], x);
         let deviation = polynomial(&[-0.4803, -0.082676, 0.0030302], x);
-        (short, mean, deviation.exp())
+        (short, mean, libm::exp(deviation))
     };
     normal_cdf((mean - value) / deviation)
 }

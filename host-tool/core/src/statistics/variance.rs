@@ -137,7 +137,7 @@ pub fn mauchly(subjects: &[Vec<f64>]) -> Result<Mauchly, StatisticsError> {
     let second =
         (k + 2.0) * (k - 1.0) * (k - 2.0) * (2.0 * k.powi(3) + 6.0 * k * k + 3.0 * (k + 1.0) + 2.0)
             / (288.0 * (n * k * rho).powi(2));
-    let chi_squared = -n * rho * w.max(f64::MIN_POSITIVE).ln();
+    let chi_squared = -n * rho * libm::log(w.max(f64::MIN_POSITIVE));
     let tail = |more: usize| chi_squared_p(chi_squared.max(0.0), (df + more) as f64);
     let (first, fourth) = (tail(0)?, tail(4)?);
     Ok(Mauchly {

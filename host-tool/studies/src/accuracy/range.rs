@@ -83,7 +83,7 @@ pub fn study(seed: u32, draws: usize) -> RangeErrors {
 /// Generates a muscle and a train, each parameter and the rate uniform in its logarithm. The muscle
 /// may be one that the device refuses.
 pub(super) fn random_train(random: &mut Random, rates_hz: [f64; 2]) -> Train {
-    let mut even = |[low, high]: [f64; 2]| low * (high / low).powf(random.unit_value());
+    let mut even = |[low, high]: [f64; 2]| low * libm::pow(high / low, random.unit_value());
     let drawn = values(|_, range| even(ends(range).map(f64::from)) as u32);
     let rate_hz = even(rates_hz);
     train(drawn, rate_hz, random)

@@ -119,7 +119,7 @@ impl Control {
     /// Returns the drives with random noise in proportion to each drive.
     fn noisy_drives(&mut self) -> [f64; MUSCLES] {
         let [size, time_s] = self.will.noise;
-        let kept = (-1.0 / (RATE_HZ * time_s)).exp();
+        let kept = libm::exp(-1.0 / (RATE_HZ * time_s));
         let fresh = (1.0 - kept * kept).sqrt();
         let from = self.deviates;
         self.deviates += MUSCLES as u64;

@@ -151,7 +151,7 @@ fn channels(
     let (felt, full) = (parameters.get("felt")?, parameters.get("full")?);
     let (tolerated, reached) = (parameters.get("tolerated")?, parameters.get("reached")?);
     Ok(std::array::from_fn(|channel| {
-        let own = (apart * random::standard_normal(stream, channel as u64)).exp();
+        let own = libm::exp(apart * random::standard_normal(stream, channel as u64));
         let threshold_ma = own * threshold;
         let full_ma = threshold_ma * full;
         let electrode = Electrode {

@@ -252,7 +252,7 @@ impl<'a> Worker<'a> {
                 Ok(self.filter.smooth(&at)?)
             };
             let (x, z) = (axis(0)?, axis(1)?);
-            let speed = |n: usize| (x[n + 1] - x[n]).hypot(z[n + 1] - z[n]) * rate_hz;
+            let speed = |n: usize| libm::hypot(x[n + 1] - x[n], z[n + 1] - z[n]) * rate_hz;
             let speed: Vec<f64> = (0..x.len() - 1).map(speed).collect();
             sparc += Sparc::USUAL.arc_length(&speed, rate_hz)? / ARMS as f64;
         }

@@ -44,7 +44,7 @@ fn text(held: &str, random: &mut Random) -> Result<String, DetailError> {
         let height = random.between(-1.0, 1.0);
         let (turn, newton) = (random.between(0.0, TAU), random.log_between(1.0, 8.0));
         let across = (1.0 - height * height).sqrt();
-        let direction = [across * turn.cos(), across * turn.sin(), height];
+        let direction = [across * libm::cos(turn), across * libm::sin(turn), height];
         points.push(point(at_s, direction.map(|part| newton * part)));
     }
     table.insert("duration_s".into(), rounded(duration_s));

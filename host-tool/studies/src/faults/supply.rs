@@ -141,7 +141,10 @@ fn inject_fault(
 pub(super) fn unlock_pll(board: &mut Board<()>) -> Result<f64, BoardError> {
     let (us, steps) = UNLOCKS;
     for step in 1..=steps {
-        set_pll(board, 6.0_f64.powf(-f64::from(step) / f64::from(steps)))?;
+        set_pll(
+            board,
+            libm::pow(6.0_f64, -f64::from(step) / f64::from(steps)),
+        )?;
         let now_us = board.around.us_of(board.cpu.cycle);
         wait_us(board, now_us + us / u64::from(steps))?;
     }

@@ -202,7 +202,7 @@ fn lines(map: &Map, found: &Found) -> Panel {
         let values = panel.cells().map(|cell| [Some(cell.number), cell.told]);
         values.flatten().flatten()
     });
-    let (low, high) = range(numbers.filter(drawn).map(f64::log10)).unwrap_or((0.0, 1.0));
+    let (low, high) = range(numbers.filter(drawn).map(libm::log10)).unwrap_or((0.0, 1.0));
     let ends = (columns[0] * 0.9, columns[columns.len() - 1] * 1.1);
     let ticks = columns
         .iter()
@@ -231,7 +231,7 @@ fn lines(map: &Map, found: &Found) -> Panel {
         let words = format!("{} {remark}", map.down.labels[r]);
         match path.last() {
             Some((_, end)) => y = y.add_far_label(*end, &words, None, color),
-            None => y = y.add_far_label(10f64.powf(high.ceil()), &words, None, MUTED),
+            None => y = y.add_far_label(libm::pow(10f64, high.ceil()), &words, None, MUTED),
         }
         marks.push(Mark::Line(path, stroke(color, 1.8)));
         marks.extend(dots);

@@ -62,7 +62,7 @@ fn weakest(
     is_visible: impl Fn(&mut Hand) -> Result<bool, TwoPointsError>,
 ) -> Result<bool, TwoPointsError> {
     let [low, high] = COUPLINGS;
-    let step = (high / low).powf(1.0 / f64::from(LOOKS));
+    let step = libm::pow(high / low, 1.0 / f64::from(LOOKS));
     hand.set_coupling(point, low);
     if is_visible(hand)? {
         return Ok(false);

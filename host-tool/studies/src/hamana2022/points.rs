@@ -136,7 +136,7 @@ pub(super) fn are_apart(a: &Pad, b: &Pad) -> bool {
 }
 
 fn distance_m(a: &Pad, b: &Pad) -> f64 {
-    (a.x_m - b.x_m).hypot(a.y_m - b.y_m)
+    libm::hypot(a.x_m - b.x_m, a.y_m - b.y_m)
 }
 
 /// Computes the selectivity of a steady current through `pad` alone.

@@ -222,7 +222,7 @@ impl DrivenHand {
         }
         self.holds_deg = [low, high];
         let at = |ms: usize| {
-            let wave = (TAU * HZ * ms as f64 / 1000.0).sin();
+            let wave = libm::sin(TAU * HZ * ms as f64 / 1000.0);
             low + (high - low) * (MIDDLE + SWING * wave)
         };
         self.wanted = (0..TRIAL_MS).map(at).collect();

@@ -135,7 +135,7 @@ pub fn detection_power(effect: f64, noise: f64, level: f64, seed: u64) -> f64 {
     let is_found = |experiment: &u64| {
         let stream = random::word(seed, *experiment);
         let row = |row: u64| {
-            let at = |nth: u64| (noise * random::standard_normal(stream, 3 * row + nth)).exp();
+            let at = |nth: u64| libm::exp(noise * random::standard_normal(stream, 3 * row + nth));
             vec![(1.0 - effect) * at(0), at(1), (1.0 + effect) * at(2)]
         };
         let rows: Vec<Vec<f64>> = (0..ROWS).map(row).collect();

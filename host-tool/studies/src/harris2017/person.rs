@@ -105,7 +105,7 @@ impl RampsWearer {
         let part = random::unit(random::word(self.stream, SETTINGS), nth);
         Setting {
             included_deg: included_deg + error_deg * (2.0 * part - 1.0),
-            contraction: (self.noise * deviate).exp(),
+            contraction: libm::exp(self.noise * deviate),
             holds,
         }
     }
@@ -183,7 +183,7 @@ fn stimulated(
         force_n: of("strength")? * of("reached")? * max_force_n(muscle),
         pool: Pool::new(lowest_ma, middle_ma, 0.5 * (middle_ma - lowest_ma))?,
         strength: StrengthDuration {
-            chronaxie_us: of("chronaxie_us")? * (of("chronaxie_apart")? * deviate).exp(),
+            chronaxie_us: of("chronaxie_us")? * libm::exp(of("chronaxie_apart")? * deviate),
             reference_us,
         },
         reached: current_fractions(of, muscle)?,
@@ -202,7 +202,7 @@ fn current_fractions(
 ) -> Result<[f64; 2], RampsError> {
     let (near_mm, falloff) = (of("near_mm")?, of("falloff")?);
     let left = |field: &str| -> Result<f64, RampsError> {
-        Ok((near_mm / of(field)?).min(1.0).powf(falloff))
+        Ok(libm::pow((near_mm / of(field)?).min(1.0), falloff))
     };
     Ok(match muscle {
         Muscle::TricepsLong | Muscle::TricepsLateral => [1.0, left("biceps_mm")?],

@@ -182,7 +182,10 @@ pub fn fit_law(thresholds: &[Threshold], step_ma: f64) -> Option<StrengthDuratio
     // Variance of the logarithm of the ratio, to first order.
     let var_log = var_slope / (slope * slope) + var_rheobase / rheobase_ma.powi(2)
         - 2.0 * covariance / (slope * rheobase_ma);
-    let (by, factor) = (t * var_rheobase.sqrt(), (t * var_log.max(0.0).sqrt()).exp());
+    let (by, factor) = (
+        t * var_rheobase.sqrt(),
+        libm::exp(t * var_log.max(0.0).sqrt()),
+    );
     Some(StrengthDurationFit {
         rheobase_ma,
         rheobase_within: [rheobase_ma - by, rheobase_ma + by],

@@ -94,7 +94,7 @@ fn value(drawn: &RandomField, part: f64) -> Value {
     let RandomField { low, high, .. } = *drawn;
     match drawn.even {
         Uniformity::Value => Value::Float(low + part * (high - low)),
-        Uniformity::Logarithm => Value::Float(low * (high / low).powf(part)),
+        Uniformity::Logarithm => Value::Float(low * libm::pow(high / low, part)),
         Uniformity::Whole => Value::Integer((low + (part * (high - low + 1.0)).floor()) as i64),
     }
 }

@@ -28,7 +28,7 @@ impl Range {
     #[must_use]
     pub fn at(&self, part: f64) -> f64 {
         match self.logarithm {
-            true => self.low * (self.high / self.low).powf(part),
+            true => self.low * libm::pow(self.high / self.low, part),
             false => self.low + part * (self.high - self.low),
         }
     }

@@ -38,10 +38,10 @@ impl Study {
             let covers: u32 = cells.iter().map(|cell| cell[i].covers).sum();
             let logarithms: Vec<f64> = cells
                 .iter()
-                .map(|cell| cell[i].over_bound.ln())
+                .map(|cell| libm::log(cell[i].over_bound))
                 .filter(|value| value.is_finite())
                 .collect();
-            let geometric = mean_sd(&logarithms).map(|pair| pair.0.exp());
+            let geometric = mean_sd(&logarithms).map(|pair| libm::exp(pair.0));
             row.push(format!(
                 "{:.1} {}",
                 100.0 * f64::from(covers) / f64::from(total.max(1)),

@@ -189,8 +189,8 @@ impl Study {
                 .map(|cell| cell[i].over_bound)
                 .filter(|value| value.is_finite() && *value > 0.0)
                 .collect();
-            let logarithms: Vec<f64> = ratios.iter().map(|ratio| ratio.ln()).collect();
-            let geometric = mean_sd(&logarithms).map(|pair| pair.0.exp());
+            let logarithms: Vec<f64> = ratios.iter().map(|ratio| libm::log(*ratio)).collect();
+            let geometric = mean_sd(&logarithms).map(|pair| libm::exp(pair.0));
             let (id, quantity) = (
                 format!("over-bound-{name}"),
                 format!("variance / Cramér-Rao bound, {name}"),

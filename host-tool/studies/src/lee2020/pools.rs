@@ -85,7 +85,7 @@ impl Study {
         let ratio: f64 = forces.iter().map(|[weak, strong]| weak / strong).product();
         let most_ma = self.declared.trains.reach * i_mt;
         let shape = (lowest * i_mt, spread * i_mt);
-        let pool = Pool::from_ratio(shape, (*i_mt, most_ma), ratio.cbrt()).ok()?;
+        let pool = Pool::from_ratio(shape, (*i_mt, most_ma), libm::cbrt(ratio)).ok()?;
         let most_n = printed_peak_n(self, subject)?;
         let peak_n = |ma: f64| most_n * pool.share(ma) / pool.share(most_ma);
         let count = self.declared.trains.amplitudes;

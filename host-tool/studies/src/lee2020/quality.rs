@@ -173,7 +173,7 @@ fn times_off(ours: &dyn Fn(usize, usize) -> Option<f64>) -> TimesOff {
 }
 
 fn logarithm(fit: &host_core::identify::ForceFit, i: usize, truth: f64) -> f64 {
-    (fit.constants[i] / truth).ln()
+    libm::log(fit.constants[i] / truth)
 }
 
 /// Counts over threshold searches.

@@ -83,6 +83,6 @@ pub(super) fn random_posture(declared: &LimbDeclaration, n: u64) -> (Posture, [f
     let around = (1.0 - up * up).sqrt();
     (
         posture,
-        [around * azimuth.cos(), around * azimuth.sin(), up],
+        [around * libm::cos(azimuth), around * libm::sin(azimuth), up],
     )
 }

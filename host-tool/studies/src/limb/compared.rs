@@ -124,8 +124,8 @@ fn walk_arm(
         for step in 0..declared.walk.steps {
             let angle = f64::from(step) / f64::from(declared.walk.steps) * std::f64::consts::TAU;
             let mut wanted = [0.0; 3];
-            wanted[plane] = strength * angle.cos();
-            wanted[(plane + 1) % 3] = strength * angle.sin();
+            wanted[plane] = strength * libm::cos(angle);
+            wanted[(plane + 1) % 3] = strength * libm::sin(angle);
             let forces = recruiter.recruit(wanted)?;
             let given = arm.endpoint_force(&forces);
             if step % declared.walk.hold.max(1) == 0 {

@@ -199,7 +199,7 @@ pub fn switches(
 #[must_use]
 pub fn force_on_circle(plane: usize, angle: f64, size_n: f64) -> [f64; 3] {
     let mut wanted = [0.0; 3];
-    wanted[plane % 3] = size_n * angle.cos();
-    wanted[(plane + 1) % 3] = size_n * angle.sin();
+    wanted[plane % 3] = size_n * libm::cos(angle);
+    wanted[(plane + 1) % 3] = size_n * libm::sin(angle);
     wanted
 }

@@ -71,8 +71,8 @@ pub fn align(targets: &mut [Target]) -> f64 {
         across += wy * mx - wx * my;
         along += wx * mx + wy * my;
     }
-    let angle = across.atan2(along);
-    let (sine, cosine) = angle.sin_cos();
+    let angle = libm::atan2(across, along);
+    let (sine, cosine) = libm::sincos(angle);
     for target in targets {
         for first in [0, 3] {
             let (x, y) = (target.measured[first], target.measured[first + 1]);
@@ -154,7 +154,7 @@ pub fn measures(targets: &[Target]) -> Result<Measures, EndpointError> {
     let angle_deg = |target: &Target| {
         let (wanted, measured) = (unit(target.wanted_n), unit(force(target.measured)));
         let dot: f64 = wanted.iter().zip(measured).map(|(a, b)| a * b).sum();
-        dot.clamp(-1.0, 1.0).acos().to_degrees()
+        libm::acos(dot.clamp(-1.0, 1.0)).to_degrees()
     };
     Ok(Measures {
         correlations,

@@ -71,7 +71,7 @@ impl Cylinder {
     /// Returns the position of a point relative to the joint in the segment's own axes, m.
     #[must_use]
     pub fn at(&self, point: &Point) -> Vector3<f64> {
-        let (sine, cosine) = point.azimuth.sin_cos();
+        let (sine, cosine) = libm::sincos(point.azimuth);
         let aside = self.axis.cross(&self.front);
         point.along_m * self.axis + point.radius_m * (cosine * self.front + sine * aside)
     }
@@ -80,8 +80,8 @@ impl Cylinder {
     fn point(&self, [along_m, front, outward]: [f64; 3]) -> Point {
         Point {
             along_m,
-            radius_m: front.hypot(outward),
-            azimuth: outward.atan2(front),
+            radius_m: libm::hypot(front, outward),
+            azimuth: libm::atan2(outward, front),
         }
     }
 
@@ -125,9 +125,9 @@ impl Frame {
         ]
         .map(f64::to_radians);
         let along = Vector3::new(
-            -elevation.sin() * plane.cos(),
-            elevation.sin() * plane.sin(),
-            -elevation.cos(),
+            -libm::sin(elevation) * libm::cos(plane),
+            libm::sin(elevation) * libm::sin(plane),
+            -libm::cos(elevation),
         );
         let forward = -Vector3::x();
         let level = (forward - along * along.dot(&forward)).normalize();
@@ -135,9 +135,9 @@ impl Frame {
         let (x, z) = (-front, -along);
         let y = z.cross(&x);
         // Decomposes the rotation into turns about y, then x, then z.
-        let flexion = z.x.atan2(z.z);
-        let abduction = -z.y.asin();
-        let rotation = x.y.atan2(y.y);
+        let flexion = libm::atan2(z.x, z.z);
+        let abduction = -libm::asin(z.y);
+        let rotation = libm::atan2(x.y, y.y);
         let degrees = [flexion, abduction, rotation].map(f64::to_degrees);
         let mut angles = [0.0; AXES];
         angles[3..6].copy_from_slice(&degrees);

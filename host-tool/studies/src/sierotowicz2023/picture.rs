@@ -22,8 +22,8 @@ const SEEN_DEG: [f64; 2] = [40.0, 20.0];
 
 /// Projects a vector in the axes of the simulated arm onto the screen, right and down.
 fn project([x, y, z]: [f64; 3]) -> At {
-    let (aside, ahead) = SEEN_DEG[0].to_radians().sin_cos();
-    let (high, level) = SEEN_DEG[1].to_radians().sin_cos();
+    let (aside, ahead) = libm::sincos(SEEN_DEG[0].to_radians());
+    let (high, level) = libm::sincos(SEEN_DEG[1].to_radians());
     let right = aside * x + ahead * y;
     let away = -ahead * x + aside * y;
     (right, -(level * z + high * away))
@@ -38,7 +38,7 @@ fn place(at: [f64; 3]) -> At {
 fn arrow(canvas: &mut Canvas, from: At, (dx, dy): At, paint: (host_core::plot::Color, f64)) {
     let to = (from.0 + dx, from.1 + dy);
     canvas.line(&[from, to], stroke(paint.0, paint.1));
-    let length = dx.hypot(dy);
+    let length = libm::hypot(dx, dy);
     if length < 4.0 {
         return;
     }
@@ -81,7 +81,7 @@ fn picture(person: &ParticipantResult, name: &str, title: &str) -> Svg {
     let all = forces(person, name);
     let sizes = all.iter().flatten().map(|values| {
         let (x, y) = project(*values);
-        x.hypot(y)
+        libm::hypot(x, y)
     });
     let largest = sizes.fold(0.0, f64::max).max(1e-9);
     canvas.text((12.0, 18.0), title, Words::new(13.0, INK).bold());

@@ -39,7 +39,7 @@ impl Features {
     pub fn of(&self, input: &[f64]) -> DVector<f64> {
         let scale = (2.0 / self.phases.len() as f64).sqrt();
         let turned = &self.frequencies * DVector::from_column_slice(input) + &self.phases;
-        turned.map(|value| scale * value.cos())
+        turned.map(|value| scale * libm::cos(value))
     }
 
     /// Returns the features of several inputs, one row each.

@@ -119,7 +119,7 @@ impl Answer {
         for ms in 0..(SETTLING + LOOKED_AT) * period_ms {
             let now = Micros::new(ms * 1000);
             let turn = TAU * f64::from(ms) / f64::from(period_ms);
-            let seen = angle(MIDDLE_DEG + amplitude_deg * turn.cos());
+            let seen = angle(MIDDLE_DEG + amplitude_deg * libm::cos(turn));
             let taken = joint.accept_measurement(&mut state, now, now, seen);
             taken.expect("measurements come in order");
             let orders = joint.tick(&mut state, now, None).expect("a fresh angle");
@@ -174,8 +174,8 @@ impl DescribingFunction {
             None => a,
             Some((next, below, _)) => {
                 // Linear between the logarithms of amplitude and gain.
-                let part = gain.ln() / (gain / below.max(1e-9)).ln();
-                a * (next / a).powf(part)
+                let part = libm::log(gain) / libm::log(gain / below.max(1e-9));
+                a * libm::pow(next / a, part)
             }
         };
         amplitude / plant.sensor(TAU / period * 1e3).norm()
@@ -187,7 +187,7 @@ impl DescribingFunction {
     /// tested ones the angle is assumed to follow the noise.
     pub(super) fn noise_gain(&self, plant: &Plant, noise_deg: f64, frame_s: f64) -> f64 {
         let wanted = noise_deg * std::f64::consts::SQRT_2;
-        let off = |a: f64| (a / wanted).ln().abs();
+        let off = |a: f64| libm::log(a / wanted).abs();
         let nearest = self
             .rows
             .iter()
@@ -198,7 +198,11 @@ impl DescribingFunction {
             let frequency = 1e3 / period_ms;
             let jw = Complex::new(0.0, TAU * frequency);
             let half = std::f64::consts::PI * frequency * frame_s;
-            let held = if half > 0.0 { half.sin() / half } else { 1.0 };
+            let held = if half > 0.0 {
+                libm::sin(half) / half
+            } else {
+                1.0
+            };
             let open = n * plant.frequency_response(TAU * frequency) * (-jw * frame_s / 2.0).exp();
             let closed = open / (Complex::new(1.0, 0.0) + open);
             let truly = closed / plant.sensor(TAU * frequency);
@@ -263,7 +267,7 @@ impl Plant {
         let whole = spec.flexor_torque_nm * share;
         Self {
             progress,
-            effort: (share * curvature.exp_m1()).ln_1p() / curvature,
+            effort: libm::log1p(share * libm::expm1(curvature)) / curvature,
             stiffness: spec.stiffness_nm_per_rad
                 + whole * spec.torque_loss / (high - low).to_radians(),
             lag_s: m.tau1_s + m.tau2_s * x,

@@ -66,7 +66,7 @@ fn cell(joint: &JointSpec, floor: f64, time_s: f64) -> Cell {
     };
     let number = rmse(floor);
     let rested = if floor < 1.0 { rmse(1.0) } else { number };
-    let told = rested.hypot(out_of_reach_deg(&tired(floor)));
+    let told = libm::hypot(rested, out_of_reach_deg(&tired(floor)));
     Cell::with_prediction(&CLASSES, number, Some(told))
 }
 
@@ -77,7 +77,7 @@ fn out_of_reach_deg(spec: &FingerSpec) -> f64 {
     for ms in 0..SCORED_MS.end {
         let t = f64::from(ms) * 1e-3;
         let angle = REFERENCE.at(t);
-        let rate = REFERENCE.rate_deg_per_s() * (TAU * REFERENCE.frequency_hz * t).cos();
+        let rate = REFERENCE.rate_deg_per_s() * libm::cos(TAU * REFERENCE.frequency_hz * t);
         let needed = spec.stiffness_nm_per_rad * (angle - spec.rest_deg).to_radians()
             + spec.damping_nm_s_per_rad * rate.to_radians();
         let rested =

@@ -74,7 +74,7 @@ pub(super) struct Sine {
 impl Sine {
     /// Returns the angle at `t`, s, in degrees.
     pub(super) fn at(&self, t: f64) -> f64 {
-        self.middle_deg + self.swing_deg * (TAU * self.frequency_hz * t).sin()
+        self.middle_deg + self.swing_deg * libm::sin(TAU * self.frequency_hz * t)
     }
 
     /// Returns the largest rate of the reference, °/s.

@@ -185,7 +185,7 @@ fn predicted(method: Method, p: &Parameters, step_us: u32) -> u8 {
         _ => return 0,
     };
     let fastest = RATES_HZ.into_iter().fold(0.0, f64::max);
-    let most_calcium = 1.0 / (1.0 - (-1.0 / (fastest * p.tau_c_s)).exp());
+    let most_calcium = 1.0 / (1.0 - libm::exp(-1.0 / (fastest * p.tau_c_s)));
     let stiffest = z.max(h / p.tau1_s);
     if stiffest > limit || -lowest * most_calcium > p.k {
         2

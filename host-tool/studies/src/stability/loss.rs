@@ -36,7 +36,7 @@ const SHIPPED_MS: u16 = match SHIPPED_HOLD {
 };
 
 fn reference_deg(t: f64) -> f64 {
-    MIDDLE_DEG + SWING_DEG * (TAU * TARGET_HZ * t).sin()
+    MIDDLE_DEG + SWING_DEG * libm::sin(TAU * TARGET_HZ * t)
 }
 
 fn policy(reach_ms: u16) -> HoldPolicy {
@@ -94,7 +94,7 @@ pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
             let squares = (0..seeds)
                 .map(|n| rmse(*reach, *loss, seed.wrapping_mul(1000).wrapping_add(n)).powi(2));
             let number = (squares.sum::<f64>() / seeds as f64).sqrt();
-            let told = floor.hypot(predicted(*reach, *loss));
+            let told = libm::hypot(floor, predicted(*reach, *loss));
             Cell::with_prediction(&CLASSES, number, Some(told))
         });
     }

@@ -66,7 +66,7 @@ fn cell(joint: &JointSpec, mismatch: i32, delay_ms: u32) -> Cell {
     };
     let number = rmse(mismatch);
     let own = if mismatch == 0 { number } else { rmse(0) };
-    let told = own.hypot(jump_rmse_deg(mismatch));
+    let told = libm::hypot(own, jump_rmse_deg(mismatch));
     Cell::with_prediction(&CLASSES, number, Some(told))
 }
 

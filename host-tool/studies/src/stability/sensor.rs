@@ -84,7 +84,7 @@ fn cell(joint: &JointSpec, frames_hz: f64, noise_deg: f64, noisy_deg: f64, seed:
     let told = if 1000.0 / frames_hz > f64::from(joint.stale_after_ms) {
         f64::INFINITY
     } else {
-        late_rmse_deg(joint, 0.5 / frames_hz).hypot(noisy_deg)
+        libm::hypot(late_rmse_deg(joint, 0.5 / frames_hz), noisy_deg)
     };
     Cell::with_prediction(&CLASSES, number, Some(told))
 }

@@ -85,7 +85,7 @@ fn cell(joint: &JointSpec, mismatch: i32, delay_ms: u32) -> Cell {
     };
     let number = rmse(mismatch);
     let own = if mismatch == 0 { number } else { rmse(0) };
-    let told = own.hypot(gap_rmse_deg(joint, mismatch));
+    let told = libm::hypot(own, gap_rmse_deg(joint, mismatch));
     Cell::with_prediction(&CLASSES, number, Some(told))
 }
 

@@ -190,12 +190,12 @@ impl Linear {
         for _ in 0..50 {
             let passive = arm.stiffness_nm_per_rad * (angle_deg - arm.rest_deg).to_radians();
             share = (arm.person.push_nm - passive).max(0.0) / triceps.torque_nm;
-            let along = (share * curvature.exp_m1()).ln_1p() / curvature;
+            let along = libm::log1p(share * libm::expm1(curvature)) / curvature;
             let amplitude_ma = triceps.threshold_ma + range_ma * along;
             angle_deg = f64::from(WALL_MDEG) * 1e-3 + amplitude_ma / ma_per_deg;
         }
         // d/dx of expm1(c x)/expm1(c), expressed in the share itself.
-        let slope_per_ma = curvature * (share + 1.0 / curvature.exp_m1()) / range_ma;
+        let slope_per_ma = curvature * (share + 1.0 / libm::expm1(curvature)) / range_ma;
         let working = share * triceps.torque_nm + arm.person.push_nm;
         let delay_us = f64::from(arm.electromechanical_delay_us);
         let held_ms = (PERIOD_MS / 2 + LATENCY_MS) as f64;
@@ -242,7 +242,7 @@ impl Linear {
     /// infinite if the loop's gain never reaches 1.
     fn delay_margin_s(&self) -> f64 {
         // In steps of a hundredth of an octave; bisection then refines each crossing.
-        let rates = (0..1400).map(|n| 0.1 * 2f64.powf(f64::from(n) * 0.01));
+        let rates = (0..1400).map(|n| 0.1 * libm::pow(2f64, f64::from(n) * 0.01));
         let above = |w: f64| self.response(w).0 > 1.0;
         let mut margin = f64::INFINITY;
         let mut before = 1e-3;
@@ -288,10 +288,10 @@ impl Linear {
 /// follows recruitment, s.
 fn lag_s(p: &Parameters) -> f64 {
     let period_s = PERIOD_MS as f64 * 1e-3;
-    let top = 1.0 / -(-period_s / p.tau_c_s).exp_m1();
+    let top = 1.0 / -libm::expm1(-period_s / p.tau_c_s);
     let points = 1000;
     let rate = |n: u32| {
-        let c = top * (-period_s * (f64::from(n) + 0.5) / f64::from(points) / p.tau_c_s).exp();
+        let c = top * libm::exp(-period_s * (f64::from(n) + 0.5) / f64::from(points) / p.tau_c_s);
         1.0 / (p.tau1_s + p.tau2_s * c / (c + p.k))
     };
     f64::from(points) / (0..points).map(rate).sum::<f64>()

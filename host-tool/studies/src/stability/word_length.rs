@@ -98,7 +98,7 @@ fn run(p: &Parameters, pulses: u32, truth: &[f64], halvings: u32) -> Outcome {
     let muscle = TabulatedForce::new(&spec(p)).expect("every subject of table 4 has a table");
     let mut state = TabulatedForceState::at_rest(Micros::new(0));
     let gain = Gain::new(Gain::FULL.get() >> halvings);
-    let drive = (-f64::from(halvings)).exp2();
+    let drive = libm::exp2(-f64::from(halvings));
     let mut times = (0..pulses).map(|n| FIRST_US + n * PERIOD_US).peekable();
     let last_us = FIRST_US + (pulses - 1) * PERIOD_US;
     let mut error = 0.0f64;
@@ -125,9 +125,9 @@ fn run(p: &Parameters, pulses: u32, truth: &[f64], halvings: u32) -> Outcome {
 
 /// Returns the error that theory predicts, % of the peak force.
 fn predicted(p: &Parameters, truth: &[f64], halvings: u32) -> f64 {
-    let answer_n = (-17f64).exp2();
-    let force_n = (-29f64).exp2() * p.a_n_per_s * (p.tau1_s + p.tau2_s);
-    let peak_n = peak(truth) * (-f64::from(halvings)).exp2();
+    let answer_n = libm::exp2(-17f64);
+    let force_n = libm::exp2(-29f64) * p.a_n_per_s * (p.tau1_s + p.tau2_s);
+    let peak_n = peak(truth) * libm::exp2(-f64::from(halvings));
     AT_FULL + (answer_n + force_n) / peak_n * 100.0
 }
 

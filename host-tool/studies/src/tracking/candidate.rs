@@ -197,7 +197,7 @@ impl Genome {
         let place = |p: &Parameter| self.places.get(p.name).copied().unwrap_or(0.5);
         let value = |p: &Parameter| {
             if p.is_log {
-                p.low * (p.high / p.low).powf(place(p))
+                p.low * libm::pow(p.high / p.low, place(p))
             } else {
                 p.low + (p.high - p.low) * place(p)
             }
@@ -217,7 +217,7 @@ impl Genome {
         let place = |p: &Parameter| {
             let Some(x) = known(p.name) else { return 0.5 };
             let place = if p.is_log {
-                (x / p.low).ln() / (p.high / p.low).ln()
+                libm::log(x / p.low) / libm::log(p.high / p.low)
             } else {
                 (x - p.low) / (p.high - p.low)
             };

@@ -160,7 +160,7 @@ mod tests {
 
     #[test]
     fn ripple_is_what_is_left_about_the_mean_of_the_last_three_seconds() {
-        let swing = |n: usize| (n as f64 * std::f64::consts::TAU / 250.0).sin();
+        let swing = |n: usize| libm::sin(n as f64 * std::f64::consts::TAU / 250.0);
         let at = |n: usize| {
             if n < RIPPLE_FROM_MS {
                 99.0

@@ -113,7 +113,7 @@ impl Course {
 
 fn sines(parts: &[(f64, f64, f64)], ms: usize) -> Vec<f64> {
     let at = |t: f64| -> f64 {
-        let wave = |&(a, f, p): &(f64, f64, f64)| a * (TAU * f * t + p).sin();
+        let wave = |&(a, f, p): &(f64, f64, f64)| a * libm::sin(TAU * f * t + p);
         45.0 + parts.iter().map(wave).sum::<f64>()
     };
     (0..ms).map(|n| at(n as f64 / 1000.0)).collect()
@@ -133,7 +133,7 @@ fn steps(seed: u64, index: u64, ms: usize) -> Vec<f64> {
 /// Returns a smooth rise from rest to the angle `deg`, °: half a cosine from 1 to 4 s.
 fn rise(deg: f64, t: f64) -> f64 {
     let way = ((t - 1.0) / 3.0).clamp(0.0, 1.0);
-    REST_DEG + (deg - REST_DEG) * 0.5 * (1.0 - (way * TAU / 2.0).cos())
+    REST_DEG + (deg - REST_DEG) * 0.5 * (1.0 - libm::cos(way * TAU / 2.0))
 }
 
 /// Returns for each millisecond of a reference whether it is scored. Scored is all time from

@@ -118,7 +118,7 @@ fn true_model(drawn: &DrivenHand, way: &Actuation) -> Result<WearerModel, FilesE
     let [extended, none, half, full] = torques;
     let share = (half[0] - none[0]) / (full[0] - none[0]);
     // (e^(c/2) - 1)/(e^c - 1) = 1/(e^(c/2) + 1) is the share at half effort.
-    let octaves = (1.0 / share.clamp(1e-3, 1.0) - 1.0).max(1.0).ln();
+    let octaves = libm::log((1.0 / share.clamp(1e-3, 1.0) - 1.0).max(1.0));
     let curvature = (2.0 * octaves).clamp(CURVATURES[0], CURVATURES[1]);
     let (spec, micro) = (drawn.spec(), |x: f64| (x * 1e6).round() as u32);
     Ok(WearerModel {

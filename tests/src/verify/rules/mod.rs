@@ -57,7 +57,7 @@ type Findings = Vec<String>;
 type Rule = (&'static str, fn(&Source) -> Findings);
 
 #[rustfmt::skip]
-const RULES: [Rule; 9] = [
+const RULES: [Rule; 10] = [
     ("`unsafe` is used only in board code and CoreMark", unsafe_elsewhere),
     ("device code cannot panic; boards and images need a comment that proves it", panics),
     ("the pulse path uses no floating point", floats),
@@ -67,6 +67,7 @@ const RULES: [Rule; 9] = [
     ("tests draw their random inputs from the committed seed", own_seeds),
     ("simulators and sessions read a clock only behind a Cargo feature", clocks),
     ("no comment merely repeats the name and type below it", empty_comments::judge),
+    ("what is simulated computes functions with libm, equal on every system", system_functions),
 ];
 
 /// Statement of the rule on orphan files, which needs all files.
@@ -153,12 +154,19 @@ fn read(root: &Path, folder: &Path, sources: &mut Vec<Source>) -> anyhow::Result
 /// Separate image with a few lines of board code: an allocator and registers.
 const COREMARK: &str = "tests/coremark/src/";
 
+/// C interface of the page, which exports functions and has no `unsafe` block.
+const C_INTERFACE: &str = "host-tool/web/src/lib.rs";
+
 fn unsafe_elsewhere(source: &Source) -> Findings {
     let is_board = source.path.starts_with(BOARD) || source.path.starts_with(COREMARK);
     if !source.is_rust() || is_board {
         return Vec::new();
     }
-    source.places(find_word(&source.code, "unsafe"))
+    let is_export = |at: &usize| {
+        source.path == C_INTERFACE && source.code[*at..].starts_with("unsafe(no_mangle)")
+    };
+    let found = find_word(&source.code, "unsafe").into_iter();
+    source.places(found.filter(|at| !is_export(at)).collect())
 }
 
 /// Returns panics in images and boards without a comment on the same line or the line above; such a
@@ -201,6 +209,31 @@ fn clocks(source: &Source) -> Findings {
     }
     let found = ["Instant", "SystemTime", "chrono"].map(|clock| find_word(&source.shipped, clock));
     source.places(found.concat())
+}
+
+/// Functions of the standard library whose last bits depend on the system's C library.
+#[rustfmt::skip]
+const SYSTEM_FUNCTIONS: [&str; 24] = [
+    ".exp()", ".exp_m1()", ".exp2()", ".ln()", ".ln_1p()", ".log10()", ".log2()", ".log(",
+    ".sin()", ".cos()", ".tan()", ".sin_cos()", ".asin()", ".acos()", ".atan()", ".atan2(",
+    ".sinh()", ".cosh()", ".tanh()", ".asinh()", ".acosh()", ".powf(", ".hypot(", ".cbrt()",
+];
+
+/// File with theory in complex numbers, which are not simulated.
+const COMPLEX: &str = "host-tool/studies/src/stability/describing.rs";
+
+fn system_functions(source: &Source) -> Findings {
+    let rooms = [
+        "hal-sim/src/",
+        "host-tool/core/src/",
+        "host-tool/studies/src/",
+    ];
+    if source.path == COMPLEX || !rooms.iter().any(|room| source.path.starts_with(room)) {
+        return Vec::new();
+    }
+    let found = SYSTEM_FUNCTIONS.iter();
+    let found = found.flat_map(|function| source.shipped.match_indices(function));
+    source.places(found.map(|(at, _)| at).collect())
 }
 
 /// Returns the largest allowed number of lines of a file.
@@ -326,6 +359,27 @@ mod tests {
         }
         let test = format!("#[cfg(test)]\nmod tests {{ {read} }}");
         assert!(broken("hal-sim/src/world.rs", &test).is_empty());
+    }
+
+    #[test]
+    fn functions_of_the_system_are_found_in_what_is_simulated() {
+        let read = "fn f(x: f64) -> f64 { x.exp() }";
+        for path in ["hal-sim/src/body/x.rs", "host-tool/core/src/run/x.rs"] {
+            assert_eq!(broken(path, read), [RULES[9].0]);
+            assert!(broken(path, "fn f(x: f64) -> f64 { libm::exp(x) }").is_empty());
+        }
+        assert!(broken("host-tool/src/cli/run.rs", read).is_empty());
+    }
+
+    #[test]
+    fn the_c_interface_only_exports() {
+        let export = "#[unsafe(no_mangle)] pub extern \"C\" fn f() {}";
+        assert!(broken(C_INTERFACE, export).is_empty());
+        assert_eq!(broken("hal-sim/src/x.rs", export), [RULES[0].0]);
+        assert_eq!(
+            broken(C_INTERFACE, "fn f() { unsafe { g() } }"),
+            [RULES[0].0]
+        );
     }
 
     #[test]

@@ -75,9 +75,9 @@ impl Directions {
     pub fn sufficient_directions(&self, fat_m: f64, muscle_m: f64, across_m: f64) -> &[Direction] {
         let slowest = self.contrast.sqrt().min(1.0);
         let bend = (self.contrast - 1.0).abs().sqrt() * muscle_m;
-        let pole = ((fat_m + slowest * muscle_m) / across_m.hypot(bend)).asinh();
+        let pole = libm::asinh((fat_m + slowest * muscle_m) / libm::hypot(across_m, bend));
         let contrast = self.contrast.min(1.0 / self.contrast);
-        let root = contrast.sqrt().atanh();
+        let root = libm::atanh(contrast.sqrt());
         let count = 0.5 * self.exponent / pole.min(root);
         let enough = |set: &&Vec<Direction>| set.len() as f64 >= count;
         let set = self.sets.iter().find(enough).or(self.sets.last());
@@ -86,7 +86,7 @@ impl Directions {
 }
 
 fn direction(tissue: &Tissue, angle: f64, images: usize) -> Direction {
-    let (sin, cos) = angle.sin_cos();
+    let (sin, cos) = libm::sincos(angle);
     let decay = tissue.decay(cos, sin);
     let reflection = tissue.reflection(decay);
     Direction {

@@ -70,15 +70,15 @@ impl Pad {
         let gap = |i: usize| (apart[i] - a.straight()[i] - b.straight()[i]).max(0.0);
         match a.rounding() + b.rounding() {
             0.0 => (0..2).all(|i| apart[i] < a.straight()[i] + b.straight()[i]),
-            round => gap(0).hypot(gap(1)) < round,
+            round => libm::hypot(gap(0), gap(1)) < round,
         }
     }
 
     /// Returns an upper bound of the distance from (`x_m`, `y_m`) to any point of the pad, m.
     pub(super) fn farthest_m(&self, x_m: f64, y_m: f64) -> f64 {
         let [along, around] = self.shape.straight();
-        let corner = along.hypot(around) + self.shape.rounding();
-        (x_m - self.x_m).hypot(y_m - self.y_m) + corner
+        let corner = libm::hypot(along, around) + self.shape.rounding();
+        libm::hypot(x_m - self.x_m, y_m - self.y_m) + corner
     }
 }
 

@@ -70,7 +70,7 @@ impl Profile {
 fn chords(radius: f64, scale: f64) -> impl Iterator<Item = (f64, f64)> {
     let count = (8.0 + 4.0 * radius / scale).min(256.0).floor();
     let place = move |j: u32| {
-        let (sin, cos) = (std::f64::consts::PI * f64::from(j) / (count + 1.0)).sin_cos();
+        let (sin, cos) = libm::sincos(std::f64::consts::PI * f64::from(j) / (count + 1.0));
         (radius * cos, 2.0 / (count + 1.0) * sin * sin)
     };
     (1..=count as u32).map(place)
@@ -162,5 +162,5 @@ fn four_boxes(w: Complex64, pads: [[f64; 2]; 2]) -> f64 {
 /// stays within ±π.
 #[inline]
 fn ln(v: Complex64) -> Complex64 {
-    Complex64::new(0.5 * v.norm_sqr().ln(), v.im.atan2(v.re))
+    Complex64::new(0.5 * libm::log(v.norm_sqr()), libm::atan2(v.im, v.re))
 }

@@ -33,7 +33,7 @@ fn points(shape: Shape) -> Vec<(f64, [f64; 2])> {
                 let radius = 0.25 * diameter_m * (1.0 + place);
                 let weight = 0.5 * weight * (1.0 + place) / count as f64;
                 let at = |j| {
-                    let (sin, cos) = (TAU * (f64::from(j) + 0.5) / count as f64).sin_cos();
+                    let (sin, cos) = libm::sincos(TAU * (f64::from(j) + 0.5) / count as f64);
                     (weight, [radius * cos, radius * sin])
                 };
                 (0..count as u32).map(at).collect::<Vec<_>>()
@@ -53,7 +53,7 @@ fn points(shape: Shape) -> Vec<(f64, [f64; 2])> {
 /// Returns the mean of 1/distance from (`x`, `y`) to the points of a pad about the origin, 1/m.
 pub(super) fn inverse_distance(shape: Shape, x: f64, y: f64) -> f64 {
     match shape {
-        Shape::Round { diameter_m } => to_disc(0.5 * diameter_m, x.hypot(y)),
+        Shape::Round { diameter_m } => to_disc(0.5 * diameter_m, libm::hypot(x, y)),
         Shape::Rectangle { along_m, around_m } => {
             let [a, b] = [0.5 * along_m, 0.5 * around_m];
             let corner = |sx: f64, sy: f64| sx * sy * to_corner(x + sx * a, y + sy * b);
@@ -100,7 +100,7 @@ fn to_corner(x: f64, y: f64) -> f64 {
         if a == 0.0 {
             0.0
         } else {
-            a * (b / a.abs()).asinh()
+            a * libm::asinh(b / a.abs())
         }
     };
     term(x, y) + term(y, x)
@@ -109,7 +109,7 @@ fn to_corner(x: f64, y: f64) -> f64 {
 /// Returns nodes and weights of the Gauss-Legendre rule on −1 to 1.
 pub(super) fn gauss(count: usize) -> Vec<(f64, f64)> {
     let node = |i: usize| {
-        let mut x = (PI * (i as f64 + 0.75) / (count as f64 + 0.5)).cos();
+        let mut x = libm::cos(PI * (i as f64 + 0.75) / (count as f64 + 0.5));
         let mut slope = 0.0;
         // Every Newton step doubles the number of correct digits; six steps suffice.
         for _ in 0..6 {

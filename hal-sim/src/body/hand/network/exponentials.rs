@@ -61,12 +61,12 @@ impl Exponentials {
 
     /// Returns the value at `t_s` after the start.
     pub fn at(&self, t_s: f64) -> f64 {
-        let term = |(rate, amplitude): &(f64, f64)| amplitude * (-rate * t_s).exp();
+        let term = |(rate, amplitude): &(f64, f64)| amplitude * libm::exp(-rate * t_s);
         self.constant + self.terms().iter().map(term).sum::<f64>()
     }
 
     fn slope(&self, t_s: f64) -> f64 {
-        let term = |(rate, amplitude): &(f64, f64)| -rate * amplitude * (-rate * t_s).exp();
+        let term = |(rate, amplitude): &(f64, f64)| -rate * amplitude * libm::exp(-rate * t_s);
         self.terms().iter().map(term).sum()
     }
 
@@ -103,7 +103,7 @@ impl Exponentials {
             let is_falling = *amplitude > 0.0;
             amplitude
                 * if is_falling {
-                    (-rate * end_s).exp()
+                    libm::exp(-rate * end_s)
                 } else {
                     1.0
                 }

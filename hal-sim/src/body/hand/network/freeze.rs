@@ -81,7 +81,7 @@ impl FrozenSegment<'_> {
     ) -> Option<(Vec<Piece>, Charge)> {
         let mut parallel_ohm = [0.0; SIZE];
         for ((ohm, skin), drop) in parallel_ohm.iter_mut().zip(self.skins).zip(drop) {
-            *ohm = skin.parallel_ohm / drop.exp();
+            *ohm = skin.parallel_ohm / libm::exp(*drop);
         }
         let stages = Stages {
             circuit: self.circuit,
@@ -103,7 +103,7 @@ impl FrozenSegment<'_> {
         let means_a = means_a(pieces, self.skins.len());
         for (electrode, skin) in self.skins.iter().enumerate() {
             let asked = skin.parallel_ohm / skin.parallel_ohm_at(means_a[electrode]);
-            wrong[electrode] = drop[electrode] - asked.ln();
+            wrong[electrode] = drop[electrode] - libm::log(asked);
         }
         wrong
     }
@@ -116,10 +116,10 @@ fn means_a(pieces: &[Piece], electrodes: usize) -> Vector {
         // Nodes are concentrated towards the start, according to the fastest exponential.
         let rates = piece.terms().iter().map(|term| term.rate_per_s);
         let fastest = rates.fold(0.0, f64::max);
-        let crowding = (fastest * piece.duration_s).ln_1p().max(1e-3);
-        let span_s = piece.duration_s / crowding.exp_m1();
+        let crowding = libm::log1p(fastest * piece.duration_s).max(1e-3);
+        let span_s = piece.duration_s / libm::expm1(crowding);
         for (node, weight) in GAUSS {
-            let grown = (crowding * node).exp();
+            let grown = libm::exp(crowding * node);
             let (current_a, skin_v) = piece.at(span_s * (grown - 1.0));
             let weight = weight * span_s * crowding * grown;
             for electrode in 0..electrodes {

@@ -33,7 +33,7 @@ pub struct Term {
 
 impl Term {
     fn remaining(&self, t_s: f64) -> f64 {
-        (-self.rate_per_s * t_s).exp()
+        libm::exp(-self.rate_per_s * t_s)
     }
 }
 
@@ -108,7 +108,7 @@ impl Piece {
     /// Returns the charge that this electrode delivers to the tissue over the whole piece, C.
     pub fn charge_c(&self, electrode: usize) -> f64 {
         let part = |term: &Term| {
-            let passed = -(-term.rate_per_s * self.duration_s).exp_m1();
+            let passed = -libm::expm1(-term.rate_per_s * self.duration_s);
             term.current_a[electrode] * passed / term.rate_per_s
         };
         let parts = self.terms().iter().map(part);

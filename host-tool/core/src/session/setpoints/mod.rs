@@ -224,7 +224,7 @@ impl Setpoints {
                 frequency_hz,
             } => {
                 let turns = frequency_hz * (t_us as f64 / 1e6);
-                let (sin, cos) = (TAU * turns.fract()).sin_cos();
+                let (sin, cos) = libm::sincos(TAU * turns.fract());
                 let rate = TAU * frequency_hz * amplitude_deg * cos;
                 Setpoint::Angle {
                     centideg: to_centi(offset_deg + amplitude_deg * sin) as i16, // ±180°: checked
@@ -375,7 +375,7 @@ impl ForceCourse {
                 frequency_hz,
             } => {
                 let turns = frequency_hz * (t_us as f64 / 1e6);
-                let (sin, cos) = (TAU * turns.fract()).sin_cos();
+                let (sin, cos) = libm::sincos(TAU * turns.fract());
                 let rate = TAU * frequency_hz * amplitude_n * cos;
                 (offset_n + amplitude_n * sin, rate)
             }

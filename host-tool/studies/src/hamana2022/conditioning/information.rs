@@ -154,7 +154,7 @@ fn information(
         let mean = given.iter().map(|row| row[bin]).sum::<f64>() / count;
         let terms = given.iter().map(|row| row[bin]).filter(|mass| *mass > 0.0);
         terms
-            .map(|mass| mass / count * (mass / mean).log2())
+            .map(|mass| mass / count * libm::log2(mass / mean))
             .sum::<f64>()
     };
     Some((0..=BINS).map(bits).sum())

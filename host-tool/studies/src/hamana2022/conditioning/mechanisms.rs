@@ -67,7 +67,7 @@ fn evidence_ratio(pairs: &[[Vec<f64>; 2]], seed: u64) -> Option<EvidenceRatio> {
     let logarithm = |chosen: &[Vec<usize>]| -> Option<f64> {
         let of_pair = |([changed, default], chosen): (&[Vec<f64>; 2], &Vec<usize>)| {
             let sum = |weights: &[f64]| -> f64 { chosen.iter().map(|&at| weights[at]).sum() };
-            let logarithm = (sum(changed) / sum(default)).ln();
+            let logarithm = libm::log(sum(changed) / sum(default));
             logarithm.is_finite().then_some(logarithm)
         };
         pairs.iter().zip(chosen).map(of_pair).sum()
@@ -181,9 +181,9 @@ pub(super) fn evidence_table(study: &ConditioningStudy, units: &[Unit]) -> Sheet
                  low,
                  high,
              }| {
-                let [low, high] = [low, high].map(|value| format!("{:.1e}", value.exp()));
+                let [low, high] = [low, high].map(|value| format!("{:.1e}", libm::exp(value)));
                 [
-                    format!("{:.1e}", logarithm.exp()),
+                    format!("{:.1e}", libm::exp(logarithm)),
                     format!("{low} to {high}"),
                 ]
             },
@@ -259,7 +259,7 @@ pub(super) fn information_table(study: &ConditioningStudy, units: &[Unit]) -> Sh
             let ((mechanism, who), probability) = group(unit)?;
             let value = *unit.measured.as_ref()?.get(place)?;
             let scaled = value.map(|value| match measurement.logarithm {
-                true => value.ln(),
+                true => libm::log(value),
                 false => value,
             });
             Some(WeightedOutcome {
@@ -298,7 +298,7 @@ pub(super) fn information_table(study: &ConditioningStudy, units: &[Unit]) -> Sh
          {:.2} bits) and the outcome of one further measurement on a volunteer with voltages of \
          table 7 (P, Q and S count alike), in nine bins, less the mean over mechanisms permuted \
          within each forearm; bootstrap over forearms. Simulated.",
-        (count as f64).log2()
+        libm::log2(count as f64)
     );
     let title = "what a further measurement would tell";
     Sheet::table("Design", title, caption, grid)

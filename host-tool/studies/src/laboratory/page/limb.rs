@@ -201,7 +201,7 @@ impl Kind {
     /// angle of `deg`.
     fn end(self, deg: f64, length: f64) -> At {
         let ((x, y), ..) = self.joint();
-        let (sin, cos) = deg.to_radians().sin_cos();
+        let (sin, cos) = libm::sincos(deg.to_radians());
         match self {
             Self::Arm => (x + length * sin, y + length * cos),
             Self::Finger => (x + length * cos, y + length * sin),

@@ -186,7 +186,7 @@ impl<'a> Wearer<'a> {
             case,
             threshold: between(0, case.threshold),
             span: between(1, case.span),
-            noise: between(2, case.noise.map(f64::ln)).exp(),
+            noise: libm::exp(between(2, case.noise.map(libm::log))),
             contraction: between(3, case.contraction),
             seed,
             drawn: 8,
@@ -215,12 +215,12 @@ impl<'a> Wearer<'a> {
             Curve::Still | Curve::Rated => 0.0,
             Curve::Hard => {
                 let x = ((level - self.threshold) / self.span).clamp(0.0, 1.0);
-                full * (CURVATURE * x).exp_m1() / CURVATURE.exp_m1()
+                full * libm::expm1(CURVATURE * x) / libm::expm1(CURVATURE)
             }
             Curve::Logistic => {
                 let visible = self.case.search.visible_deg.unwrap_or(1.0);
-                let middle = self.threshold + self.span * (full / visible - 1.0).ln();
-                full / (1.0 + ((middle - level) / self.span).exp())
+                let middle = self.threshold + self.span * libm::log(full / visible - 1.0);
+                full / (1.0 + libm::exp((middle - level) / self.span))
             }
         }
     }

@@ -132,7 +132,7 @@ fn points(shape: Shape, count: u32) -> Vec<[f64; 2]> {
     let pairs = (0..count * count).map(|n| [at(n / count), at(n % count)]);
     let place = |[a, b]: [f64; 2]| match shape {
         Shape::Round { diameter_m } => {
-            let (sin, cos) = (2.0 * PI * b).sin_cos();
+            let (sin, cos) = libm::sincos(2.0 * PI * b);
             let radius = 0.5 * diameter_m * a.sqrt();
             [radius * cos, radius * sin]
         }

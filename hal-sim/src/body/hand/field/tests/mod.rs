@@ -47,7 +47,7 @@ fn errors([usual, fine]: &[Field; 2], shape: Shape, depth: f64) -> [f64; 3] {
     let (mut worst, mut largest) = ([0.0f64; 3], 0.0f64);
     let pad = pad(shape);
     for distance in [0.0, 0.003, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3] {
-        for (sin, cos) in [0.0f64, 0.4, 0.8, 1.2, 1.57].map(f64::sin_cos) {
+        for (sin, cos) in [0.0f64, 0.4, 0.8, 1.2, 1.57].map(libm::sincos) {
             let at = [pad.x_m + distance * cos, pad.y_m + distance * sin, depth];
             let [coarse, exact] = [usual, fine].map(|field| field.transfer(&pad, at));
             let slopes = |t: &Transfer| [t.gradient, t.across[0], t.across[1]];
@@ -167,7 +167,7 @@ fn plain(profile: &Profile) -> Vec<(f64, f64)> {
     match *profile {
         Profile::Disc { radius } => {
             let at = |j: u32| {
-                let (sin, cos) = (PI * f64::from(j) / 2000.0).sin_cos();
+                let (sin, cos) = libm::sincos(PI * f64::from(j) / 2000.0);
                 (radius * cos, sin * sin / 1000.0)
             };
             (0..2000).map(at).collect()
@@ -186,7 +186,8 @@ fn plain(profile: &Profile) -> Vec<(f64, f64)> {
 /// Returns the profiles of all pads, including directions as close to a side as any that is used.
 fn profiles() -> Vec<Profile> {
     let angles = [2e-3f64, 0.3, 1.0, 1.568];
-    let shape_profiles = |shape| angles.map(|angle| Profile::new(shape, angle.cos(), angle.sin()));
+    let shape_profiles =
+        |shape| angles.map(|angle| Profile::new(shape, libm::cos(angle), libm::sin(angle)));
     SHAPES.into_iter().flat_map(shape_profiles).collect()
 }
 
@@ -252,7 +253,7 @@ fn a_disc_and_a_square_have_their_known_mean_inverse_distance() {
     let root = 2.0f64.sqrt();
     let known = [
         16.0 / (3.0 * PI),
-        4.0 * ((1.0 + root).ln() - (root - 1.0) / 3.0),
+        4.0 * (libm::log(1.0 + root) - (root - 1.0) / 3.0),
     ];
     for (pad, known) in [disc, square].iter().zip(known) {
         let error = surface::mean_inverse_distance(pad, pad) / known - 1.0;
