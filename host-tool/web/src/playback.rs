@@ -1,0 +1,409 @@
+//! A session that plays in the page: by itself, or with setpoints from the page.
+
+use crate::check;
+use crate::describe::describe;
+use crate::error::CallError;
+use crate::memory::Memory;
+use firmware::link::Request;
+use hal_sim::trace::Trace;
+use host_core::clock::Moment;
+use host_core::drive::{LatestAmplitudes, SetpointValues};
+use host_core::link::Port;
+use host_core::record::{
+    Ending, Plan, RecordError, Recorder, Run, Sample, Trial, write_header_on, write_run_on,
+};
+use host_core::report::{Report, write_on};
+use host_core::run::{
+    Attachments, Control, DeviceName, FullestPeriod, Observation, Observer, Outputs, RunError,
+    SessionFile, StepEnd, StepLimit, Stepper, begin_trial,
+};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Longest session that the page records, s. Its files are in memory.
+const LONGEST_RECORD_S: u64 = 3_600;
+
+/// Age from which the output of the device no longer changes, µs; it is rendered 250 µs ahead.
+const SETTLED_US: u64 = 1_000;
+
+/// Folder of the record, whose files have paths relative to it.
+const RECORD: &str = "";
+
+/// A session to be opened.
+#[derive(Deserialize, Debug)]
+#[serde(deny_unknown_fields)]
+pub struct Opening {
+    /// Name of the session file.
+    name: String,
+    /// Text of the file, which may differ from the file of that name.
+    text: String,
+    /// Controller in place of the file's own.
+    #[serde(default)]
+    law: Option<String>,
+    /// Seed of the simulated wearer.
+    seed: u64,
+    /// Whether the page sends the setpoints; the session then has no length and no record.
+    #[serde(default)]
+    live: bool,
+    /// Present time, ms since 1970 in UTC, for the record.
+    #[serde(default)]
+    now_ms: u64,
+}
+
+/// Setpoints from the page, by channel where there is one.
+#[derive(Deserialize, Default, Debug)]
+#[serde(deny_unknown_fields, default)]
+pub struct Setpoints {
+    ma: BTreeMap<u8, f64>,
+    v: BTreeMap<u8, f64>,
+    /// Reference angle, °, and its rate, °/s.
+    angle_deg: Option<(f64, f64)>,
+}
+
+/// Action at the controls.
+#[derive(Deserialize, Debug)]
+#[serde(rename_all = "snake_case")]
+pub enum Action {
+    Pause,
+    Resume,
+    Raise(u8),
+    Lower(u8),
+    Mark(String),
+    Stop,
+}
+
+/// A session with its simulated wearer.
+pub struct Playback {
+    /// `None` when the session has ended.
+    stepper: Option<Box<Stepper<'static, Box<dyn Port>>>>,
+    run: Run,
+    files: Memory,
+    fullest: Option<Period>,
+    latest: LatestAmplitudes,
+    is_live: bool,
+    /// Samples that the page has not received yet.
+    feed: Feed,
+    /// Number of events that the page has received.
+    events: usize,
+    /// Time up to which the page has received edges, µs after the start of the trains.
+    edges_us: u64,
+}
+
+/// Samples that have arrived.
+#[derive(Clone, Default)]
+struct Feed(Arc<Mutex<Vec<Sample>>>);
+
+impl Feed {
+    fn take(&self) -> Vec<Sample> {
+        std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl Observer for Feed {
+    fn observe(&mut self, seen: Observation<'_>) {
+        if let Observation::Sample(sample) = seen {
+            let mut samples = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            samples.push(sample.clone());
+        }
+    }
+}
+
+/// Receiver of outputs that its owner can still read.
+#[derive(Clone)]
+struct Period(Arc<Mutex<FullestPeriod>>);
+
+impl Outputs for Period {
+    fn receive(&mut self, piece: &Trace, epoch_us: u64) {
+        let mut period = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        period.receive(piece, epoch_us);
+    }
+
+    fn end(&mut self, now_us: u64) {
+        let mut period = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        period.end(now_us);
+    }
+}
+
+/// Drops the output of an endless session, which has no record.
+struct Dropped;
+
+impl Outputs for Dropped {
+    fn receive(&mut self, _: &Trace, _: u64) {}
+
+    fn end(&mut self, _: u64) {}
+}
+
+impl Playback {
+    /// Configures, arms and starts the session, and describes it.
+    ///
+    /// # Errors
+    /// The mistakes of the text, a session that is too long to record here, or a refusal of the
+    /// device.
+    pub fn open(opening: &Opening) -> Result<(Self, Value), CallError> {
+        let file = check::read(&opening.name, &opening.text, opening.law.as_deref())?;
+        let session = &file.session;
+        let description = describe(session);
+        if !opening.live && session.duration_us > LONGEST_RECORD_S * 1_000_000 {
+            return Err(CallError::new(format!(
+                "E815 the session lasts longer than {LONGEST_RECORD_S} s, which this page cannot \
+                 record; shorten `duration_s`, or use `flexor run`"
+            )));
+        }
+        let port = DeviceName::Native.open(session, opening.seed);
+        let port = port.map_err(CallError::new)?;
+        let files = Memory::default();
+        let device = DeviceName::Native.to_string();
+        let plan = Plan {
+            law: opening.law.clone(),
+            ..Plan::new("run", &device)
+        };
+        let start = Moment {
+            since_1970: std::time::Duration::from_millis(opening.now_ms),
+            local_offset_s: 0,
+        };
+        let run = Run::begin(&session.title, &device, Some(opening.seed), plan, start);
+        let duration_us = session.duration_us;
+        let (recorder, fullest): (Option<Recorder>, _) = match opening.live {
+            true => (None, None),
+            false => {
+                let begun = begin_record(&files, &run, &file).map_err(CallError::new)?;
+                let period = FullestPeriod::new(session, duration_us / 2);
+                (Some(begun), Some(Period(Arc::new(Mutex::new(period)))))
+            }
+        };
+        let feed = Feed::default();
+        let attached = Attachments {
+            recorder: recorder.map(|recorder| Box::new(Box::new(recorder)) as _),
+            outputs: Some(match &fullest {
+                Some(period) => Box::new(period.clone()) as _,
+                None => Box::new(Dropped) as _,
+            }),
+            observer: Box::new(feed.clone()),
+        };
+        let telemetry = Request::Subscribe {
+            period_ms: session.telemetry_ms,
+        };
+        let stepper = Stepper::open_owned(file, port, attached).map_err(CallError::new)?;
+        let stepper = match opening.live {
+            true => stepper.with_live_setpoints(),
+            false => stepper,
+        };
+        let mut playback = Self {
+            stepper: Some(Box::new(stepper)),
+            run,
+            files,
+            fullest,
+            latest: LatestAmplitudes::default(),
+            is_live: opening.live,
+            feed,
+            events: 0,
+            edges_us: 0,
+        };
+        let begun = playback.begin(telemetry);
+        match begun {
+            Ok(()) => Ok((playback, description)),
+            Err(error) => {
+                let message = error.to_string();
+                playback.end(Err(error));
+                Err(CallError::new(message))
+            }
+        }
+    }
+
+    fn begin(&mut self, telemetry: Request) -> Result<(), RunError> {
+        let Some(stepper) = &mut self.stepper else {
+            return Ok(());
+        };
+        stepper.configure()?;
+        if self.is_live {
+            stepper.request(telemetry)?;
+        }
+        stepper.arm()?;
+        stepper.start()
+    }
+
+    /// Lets time pass until `to_us` after the start of the trains. Returns the samples, edges and
+    /// events since the last call.
+    pub fn advance(&mut self, to_us: u64) -> Value {
+        let Some(stepper) = &mut self.stepper else {
+            return json!({ "end": { "error": null } });
+        };
+        let stepped = stepper.step(StepLimit::Time(to_us));
+        let mut answer = self.news();
+        let ended = match stepped {
+            Ok(StepEnd::Over) => self.end(Ok(())),
+            Err(error) => self.end(Err(error)),
+            Ok(_) => return answer,
+        };
+        if let Some(answer) = answer.as_object_mut() {
+            answer.insert("end".to_owned(), json!({ "error": ended }));
+        }
+        answer
+    }
+
+    /// Sends setpoints of the page.
+    ///
+    /// # Errors
+    /// A value that the session or the device refuses; nothing of the refused request is played.
+    pub fn send(&mut self, asked: Setpoints) -> Result<Value, CallError> {
+        let Some(stepper) = &mut self.stepper else {
+            return Err(CallError::new("the session has ended"));
+        };
+        let values = SetpointValues {
+            ma: asked.ma,
+            v: asked.v,
+            angle_deg: asked.angle_deg,
+            ..SetpointValues::default()
+        };
+        let requests = values.to_requests(stepper.session(), &mut self.latest);
+        let requests = requests.map_err(|mistakes| {
+            let lines: Vec<String> = mistakes.iter().map(ToString::to_string).collect();
+            CallError::new(lines.join("; "))
+        })?;
+        for request in requests {
+            stepper.request(request).map_err(CallError::new)?;
+        }
+        Ok(json!({}))
+    }
+
+    /// Carries out an action at the controls.
+    ///
+    /// # Errors
+    /// The session has ended, or the device is lost.
+    pub fn act(&mut self, action: Action) -> Result<Value, CallError> {
+        let Some(stepper) = &mut self.stepper else {
+            return Err(CallError::new("the session has ended"));
+        };
+        let control = match action {
+            Action::Pause => Control::Pause,
+            Action::Resume => Control::Resume,
+            Action::Raise(channel) => Control::Raise(channel),
+            Action::Lower(channel) => Control::Lower(channel),
+            Action::Mark(text) => Control::Mark(text),
+            Action::Stop => Control::Stop,
+        };
+        stepper.control(&control).map_err(CallError::new)?;
+        Ok(json!({ "paused": stepper.is_paused() }))
+    }
+
+    /// Returns the files of the record, complete after the end of the session.
+    pub const fn files(&self) -> &Memory {
+        &self.files
+    }
+
+    /// Returns what happened since the last call.
+    fn news(&mut self) -> Value {
+        let Some(stepper) = &mut self.stepper else {
+            return json!({});
+        };
+        let time_us = stepper.time_us();
+        let samples = self.feed.take();
+        let events = stepper.trial().events.iter().skip(self.events);
+        let events: Vec<_> = events.cloned().collect();
+        self.events += events.len();
+        let edges = edges(stepper, &mut self.edges_us, time_us);
+        if self.is_live {
+            stepper.forget_rows();
+            self.events = 0;
+        }
+        json!({
+            "t_s": time_us as f64 / 1e6,
+            "samples": columns(&samples),
+            "edges": edges,
+            "events": events,
+        })
+    }
+
+    /// Stops the device and completes the record. Returns the reason of an early end.
+    fn end(&mut self, ran: Result<(), RunError>) -> Option<String> {
+        let stepper = self.stepper.take()?;
+        let (outcome, _, attached) = stepper.close_keeping_attachments(ran);
+        let mut trial = outcome.trial;
+        let mut reason = outcome.error.map(|error| error.to_string());
+        if let (Some(mut recorder), Some(period)) = (attached.recorder, self.fullest.take()) {
+            let period = period.0.lock().unwrap_or_else(PoisonError::into_inner);
+            trial.edges = period.clone().into_edges();
+            drop(period);
+            let closed = recorder
+                .record_edges(&trial.edges)
+                .and_then(|()| recorder.finish(&trial.counters, trial.duration_s))
+                .and_then(|()| self.write_run(trial, reason.clone()));
+            reason = reason.or(closed.err().map(|error| error.to_string()));
+        }
+        reason
+    }
+
+    fn write_run(&mut self, trial: Trial, reason: Option<String>) -> Result<(), RecordError> {
+        self.run.trials.push(trial);
+        self.run.ending = match reason {
+            Some(reason) => Ending::cut_short(reason, 1),
+            None => Ending::complete(),
+        };
+        write_header_on(&self.files, Path::new(RECORD), &self.run)?;
+        write_on(&self.files, Path::new(RECORD), &Report::from_run(&self.run)).map(drop)
+    }
+}
+
+/// Creates the folder of the run and of its trial, and writes what is known before the first sample.
+fn begin_record(files: &Memory, run: &Run, file: &SessionFile) -> Result<Recorder, RecordError> {
+    write_run_on(files, Path::new(RECORD), run)?;
+    let disk = Box::new(files.clone());
+    Recorder::create_on(disk, Path::new(RECORD), 0, &begin_trial(file))
+}
+
+/// Returns the settled edges since the last call, four numbers each: time in µs after the start of
+/// the trains, channel from 1, state, and amplitude code.
+fn edges(
+    stepper: &mut Stepper<'static, Box<dyn Port>>,
+    from_us: &mut u64,
+    time_us: u64,
+) -> Vec<u64> {
+    let started_us = stepper.port().now_us().saturating_sub(time_us);
+    let to_us = time_us.saturating_sub(SETTLED_US);
+    let Some(world) = stepper.port().world() else {
+        return Vec::new();
+    };
+    let trace = &world.recorder.trace;
+    let begin_us = started_us + *from_us;
+    let settled = trace
+        .edges_from(begin_us)
+        .take_while(|edge| edge.t_us < started_us + to_us);
+    let numbers = settled.flat_map(|edge| {
+        let channel = u64::from(edge.channel) + 1;
+        let code = u64::from(edge.dac_code);
+        [edge.t_us - started_us, channel, edge.state as u64, code]
+    });
+    let numbers = numbers.collect();
+    *from_us = to_us.max(*from_us);
+    numbers
+}
+
+/// Returns samples as columns.
+fn columns(samples: &[Sample]) -> Value {
+    let column = |value: fn(&Sample) -> Option<f64>| samples.iter().map(value).collect::<Vec<_>>();
+    let by_channel = |values: fn(&Sample) -> &Vec<Option<f64>>| {
+        let count = samples.first().map_or(0, |sample| values(sample).len());
+        let of = |place: usize| {
+            let picked = samples
+                .iter()
+                .map(|sample| values(sample).get(place).copied().flatten());
+            picked.collect::<Vec<_>>()
+        };
+        (0..count).map(of).collect::<Vec<_>>()
+    };
+    json!({
+        "t_s": samples.iter().map(|sample| sample.t_s).collect::<Vec<_>>(),
+        "target_deg": column(|sample| sample.target_deg),
+        "measured_deg": column(|sample| sample.measured_deg),
+        "true_deg": column(|sample| sample.true_deg),
+        "effort": column(|sample| sample.effort),
+        "state": samples.last().map(|sample| sample.state),
+        "amplitudes": by_channel(|sample| &sample.amplitudes),
+        "forces_n": by_channel(|sample| &sample.forces_n),
+        "hand_n": by_channel(|sample| &sample.hand_n),
+        "hand_true_n": by_channel(|sample| &sample.hand_true_n),
+    })
+}
