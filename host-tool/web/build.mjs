@@ -1,0 +1,148 @@
+// Builds the page: node build.mjs --tools DIR --wasm DIR --out DIR
+//
+// DIR of --tools has the packages of package-lock.json in node_modules; DIR of --wasm has
+// flexor.wasm and integrators.wasm. The result is a folder for any static server, and in it
+// playground.html, which is the whole page in one file.
+
+import { createHash } from "node:crypto";
+import { mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { dirname, join } from "node:path";
+import { fileURLToPath, pathToFileURL } from "node:url";
+import { brotliCompressSync, constants, gzipSync } from "node:zlib";
+
+const options = Object.fromEntries(
+  process.argv.slice(2).flatMap((word, i, all) => (word.startsWith("--") ? [[word.slice(2), all[i + 1]]] : [])),
+);
+for (const name of ["tools", "wasm", "out"]) {
+  if (!options[name]) {
+    console.error("usage: node build.mjs --tools DIR --wasm DIR --out DIR");
+    process.exit(2);
+  }
+}
+const here = dirname(fileURLToPath(import.meta.url));
+const root = join(here, "..", "..");
+const packages = join(options.tools, "node_modules");
+const resolve = createRequire(pathToFileURL(join(packages, "..", "any.js")).href).resolve;
+const { build } = await import(pathToFileURL(resolve("esbuild")).href);
+
+const shared = {
+  bundle: true,
+  minify: true,
+  target: "es2022",
+  legalComments: "none",
+  nodePaths: [packages],
+  loader: { ".csv": "text" },
+  alias: { charts: join(root, "docs", "charts"), maps: join(root, "docs", "maps") },
+  logLevel: "warning",
+};
+
+async function bundle(entry, extra = {}) {
+  const built = await build({ ...shared, entryPoints: [join(here, "page", entry)], write: false, ...extra });
+  return built.outputFiles[0].text;
+}
+
+mkdirSync(options.out, { recursive: true });
+const sheets = readdirSync(join(here, "page")).filter((name) => name.endsWith(".css"));
+sheets.sort((a, b) => Number(b === "style.css") - Number(a === "style.css") || a.localeCompare(b));
+const read = (path) => readFileSync(path, "utf8");
+const styles = [join(packages, "uplot", "dist", "uPlot.min.css"), ...sheets.map((name) => join(here, "page", name))];
+const style = styles.map(read).join("\n");
+const html = readFileSync(join(here, "page", "index.html"), "utf8");
+const wasm = ["flexor", "integrators"].map((name) => [name, readFileSync(join(options.wasm, `${name}.wasm`))]);
+const policy = (parts) => parts.join("; ");
+
+// A folder: page, scripts, editor on demand, modules.
+const out = (name, contents) => writeFileSync(join(options.out, name), contents);
+const page = await build({
+  ...shared,
+  entryPoints: { page: join(here, "page", "main.ts") },
+  format: "esm",
+  splitting: true,
+  chunkNames: "part-[hash]",
+  outdir: options.out,
+  define: { WORKER_TEXT: "null" },
+  metafile: true,
+});
+const worker = await bundle("worker.ts", { format: "iife" });
+out("worker.js", worker);
+out("style.css", style);
+for (const [name, bytes] of wasm) {
+  out(`${name}.wasm`, bytes);
+}
+out(
+  "index.html",
+  html
+    .replace(
+      "<!-- policy -->",
+      `<meta http-equiv="Content-Security-Policy" content="${policy([
+        "default-src 'none'",
+        "script-src 'self' 'wasm-unsafe-eval'",
+        "worker-src 'self'",
+        "connect-src 'self'",
+        "style-src 'self' 'nonce-flexor'",
+        "img-src 'self' data:",
+        "base-uri 'none'",
+        "form-action 'none'",
+      ])}">`,
+    )
+    .replace("<!-- style -->", '<link rel="stylesheet" href="style.css">')
+    .replace("<!-- script -->", '<script type="module" src="page.js"></script>'),
+);
+
+// One file: everything inside, the modules compressed.
+const inlined = Object.fromEntries(wasm.map(([name, bytes]) => [name, gzipSync(bytes, { level: 9 }).toString("base64")]));
+const whole = await bundle("main.ts", {
+  format: "iife",
+  define: { WORKER_TEXT: JSON.stringify(`const INLINED = ${JSON.stringify(inlined)};\n${worker}`) },
+});
+const script = whole.replaceAll("</script", "<\\/script");
+const hash = createHash("sha256").update(script).digest("base64");
+out(
+  "playground.html",
+  html
+    .replace(
+      "<!-- policy -->",
+      () =>
+        `<meta http-equiv="Content-Security-Policy" content="${policy([
+          "default-src 'none'",
+          `script-src 'sha256-${hash}' 'wasm-unsafe-eval' blob:`,
+          "worker-src blob:",
+          "style-src 'nonce-flexor'",
+          "img-src data: blob:",
+          "base-uri 'none'",
+          "form-action 'none'",
+        ])}">`,
+    )
+    .replace("<!-- style -->", () => `<style nonce="flexor">${style}</style>`)
+    .replace("<!-- script -->", () => `<script>${script}</script>`),
+);
+
+// Sizes as a server would send them.
+const brotli = (bytes) =>
+  brotliCompressSync(bytes, {
+    params: { [constants.BROTLI_PARAM_QUALITY]: 11, [constants.BROTLI_PARAM_LGWIN]: 24 },
+  }).length;
+const sizes = {};
+for (const [name, bytes] of wasm) {
+  sizes[`${name}.wasm`] = brotli(bytes);
+}
+const first = new Set(["page.js"]);
+for (const [path, output] of Object.entries(page.metafile.outputs)) {
+  if (path.endsWith("page.js")) {
+    for (const item of output.imports) {
+      if (item.kind === "import-statement") {
+        first.add(item.path.split("/").pop());
+      }
+    }
+  }
+}
+sizes.page = brotli(Buffer.from(style)) + brotli(Buffer.from(html)) + brotli(Buffer.from(worker));
+sizes.later = 0;
+for (const path of Object.keys(page.metafile.outputs)) {
+  const name = path.split("/").pop();
+  const size = brotli(readFileSync(join(options.out, name)));
+  sizes[first.has(name) ? "page" : "later"] += size;
+}
+out("sizes.json", JSON.stringify(sizes, null, 2) + "\n");
+console.log(JSON.stringify(sizes));
