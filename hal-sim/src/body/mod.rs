@@ -78,6 +78,9 @@ pub trait Body: Send {
     /// Starts a trial for a wearer who continues in the present state: voluntary movements are
     /// timed from here, fatigue and posture remain.
     fn begin_trial(&mut self) {}
+    /// Applies a torque from outside to the joint from now on, N·m, flexion positive; 0 ends it. Only
+    /// [`Finger`] accepts one, and other bodies ignore it.
+    fn set_external_torque(&mut self, _torque_nm: f64) {}
     /// Returns the number of intervals that could not be computed, because a circuit had no
     /// consistent currents; stimulation had no effect in them. Not known to happen.
     fn uncomputed_intervals(&self) -> u64 {

@@ -2,8 +2,9 @@
 
 use crate::error::CallError;
 use firmware::link::SCHEMA;
+use hal_sim::input::LONGEST_TYPED;
 use host_core::record::Program;
-use host_core::session::{LONGEST_TEXT, SHIPPED, Session};
+use host_core::session::{SHIPPED, Session};
 use serde_json::{Value, json};
 
 /// Returns the version, the limits, and the names and titles of the shipped sessions and wearers.
@@ -16,7 +17,7 @@ pub fn built_in() -> Value {
     json!({
         "program": Program::current(),
         "schema": format!("{SCHEMA:#018x}"),
-        "longest_text": LONGEST_TEXT,
+        "longest_text": LONGEST_TYPED,
         "sessions": sessions.collect::<Vec<_>>(),
         "wearers": wearers.map(|(file, _)| stem(file)).collect::<Vec<_>>(),
     })

@@ -19,7 +19,6 @@ use host_core::run::{
 };
 use serde::Deserialize;
 use serde_json::{Value, json};
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -53,14 +52,18 @@ pub struct Opening {
     now_ms: u64,
 }
 
-/// Setpoints from the page, by channel where there is one.
+/// Setpoints from the page.
 #[derive(Deserialize, Default, Debug)]
 #[serde(deny_unknown_fields, default)]
 pub struct Setpoints {
-    ma: BTreeMap<u8, f64>,
-    v: BTreeMap<u8, f64>,
+    /// Channels with their amplitudes, mA.
+    ma: Vec<(u8, f64)>,
+    /// Channels with their amplitudes, V.
+    v: Vec<(u8, f64)>,
     /// Reference angle, °, and its rate, °/s.
     angle_deg: Option<(f64, f64)>,
+    /// Torque from outside on a simulated finger, N·m, flexion positive.
+    external_nm: Option<f64>,
 }
 
 /// Action at the controls.
@@ -252,9 +255,12 @@ impl Playback {
         let Some(stepper) = &mut self.stepper else {
             return Err(CallError::new("the session has ended"));
         };
+        if let (Some(torque_nm), Some(world)) = (asked.external_nm, stepper.port().world()) {
+            world.body.set_external_torque(torque_nm);
+        }
         let values = SetpointValues {
-            ma: asked.ma,
-            v: asked.v,
+            ma: asked.ma.into_iter().collect(),
+            v: asked.v.into_iter().collect(),
             angle_deg: asked.angle_deg,
             ..SetpointValues::default()
         };

@@ -48,6 +48,8 @@ pub struct Finger {
     /// Share of each muscle's force that fatigue leaves, 0 to 1.
     capacity: [f64; 3],
     torque_nm: f64,
+    /// Torque from outside, N·m, flexion positive.
+    external_nm: f64,
     joint: Joint,
     sensor: AngleSensor,
 }
@@ -70,6 +72,7 @@ impl Finger {
             pair_factor: 1.0,
             capacity: [1.0; 3],
             torque_nm: 0.0,
+            external_nm: 0.0,
             joint: Joint::new(&spec.joint(), spec.step_s()),
             sensor: AngleSensor::new(spec.sensor(), spec.rest_deg, spec.step_s(), seed),
             spec,
@@ -159,13 +162,17 @@ impl Finger {
         let mean = std::array::from_fn(|muscle| 0.5 * (before[muscle] + after[muscle]));
         self.torque_nm = self.torque(mean);
         self.update_fatigue(mean);
-        self.joint.step(self.torque_nm);
+        self.joint.step(self.torque_nm + self.external_nm);
         self.sensor.step(self.joint.angle_rad.to_degrees());
         self.tick += 1;
     }
 }
 
 impl Body for Finger {
+    fn set_external_torque(&mut self, torque_nm: f64) {
+        self.external_nm = torque_nm;
+    }
+
     fn pulse(&mut self, pulse: &Pulse) {
         let Some(load) = self.loads.get(pulse.channel) else {
             return;

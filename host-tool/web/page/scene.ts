@@ -1,0 +1,440 @@
+// The first part: a finger that the device moves, with everything that one can change beside it.
+
+import { CallError, type News, type Setpoints, type Simulator } from "./api";
+import { choice, make, slider } from "./dom";
+import { Finger } from "./hand";
+import { Lanes, Output } from "./lanes";
+import { Plot } from "./plots";
+import { FREE_CHANNELS, type Parameters, sceneText } from "./scene_session";
+
+// Controllers, by their names in session files.
+const CONTROLLERS = [
+  { law: "recommended", name: "default", color: "s1" },
+  { law: "paper", name: "paper's law", color: "s2" },
+  { law: "pid", name: "PID", color: "s3" },
+] as const;
+
+// Rate at which the page sends references, as the shipped sessions do.
+const RATE_HZ = 90;
+const STEP_US = 1e6 / RATE_HZ;
+// Longest stretch of real time that a frame makes up for.
+const LONGEST_FRAME_MS = 100;
+const WINDOW_S = 10;
+const SEED = 1;
+
+interface Trace {
+  law: string;
+  id: number;
+  finger: Finger;
+  angles: number[];
+  deg: number;
+  output: Output;
+}
+
+class Scene {
+  private readonly parameters: Parameters = { rate_hz: 50, phase_us: 2000, strength: 1, delay_ms: 25 };
+  private reference = { kind: "sine", offset_deg: 45, swing_deg: 35, period_s: 5 };
+  private free_ma = 10;
+  private external_nm = 0;
+  private dropped = 0;
+  private speed = 1;
+  private laws: string[] = ["recommended"];
+  private traces: Trace[] = [];
+  private times: number[] = [];
+  private wanted: number[] = [];
+  private now_us = 0;
+  private running = !matchMedia("(prefers-reduced-motion: reduce)").matches;
+  private shown = true;
+  private busy = false;
+  private waiting = false;
+  private reopen = 0;
+  // Number of the latest request to start again; an earlier one gives way.
+  private turn = 0;
+  private frame_ms = 0;
+  private random = SEED;
+
+  private readonly play = make("button", { class: "main", click: () => this.toggle() });
+  private readonly step = make("button", { click: () => void this.single() }, "Step 20 ms");
+  private readonly status = make("p", { class: "note", role: "status" });
+  private readonly problem = make("p", { class: "trouble", role: "alert", hidden: true });
+  private readonly fingers = make("div", { class: "fingers" });
+  private readonly plotPlace = make("div");
+  private plot: Plot | null = null;
+  private readonly wide = new Lanes("Output of the ten channels over 100 ms", 100_000, "ms");
+  private readonly fine = new Lanes("Output of the ten channels over 3 ms from a pulse on", 3_000, "µs");
+  private readonly table = make("tbody");
+
+  constructor(root: HTMLElement, private readonly simulator: Simulator) {
+    root.append(
+      make(
+        "p",
+        {},
+        "A simulated index finger follows the dashed line: the device measures its angle, computes the ",
+        "amplitudes of three channels, and emits the pulses that you see. Seven more channels stimulate ",
+        "muscles of their own.",
+      ),
+      make(
+        "div",
+        { class: "row" },
+        this.play,
+        this.step,
+        make("button", { click: () => void this.open() }, "Start again"),
+        this.speedChoice(),
+      ),
+      this.problem,
+      this.status,
+      make(
+        "div",
+        { class: "columns" },
+        make("div", { class: "panel" }, make("h2", {}, "Finger"), this.fingers, this.controllerChoice()),
+        make("div", { class: "panel" }, make("h2", {}, "Angle"), this.plotPlace),
+      ),
+      make("div", { class: "panel" }, make("h2", {}, "Change something"), this.controls()),
+      make(
+        "div",
+        { class: "columns" },
+        make(
+          "div",
+          { class: "panel" },
+          make("h2", {}, "Pulses, 100 ms"),
+          this.wide.element,
+          make("p", { class: "note" }, "Up: anodic. Down: cathodic. Thick line: grounded. Thin line: disconnected."),
+        ),
+        make("div", { class: "panel" }, make("h2", {}, "The latest pulse, 3 ms"), this.fine.element, this.values()),
+      ),
+    );
+    this.showButtons();
+    document.addEventListener("part", (event) => {
+      this.shown = (event as CustomEvent<string>).detail === "watch";
+    });
+    this.shown = !root.hidden;
+    document.addEventListener("visibilitychange", () => this.visibility());
+    void this.open();
+    requestAnimationFrame((at) => this.frame(at));
+  }
+
+  private speedChoice(): HTMLElement {
+    return choice({
+      label: "Speed",
+      values: [
+        ["0.05", "1/20"],
+        ["0.25", "1/4"],
+        ["1", "real time"],
+        ["4", "× 4"],
+      ],
+      value: "1",
+      change: (value) => {
+        this.speed = Number(value);
+      },
+    }).element;
+  }
+
+  private controllerChoice(): HTMLElement {
+    const boxes = CONTROLLERS.map(({ law, name }) => {
+      const box = make("input", {
+        type: "checkbox",
+        checked: this.laws.includes(law),
+        change: () => {
+          const set = new Set(this.laws);
+          if (box.checked) {
+            set.add(law);
+          } else {
+            set.delete(law);
+          }
+          this.laws = CONTROLLERS.map((known) => known.law).filter((known) => set.has(known));
+          void this.open();
+        },
+      });
+      return make("label", {}, box, ` ${name}`);
+    });
+    const legend = make("legend", {}, "Controllers, each with the same wearer and noise");
+    return make("fieldset", {}, legend, make("div", { class: "row" }, ...boxes));
+  }
+
+  private controls(): HTMLElement {
+    const p = this.parameters;
+    // Changes that need a new setup of the device start the session again.
+    const setup = (change: (value: number) => void) => (value: number) => {
+      change(value);
+      clearTimeout(this.reopen);
+      this.reopen = window.setTimeout(() => void this.open(), 250);
+    };
+    const reference = choice({
+      label: "Wanted angle",
+      values: [
+        ["sine", "a sine"],
+        ["hold", "one angle"],
+      ],
+      value: "sine",
+      change: (value) => {
+        this.reference.kind = value;
+      },
+    });
+    const sliders = [
+      slider({
+        label: "Middle of the sine, or the one angle",
+        min: 10, max: 85, step: 1, value: 45,
+        format: (v) => `${v}°`,
+        change: (v) => { this.reference.offset_deg = v; },
+      }),
+      slider({
+        label: "Swing of the sine",
+        min: 0, max: 45, step: 1, value: 35,
+        format: (v) => `± ${v}°`,
+        change: (v) => { this.reference.swing_deg = v; },
+      }),
+      slider({
+        label: "Amplitude of channels 4 to 10",
+        min: 0, max: 14, step: 0.5, value: 10,
+        format: (v) => `${v} mA`,
+        change: (v) => { this.free_ma = v; },
+      }),
+      slider({
+        label: "Pulse rate",
+        min: 20, max: 100, step: 5, value: p.rate_hz,
+        format: (v) => `${v} Hz`,
+        change: setup((v) => { p.rate_hz = v; }),
+      }),
+      slider({
+        label: "Phase of flexor B after flexor A",
+        min: 0, max: 9000, step: 100, value: p.phase_us,
+        format: (v) => `${v} µs`,
+        change: setup((v) => { p.phase_us = v; }),
+      }),
+      slider({
+        label: "Strength of the muscles",
+        min: 40, max: 160, step: 5, value: 100,
+        format: (v) => `${v} %`,
+        change: setup((v) => { p.strength = v / 100; }),
+      }),
+      slider({
+        label: "Delay from pulse to muscle",
+        min: 5, max: 150, step: 5, value: p.delay_ms,
+        format: (v) => `${v} ms`,
+        change: setup((v) => { p.delay_ms = v; }),
+      }),
+      slider({
+        label: "Disturbance: somebody bends the finger",
+        min: -100, max: 100, step: 5, value: 0,
+        format: (v) => `${v} mN·m`,
+        change: (v) => { this.external_nm = v / 1000; },
+      }),
+      slider({
+        label: "Lost references",
+        min: 0, max: 95, step: 5, value: 0,
+        format: (v) => `${v} %`,
+        change: (v) => { this.dropped = v / 100; },
+      }),
+    ];
+    return make("div", { class: "scene-controls" }, reference.element, ...sliders.map((s) => s.element));
+  }
+
+  private values(): HTMLElement {
+    const head = make("tr", {}, ...["channel", "name", "amplitude"].map((text) => make("th", { scope: "col" }, text)));
+    return make(
+      "details",
+      {},
+      make("summary", {}, "Amplitudes as a table"),
+      make("table", {}, make("thead", {}, head), this.table),
+    );
+  }
+
+  // Starts the session again, once for each controller.
+  private async open(): Promise<void> {
+    const turn = ++this.turn;
+    while (this.busy) {
+      await new Promise((done) => setTimeout(done, 5));
+    }
+    if (turn !== this.turn) {
+      return;
+    }
+    this.busy = true;
+    this.problem.hidden = true;
+    for (const trace of this.traces) {
+      await this.simulator.drop(trace.id);
+    }
+    this.traces = [];
+    this.times = [];
+    this.wanted = [];
+    this.now_us = 0;
+    this.random = SEED;
+    this.fingers.replaceChildren();
+    const text = sceneText(this.parameters);
+    try {
+      for (const { law, name } of CONTROLLERS.filter((known) => this.laws.includes(known.law))) {
+        const { id, session } = await this.simulator.open({ name: "scene.toml", text, seed: SEED, law, live: true });
+        const finger = new Finger(name);
+        this.fingers.append(finger.element);
+        const output = new Output(session.channels, 300_000);
+        this.traces.push({ law, id, finger, angles: [], deg: 5, output });
+      }
+    } catch (error) {
+      this.tell(error);
+    }
+    const lines = CONTROLLERS.filter((known) => this.traces.some((trace) => trace.law === known.law));
+    this.plot = new Plot({
+      title: "Wanted angle and simulated angles of the last ten seconds",
+      unit: "angle (°)",
+      range: [0, 100],
+      lines: [
+        { label: "wanted", color: "reference", dash: [5, 4] },
+        ...lines.map((known) => ({ label: known.name, color: known.color })),
+      ],
+    });
+    this.plotPlace.replaceChildren(this.plot.element);
+    this.busy = false;
+    if (this.traces.length === 0 && this.problem.hidden) {
+      this.status.textContent = "Choose a controller.";
+    } else {
+      await this.advance(200_000); // so that there is something to see
+    }
+  }
+
+  private wantedAt(t_s: number): [number, number] {
+    const { kind, offset_deg, swing_deg, period_s } = this.reference;
+    if (kind === "hold") {
+      return [offset_deg, 0];
+    }
+    // The finger's range of angles is 0° to 100°.
+    const swing = Math.min(swing_deg, offset_deg - 2, 98 - offset_deg);
+    const phase = (2 * Math.PI * t_s) / period_s;
+    return [offset_deg - swing * Math.cos(phase), ((swing * 2 * Math.PI) / period_s) * Math.sin(phase)];
+  }
+
+  // Uniform random number, the same in every run; xorshift32.
+  private draw(): number {
+    this.random ^= this.random << 13;
+    this.random ^= this.random >>> 17;
+    this.random ^= this.random << 5;
+    return (this.random >>> 0) / 2 ** 32;
+  }
+
+  // Lets `length_us` of simulated time pass.
+  private async advance(length_us: number): Promise<void> {
+    if (this.busy || this.traces.length === 0) {
+      return;
+    }
+    this.busy = true;
+    const steps: { to_us: number; send?: Setpoints }[] = [];
+    const end_us = this.now_us + length_us;
+    while (this.now_us + STEP_US <= end_us) {
+      const [deg, rate] = this.wantedAt(this.now_us / 1e6);
+      const send: Setpoints = { external_nm: this.external_nm };
+      if (this.draw() >= this.dropped) {
+        send.angle_deg = [deg, rate];
+        send.ma = FREE_CHANNELS.map((channel) => [channel, this.free_ma]);
+      }
+      this.now_us += STEP_US;
+      steps.push({ to_us: this.now_us, send });
+      this.times.push(this.now_us / 1e6);
+      this.wanted.push(deg);
+    }
+    try {
+      for (const trace of this.traces) {
+        this.take(trace, await this.simulator.course(trace.id, steps));
+      }
+      this.problem.hidden = true;
+    } catch (error) {
+      this.tell(error);
+      this.running = false;
+      this.showButtons();
+    }
+    const kept = Math.round(WINDOW_S * RATE_HZ);
+    for (const list of [this.times, this.wanted, ...this.traces.map((trace) => trace.angles)]) {
+      list.splice(0, Math.max(0, list.length - kept));
+    }
+    this.drawAll();
+    this.busy = false;
+  }
+
+  private take(trace: Trace, news: News[]): void {
+    for (const item of news) {
+      const angles = item.samples?.true_deg ?? [];
+      trace.deg = angles.findLast((deg) => deg !== null) ?? trace.deg;
+      trace.angles.push(trace.deg);
+      trace.output.add(item.edges ?? [], (item.t_s ?? 0) * 1e6 - 1000);
+      if (item.end) {
+        throw new CallError(item.end.error ?? "the session has ended");
+      }
+    }
+    const amplitudes = news.at(-1)?.samples?.amplitudes;
+    if (trace === this.traces[0] && amplitudes && amplitudes.length > 0) {
+      this.fill(trace.output, amplitudes.map((column) => column.at(-1) ?? null));
+    }
+  }
+
+  private fill(output: Output, amplitudes: (number | null)[]): void {
+    const rows = output.channels.map((channel, i) => {
+      const value = amplitudes[i];
+      const text = value === null ? "no pulses" : `${value.toFixed(2)} ${channel.unit}`;
+      return make("tr", {}, ...[String(channel.number), channel.name, text].map((t) => make("td", {}, t)));
+    });
+    this.table.replaceChildren(...rows);
+  }
+
+  private drawAll(): void {
+    const wanted = this.wanted.at(-1) ?? null;
+    for (const trace of this.traces) {
+      trace.finger.show(trace.deg, wanted);
+    }
+    this.plot?.set(this.times, this.wanted, ...this.traces.map((trace) => trace.angles));
+    const first = this.traces[0];
+    if (first) {
+      this.wide.draw(first.output, first.output.until_us - 100_000);
+      this.fine.draw(first.output, first.output.latestPulse(3_000) - 150);
+    }
+    const told = `${(this.now_us / 1e6).toFixed(1)} s of simulated time`;
+    this.status.textContent = this.waiting
+      ? `${told}. The simulation waited while this tab was in the background.`
+      : `${told}.`;
+  }
+
+  private frame(at_ms: number): void {
+    requestAnimationFrame((next) => this.frame(next));
+    const passed = Math.min(at_ms - this.frame_ms, LONGEST_FRAME_MS);
+    if (!this.running || !this.shown || this.busy) {
+      this.frame_ms = this.busy ? this.frame_ms : at_ms;
+      return;
+    }
+    const length_us = passed * 1000 * this.speed;
+    if (length_us < STEP_US) {
+      return; // wait until a step is full
+    }
+    this.frame_ms = at_ms;
+    void this.advance(length_us);
+  }
+
+  private async single(): Promise<void> {
+    this.running = false;
+    this.showButtons();
+    await this.advance(20_000 + STEP_US / 2);
+  }
+
+  private toggle(): void {
+    this.running = !this.running;
+    this.waiting = false;
+    this.showButtons();
+  }
+
+  private showButtons(): void {
+    this.play.textContent = this.running ? "Pause" : "Play";
+  }
+
+  private visibility(): void {
+    if (document.hidden) {
+      this.waiting = this.running;
+    }
+  }
+
+  private tell(error: unknown): void {
+    const mistakes = error instanceof CallError ? error.mistakes : [];
+    const lines = mistakes.map((m) => `${m.number} ${m.message}${m.help ? `; ${m.help}` : ""}`);
+    this.problem.textContent = [(error as Error).message, ...lines].join(": ");
+    this.problem.hidden = false;
+  }
+}
+
+// Shows the part in `root`.
+export function mountScene(root: HTMLElement, simulator: Simulator): void {
+  new Scene(root, simulator);
+}
