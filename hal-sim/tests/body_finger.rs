@@ -79,6 +79,19 @@ fn a_relaxed_finger_stays_at_rest() {
 }
 
 #[test]
+fn a_torque_from_outside_bends_the_finger_against_its_stiffness() {
+    let mut finger = Finger::new(noiseless(), 0).unwrap();
+    finger.set_external_torque(0.06);
+    finger.advance(5_000_000);
+    // 0.06 N·m over 0.12 N·m/rad is 0.5 rad beyond the rest angle of 5°.
+    let bent = 5.0 + 0.5f64.to_degrees();
+    assert!((finger.angle_deg() - bent).abs() < 1e-6);
+    finger.set_external_torque(0.0);
+    finger.advance(10_000_000);
+    assert!((finger.angle_deg() - 5.0).abs() < 1e-6);
+}
+
+#[test]
 fn one_point_at_maximum_just_reaches_the_experiments_85_degrees() {
     for channel in [(0, 28.0), (1, 36.0)] {
         let mut finger = Finger::new(spec(), 0).unwrap();

@@ -127,22 +127,28 @@ const sizes = {};
 for (const [name, bytes] of wasm) {
   sizes[`${name}.wasm`] = brotli(bytes);
 }
-const first = new Set(["page.js"]);
-for (const [path, output] of Object.entries(page.metafile.outputs)) {
-  if (path.endsWith("page.js")) {
-    for (const item of output.imports) {
-      if (item.kind === "import-statement") {
-        first.add(item.path.split("/").pop());
-      }
+// The editor: what its entry imports beyond what the page has imported already.
+const outputs = Object.fromEntries(
+  Object.entries(page.metafile.outputs).map(([path, output]) => [path.split("/").pop(), output]),
+);
+const closure = (name, found = new Set()) => {
+  found.add(name);
+  for (const item of outputs[name].imports) {
+    const next = item.path.split("/").pop();
+    if (item.kind === "import-statement" && !found.has(next)) {
+      closure(next, found);
     }
   }
-}
+  return found;
+};
+const entry = Object.keys(outputs).find((name) => outputs[name].entryPoint?.endsWith("page/editor.ts"));
+const first = closure("page.js");
+const editor = closure(entry);
 sizes.page = brotli(Buffer.from(style)) + brotli(Buffer.from(html)) + brotli(Buffer.from(worker));
-sizes.later = 0;
-for (const path of Object.keys(page.metafile.outputs)) {
-  const name = path.split("/").pop();
-  const size = brotli(readFileSync(join(options.out, name)));
-  sizes[first.has(name) ? "page" : "later"] += size;
+sizes.editor = 0;
+for (const name of Object.keys(outputs)) {
+  const isEditor = editor.has(name) && !first.has(name);
+  sizes[isEditor ? "editor" : "page"] += brotli(readFileSync(join(options.out, name)));
 }
 out("sizes.json", JSON.stringify(sizes, null, 2) + "\n");
 console.log(JSON.stringify(sizes));

@@ -107,7 +107,7 @@ export function drawPulse(
       }),
       draw(
         "text",
-        { x: at, y: level, "text-anchor": "middle", class: "halo" },
+        { x: at - 4, y: level, class: "halo" },
         `gap ${to - from} µs`,
       ),
     );

@@ -1,56 +1,72 @@
-// The part "Understand": four subparts, each of which is mounted when it is first shown.
+// The part "Understand": four subparts, each of which is loaded and mounted when it is first shown.
 
-import { mountAccuracy } from "./accuracy";
 import { Simulator } from "./api";
 import { make } from "./dom";
-import { mountPulse } from "./pulse";
-import { mountStability } from "./stability";
-import { mountTrain } from "./train";
+
+type Mount = (root: HTMLElement, simulator: Simulator) => void;
 
 interface Subpart {
   name: string;
   title: string;
-  mount: (root: HTMLElement, simulator: Simulator) => void;
+  load: () => Promise<Mount>;
 }
 
 const SUBPARTS: Subpart[] = [
-  { name: "pulse", title: "A pulse", mount: mountPulse },
-  { name: "train", title: "A pulse train", mount: mountTrain },
-  { name: "accuracy", title: "Accuracy and speed", mount: mountAccuracy },
-  { name: "stability", title: "Stability", mount: mountStability },
+  { name: "pulse", title: "A pulse", load: async () => (await import("./pulse")).mountPulse },
+  {
+    name: "train",
+    title: "A pulse train",
+    load: async () => (await import("./train")).mountTrain,
+  },
+  {
+    name: "accuracy",
+    title: "Accuracy and speed",
+    load: async () => (await import("./accuracy")).mountAccuracy,
+  },
+  {
+    name: "stability",
+    title: "Stability",
+    load: async () => (await import("./stability")).mountStability,
+  },
 ];
 
 export function mountUnderstand(root: HTMLElement, simulator: Simulator): void {
-  const mounted = new Map<string, { link: HTMLAnchorElement; panel: HTMLElement }>();
   const links = make("nav", { "aria-label": "Parts of Understand", class: "subparts" });
   root.append(links);
-  for (const { name, title } of SUBPARTS) {
-    const link = make("a", { href: `#understand/${name}` }, title);
+  const entries = SUBPARTS.map((subpart) => {
+    const link = make("a", { href: `#understand/${subpart.name}` }, subpart.title);
     const panel = make("div", { class: "subpart", hidden: true });
     links.append(link);
     root.append(panel);
-    mounted.set(name, { link, panel });
-  }
+    return { subpart, link, panel };
+  });
+
+  const fill = async (subpart: Subpart, panel: HTMLElement): Promise<void> => {
+    panel.append(make("h2", {}, subpart.title));
+    try {
+      const mount = await subpart.load();
+      mount(panel, simulator);
+    } catch (error) {
+      const text = `This part could not be loaded: ${(error as Error).message}`;
+      panel.append(make("p", { class: "trouble", role: "alert" }, text));
+    }
+  };
 
   const show = (): void => {
     if (root.hidden) {
       return;
     }
-    const word = location.hash.split("/")[1];
-    const shown = SUBPARTS.find((subpart) => subpart.name === word) ?? SUBPARTS[0];
-    for (const subpart of SUBPARTS) {
-      const entry = mounted.get(subpart.name);
-      if (!entry) {
+    const name = location.hash.split("/")[1];
+    const shown = SUBPARTS.find((subpart) => subpart.name === name) ?? SUBPARTS[0];
+    for (const { subpart, link, panel } of entries) {
+      panel.hidden = subpart !== shown;
+      if (panel.hidden) {
+        link.removeAttribute("aria-current");
         continue;
       }
-      entry.panel.hidden = subpart !== shown;
-      entry.link.toggleAttribute("aria-current", subpart === shown);
-      if (subpart === shown) {
-        entry.link.setAttribute("aria-current", "page");
-        if (!entry.panel.hasChildNodes()) {
-          entry.panel.append(make("h2", {}, subpart.title));
-          subpart.mount(entry.panel, simulator);
-        }
+      link.setAttribute("aria-current", "page");
+      if (!panel.hasChildNodes()) {
+        void fill(subpart, panel);
       }
     }
   };

@@ -116,9 +116,10 @@ fn read(
 }
 
 fn setting(asked: &Integration) -> Result<Setting, CallError> {
-    let method = Method::ALL
+    let mut methods = Method::ALL
         .into_iter()
-        .find(|method| method.name() == asked.method);
+        .chain([Method::Segments, Method::Shipped]);
+    let method = methods.find(|method| method.name() == asked.method);
     let method = method.ok_or_else(|| unknown("method", &asked.method))?;
     let mut numbers = Number::GENERIC.into_iter().chain([Number::Device]);
     let number = numbers.find(|number| number.name() == asked.arithmetic);

@@ -16,6 +16,7 @@ mod console;
 mod fresh;
 mod image;
 mod licences;
+mod playground;
 mod portable;
 mod profile;
 mod python;
@@ -61,6 +62,7 @@ const STEPS: &[(&str, Run)] = &[
     ("tests", suite::run),
     ("instructions", instructions),
     ("python", python::run),
+    ("playground", playground::run),
     ("book", book::run),
     ("licences", licences::run),
     ("fresh", fresh::run),

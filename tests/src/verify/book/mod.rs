@@ -11,6 +11,7 @@ mod listing;
 use super::Workspace;
 use super::command::{Finished, execute, execute_with};
 use super::console::Console;
+use super::playground;
 use super::python;
 use super::python::environment::{Environment, Interpreter};
 use super::report::Report;
@@ -55,6 +56,9 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
         "--include-fragments",
         "--no-progress",
         "--exclude-path=404.html",
+        "--exclude-path=/playground/",
+        // The fragment is read by the page.
+        r"--exclude=playground\.html#",
         &pages,
     ];
     let links = execute(at, console, &tools.program("lychee"), &follow)?;
@@ -85,7 +89,13 @@ pub(super) fn build(
         true => built.report("mdbook build docs"),
         false => Report::fail(warned),
     };
-    Ok((report, at.target.join("book")))
+    let book = at.target.join("book");
+    // Chapters show the page in a frame; without it they show its link.
+    let page = at.target.join("debug").join(playground::BESIDE);
+    if page.is_dir() {
+        playground::copy(&page, &book.join("playground"))?;
+    }
+    Ok((report, book))
 }
 
 /// Returns the environment with the programs of [`TOOLS`].

@@ -12,7 +12,7 @@ use crate::verify::image::{Image, TARGET as CHIP};
 use crate::verify::python::environment::Interpreter;
 use crate::verify::python::site::copy_folder;
 use crate::verify::report::Report;
-use crate::verify::{Workspace, book, windows};
+use crate::verify::{Workspace, book, playground, windows};
 use anyhow::{Context, ensure};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -40,12 +40,14 @@ const MAX_PROGRAM_BYTES: u64 = 20_000_000;
 const README: &str = "Flexor: an open ten-channel wearable muscle stimulator.\n\
     A research instrument, not a medical device. Simulation is no evidence about people.\n\n\
     \x20   ./flexor run reciprocal     runs a session on the simulator, and writes a report\n\
-    \x20   ./flexor list               lists what else there is\n\n\
+    \x20   ./flexor list               lists what else there is\n\
+    \x20   ./flexor playground         opens the simulator in a browser\n\n\
     book/index.html is the book: a tutorial first, then guides, reference, how it works and\n\
     evidence. flexor-images has the device images for --device chip, qemu and flash; keep it\n\
     beside the program. `man -l man/flexor-run.1` shows a manual page; for completion in bash,\n\
     source completions/flexor.bash. A path docs/NAME.md in a message is book/NAME.html.\n\
-    The Python package is a wheel of the same release: pip install flexor_stim-....whl\n";
+    The Python package is not in this archive: it is the file flexor_stim-....whl of the same\n\
+    release, for pip install.\n";
 
 /// Packs files into a ZIP archive with a fixed time: archive, time (s), folder.
 const ZIP: &str = "import os, sys, time, zipfile\n\
@@ -243,6 +245,13 @@ impl<'a> Builder<'a> {
         self.must(console, &own, &["man", &pages.to_string_lossy()], &[])?;
         let interpreter = Interpreter::obtain(self.at, console).map_err(anyhow::Error::msg)?;
         let tools = book::tools(self.at, console, &interpreter)?;
+        // The book contains the page.
+        let (page, _) = playground::build(self.at, console)?.map_err(anyhow::Error::msg)?;
+        ensure!(
+            page.failed == 0,
+            "the page cannot be built: {:?}",
+            page.lines
+        );
         let (built, pages) = book::build(self.at, console, &tools)?;
         ensure!(built.failed == 0, "the book cannot be built");
         copy_folder(&pages, &folder.join("book"))?;
@@ -294,6 +303,7 @@ impl<'a> Builder<'a> {
             "run reciprocal --device chip --out chip",
             "rerun chip --out again",
             "image --board weact --hex weact.hex",
+            "playground --path",
             "experiment hamana-1 --draws 1 --participant P --out study",
         ] {
             let words: Vec<&str> = line.split(' ').collect();
