@@ -55,6 +55,7 @@ mod odd_files;
 mod page_markup;
 #[cfg(unix)]
 mod places;
+mod playground_cli;
 mod program;
 #[cfg(unix)]
 mod ramps_cli;

@@ -158,6 +158,7 @@ mod tests {
             "src",
             "core/src",
             "studies/src",
+            "web/src",
             "../tests/src/bin",
             "../hal-sim/src",
         ] {

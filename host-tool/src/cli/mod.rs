@@ -33,6 +33,7 @@ mod operator;
 mod out;
 mod outcome;
 mod perform;
+mod playground;
 mod profile;
 mod protocol;
 mod renamed;
@@ -102,6 +103,7 @@ enum Command {
     Monitor(monitor::Monitor),
     Muscle(muscle::Muscle),
     New(new::New),
+    Playground(playground::PlaygroundArgs),
     Profile(profile::ProfileArgs),
     Protocol(protocol::ProtocolArgs),
     Search(search::SearchArgs),
@@ -252,6 +254,7 @@ pub fn main() -> ExitCode {
         Command::Monitor(args) => monitor::main(args, output),
         Command::Muscle(args) => muscle::main(args, output),
         Command::New(args) => new::main(args, output),
+        Command::Playground(args) => playground::main(args, output),
         Command::Profile(args) => profile::main(args, output),
         Command::Protocol(args) => protocol::main(args, output),
         Command::Search(args) => search::main(args, output),

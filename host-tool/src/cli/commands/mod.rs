@@ -18,6 +18,7 @@ const MUSCLE: &str = "flexor muscle --a-n-per-s 1000 --k 0.1 --tau-c-ms 20 --tau
 const GROUPS: [(&str, &[Entry]); 7] = [
     ("Start", &[
         ("demo", "flexor demo", "README.md"),
+        ("playground", "flexor playground", "docs/guides/playground.md"),
         ("list", "flexor list", "docs/reference/laboratory.md"),
         ("new", "flexor new my.toml --channels 2 --program on-off", "docs/reference/sessions.md"),
         ("check", "flexor check my.toml", "docs/reference/sessions.md"),
