@@ -122,8 +122,9 @@ impl ValidFile {
             Self::Declaration(experiment) => {
                 let count = experiment.conditions.len();
                 let title = escape_control_chars(&experiment.declaration.title);
-                let note = format!("{count} conditions; flexor experiment FILE runs the study");
-                (title, vec![note])
+                let run = format!("{count} conditions; flexor experiment FILE runs the study");
+                let advice = experiment.advice().unwrap_or_default();
+                (title, std::iter::once(run).chain(advice).collect())
             }
             Self::Wearer(wearer) => {
                 let count = wearer.electrodes.len();
@@ -143,7 +144,7 @@ impl ValidFile {
                 json!({ "session": path, "title": session.title, "notes": session_notes(session), "mistakes": [] })
             }
             Self::Declaration(experiment) => {
-                json!({ "declaration": path, "title": experiment.declaration.title, "conditions": experiment.conditions.len(), "mistakes": [] })
+                json!({ "declaration": path, "title": experiment.declaration.title, "conditions": experiment.conditions.len(), "notes": experiment.advice().unwrap_or_default(), "mistakes": [] })
             }
             Self::Wearer(wearer) => {
                 json!({ "wearer": path, "name": wearer.name, "evidence": wearer.evidence.word(), "mistakes": [] })

@@ -147,6 +147,52 @@ fn everything_wrong_with_a_declaration_is_told_at_once() {
 }
 
 #[test]
+fn what_a_declaration_cannot_answer_is_noted_before_it_runs() {
+    let session = include_str!("../../sessions/open_finger.toml");
+    let text = r#"
+name = "open"
+title = "Open"
+source = "nobody"
+session = "open_finger.toml"
+seed = 1
+draws = 1
+measures = ["swing_deg", "peak_deg", "rmse_deg"]
+[protocol]
+blocks = 2
+repetitions = 3
+[[factor]]
+name = "amplitude"
+[[factor.level]]
+name = "low"
+set = { "setpoints.values" = [{ channel = 1, value = 24.5 }, { channel = 2, value = 0.0 }] }
+[[factor.level]]
+name = "high"
+set = { "setpoints.values" = [{ channel = 1, value = 26.5 }, { channel = 2, value = 0.0 }] }
+"#;
+    let open =
+        |text: &str| Experiment::new("open.toml", text, &|_| Ok(session.to_owned())).unwrap();
+    let notes = open(text).advice().unwrap();
+    assert_eq!(notes.len(), 3, "{notes:?}");
+    assert!(notes[0].contains("`swing_deg` has no value in 2 of 2 conditions"));
+    assert!(notes[1].contains("`rmse_deg`") && notes[2].contains("all 6 trials"));
+    // The notes are true: in a trial these measures have no value, and others have one.
+    let experiment = open(text);
+    let unit = experiment.unit(1, 1, 0);
+    let measured = format!("{:?}", experiment.measure_unit(&unit).unwrap());
+    assert!(
+        measured.contains("None") && measured.contains("Some"),
+        "{measured}"
+    );
+    let same = text.replace("[protocol]", "[protocol]\nwearer = \"same\"");
+    assert_eq!(open(&same).advice().unwrap().len(), 2);
+    // Shipped studies name no measure that they cannot have.
+    for name in ["harris-wall", "hamana-4"] {
+        let advice = load_experiment(name).unwrap().advice().unwrap();
+        assert!(advice.is_empty(), "{name}: {advice:?}");
+    }
+}
+
+#[test]
 fn a_condition_that_no_device_arms_is_refused_by_name() {
     let beyond = SMALL.replacen(
         "duration_s = 1.5, \"body.start_deg\"",

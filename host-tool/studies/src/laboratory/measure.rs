@@ -13,25 +13,64 @@ pub struct Measure {
     pub quantity: &'static str,
     /// Unit of the value; empty for a count.
     pub unit: &'static str,
+    /// Part that a session needs so that its trials have the measure.
+    pub needs: Needs,
     /// Function that computes the value; it returns `None` if the trial does not have the measure.
     pub of: fn(&Session, &Trial) -> Option<f64>,
+}
+
+/// Part of a session that a measure needs.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Needs {
+    /// No part: every session has the measure.
+    Nothing,
+    /// A reference angle.
+    Reference,
+    /// A channel under force control.
+    Force,
+    /// A virtual wall.
+    Wall,
+}
+
+impl Needs {
+    /// Returns whether `session` has the part.
+    #[must_use]
+    pub fn is_met(self, session: &Session) -> bool {
+        match self {
+            Self::Nothing => true,
+            Self::Reference => session.joint.is_some(),
+            Self::Force => session.channels.iter().any(|c| c.force.is_some()),
+            Self::Wall => session.wall.is_some(),
+        }
+    }
+
+    /// Returns the part as a phrase, with the key of a session file.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Nothing => "nothing",
+            Self::Reference => "a reference angle (`[joint]`)",
+            Self::Force => "a channel with `force`",
+            Self::Wall => "a virtual wall (`[wall]`)",
+        }
+    }
 }
 
 /// All measures that a declaration can name.
 #[rustfmt::skip]
 pub const MEASURES: &[Measure] = &[
-    Measure { id: "rmse_deg", quantity: "RMSE of the measured angle", unit: "°", of: |_, trial| Some(metrics_without_lag(trial)?.rmse_deg) },
-    Measure { id: "worst_deg", quantity: "largest error of the measured angle", unit: "°", of: |_, trial| Some(metrics_without_lag(trial)?.max_abs_deg) },
-    Measure { id: "limiting_share", quantity: "share of samples at a limit", unit: "", of: |_, trial| Some(metrics_without_lag(trial)?.limiting_share) },
-    Measure { id: "force_rmse_n", quantity: "largest RMSE of a predicted force", unit: "N", of: |_, trial| force_metrics(trial).iter().map(|m| m.rmse_n).reduce(f64::max) },
-    Measure { id: "deepest_deg", quantity: "largest depth inside the wall", unit: "°", of: |_, trial| deepest(trial, |_| 0.0) },
-    Measure { id: "beyond_begin_deg", quantity: "largest depth beyond the angle where stimulation begins", unit: "°", of: |_, trial| deepest(trial, |front_deg| front_deg) },
-    Measure { id: "swing_deg", quantity: "peak-to-peak swing over the last 2 s of the push", unit: "°", of: |_, trial| Some(visit(trial)?.swing_deg()) },
-    Measure { id: "turns", quantity: "reversals of at least 0.5°", unit: "", of: |_, trial| Some(last_hit(trial)?.turns as f64) },
-    Measure { id: "settling_s", quantity: "time from the first reversal until within 1° of the final angle", unit: "s", of: |_, trial| Some(visit(trial)?.settling_s()) },
-    Measure { id: "peak_deg", quantity: "largest true angle", unit: "°", of: |_, trial| trial.samples.iter().filter_map(|sample| sample.true_deg).reduce(f64::max) },
-    Measure { id: "charge_mc", quantity: "charge of all first phases", unit: "mC", of: |session, trial| Some(delivered_dose(session, trial).0) },
-    Measure { id: "energy_mj", quantity: "energy into 1 kΩ (assumed) or a voltage stage's load", unit: "mJ", of: |session, trial| Some(delivered_dose(session, trial).1) },
+    Measure { id: "rmse_deg", quantity: "RMSE of the measured angle", unit: "°", needs: Needs::Reference, of: |_, trial| Some(metrics_without_lag(trial)?.rmse_deg) },
+    Measure { id: "worst_deg", quantity: "largest error of the measured angle", unit: "°", needs: Needs::Reference, of: |_, trial| Some(metrics_without_lag(trial)?.max_abs_deg) },
+    Measure { id: "limiting_share", quantity: "share of samples at a limit", unit: "", needs: Needs::Reference, of: |_, trial| Some(metrics_without_lag(trial)?.limiting_share) },
+    Measure { id: "force_rmse_n", quantity: "largest RMSE of a predicted force", unit: "N", needs: Needs::Force, of: |_, trial| force_metrics(trial).iter().map(|m| m.rmse_n).reduce(f64::max) },
+    Measure { id: "deepest_deg", quantity: "largest depth inside the wall", unit: "°", needs: Needs::Wall, of: |_, trial| deepest(trial, |_| 0.0) },
+    Measure { id: "beyond_begin_deg", quantity: "largest depth beyond the angle where stimulation begins", unit: "°", needs: Needs::Wall, of: |_, trial| deepest(trial, |front_deg| front_deg) },
+    Measure { id: "swing_deg", quantity: "peak-to-peak swing over the last 2 s of the push", unit: "°", needs: Needs::Wall, of: |_, trial| Some(visit(trial)?.swing_deg()) },
+    Measure { id: "turns", quantity: "reversals of at least 0.5°", unit: "", needs: Needs::Wall, of: |_, trial| Some(last_hit(trial)?.turns as f64) },
+    Measure { id: "settling_s", quantity: "time from the first reversal until within 1° of the final angle", unit: "s", needs: Needs::Wall, of: |_, trial| Some(visit(trial)?.settling_s()) },
+    Measure { id: "peak_deg", quantity: "largest true angle", unit: "°", needs: Needs::Nothing, of: |_, trial| trial.samples.iter().filter_map(|sample| sample.true_deg).reduce(f64::max) },
+    Measure { id: "charge_mc", quantity: "charge of all first phases", unit: "mC", needs: Needs::Nothing, of: |session, trial| Some(delivered_dose(session, trial).0) },
+    Measure { id: "energy_mj", quantity: "energy into 1 kΩ (assumed) or a voltage stage's load", unit: "mJ", needs: Needs::Nothing, of: |session, trial| Some(delivered_dose(session, trial).1) },
 ];
 
 /// Returns the measure with this identifier; `None` if there is none.

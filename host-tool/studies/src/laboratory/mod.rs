@@ -5,6 +5,7 @@
 //! `host_core::run`, hypothesis tests to `host_core::statistics`. Takes a declaration and a device;
 //! writes a folder with `result.json` and its page.
 
+mod advice;
 mod check;
 mod claims;
 mod comparison;
@@ -48,7 +49,7 @@ pub use error::LaboratoryError;
 pub use experiment::{Experiment, TrialMeasures};
 pub use judged::{DrawClaim, Range};
 pub use kept::{compared_files, differs};
-pub use measure::{MEASURES, Measure};
+pub use measure::{MEASURES, Measure, Needs};
 pub(crate) use notes::{ElectrodeLog, LOAD_OHM, Notes};
 pub use numbers::{LARGE_T, large_t};
 pub use open_loop::DeviceCheck;
