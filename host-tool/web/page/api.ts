@@ -69,6 +69,8 @@ export interface News {
   edges?: number[];
   events?: [number, string][];
   end?: { error: string | null };
+  // Reason why the setpoints of a step of `course` were refused.
+  refused?: string;
 }
 
 export interface Setpoints {

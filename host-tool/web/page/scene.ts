@@ -9,9 +9,9 @@ import { FREE_CHANNELS, type Parameters, sceneText } from "./scene_session";
 
 // Controllers, by their names in session files.
 const CONTROLLERS = [
-  { law: "recommended", name: "default", color: "s1" },
-  { law: "paper", name: "paper's law", color: "s2" },
-  { law: "pid", name: "PID", color: "s3" },
+  { law: "recommended", name: "default", color: "s1", about: "super-twisting with a model of the wearer" },
+  { law: "paper", name: "paper's law", color: "s2", about: "super-twisting as Hamana 2022 prints it, sign corrected" },
+  { law: "pid", name: "PID", color: "s3", about: "proportional, integral and derivative terms" },
 ] as const;
 
 // Rate at which the page sends references, as the shipped sessions do.
@@ -19,6 +19,8 @@ const RATE_HZ = 90;
 const STEP_US = 1e6 / RATE_HZ;
 // Longest stretch of real time that a frame makes up for.
 const LONGEST_FRAME_MS = 100;
+// Most simulated time that a slow computer makes up for, µs.
+const MOST_OWED_US = 500_000;
 const WINDOW_S = 10;
 const SEED = 1;
 
@@ -51,6 +53,8 @@ class Scene {
   // Number of the latest request to start again; an earlier one gives way.
   private turn = 0;
   private frame_ms = 0;
+  // Simulated time that has passed on the clock and is not simulated yet, µs.
+  private owed_us = 0;
   private random = SEED;
 
   private readonly play = make("button", { class: "main", click: () => this.toggle() });
@@ -69,9 +73,9 @@ class Scene {
       make(
         "p",
         {},
-        "A simulated index finger follows the dashed line: the device measures its angle, computes the ",
-        "amplitudes of three channels, and emits the pulses that you see. Seven more channels stimulate ",
-        "muscles of their own.",
+        "The middle joint of a simulated index finger follows the dashed line: the device measures its ",
+        "angle, computes the voltages of two flexor points and the extensor (channels 1 to 3), and emits ",
+        "the pulses that you see. Channels 4 to 10 stimulate muscles of their own, at a constant current.",
       ),
       make(
         "div",
@@ -98,7 +102,13 @@ class Scene {
           { class: "panel" },
           make("h2", {}, "Pulses, 100 ms"),
           this.wide.element,
-          make("p", { class: "note" }, "Up: anodic. Down: cathodic. Thick line: grounded. Thin line: disconnected."),
+          make(
+            "p",
+            { class: "note" },
+            "Up: anodic. Down: cathodic; full height is the channel's limit. Thick line: grounded, after a ",
+            "pulse, and while the other flexor point pulses, so that current can flow between both. Thin ",
+            "line: disconnected.",
+          ),
         ),
         make("div", { class: "panel" }, make("h2", {}, "The latest pulse, 3 ms"), this.fine.element, this.values()),
       ),
@@ -130,7 +140,7 @@ class Scene {
   }
 
   private controllerChoice(): HTMLElement {
-    const boxes = CONTROLLERS.map(({ law, name }) => {
+    const boxes = CONTROLLERS.map(({ law, name, about }) => {
       const box = make("input", {
         type: "checkbox",
         checked: this.laws.includes(law),
@@ -145,10 +155,11 @@ class Scene {
           void this.open();
         },
       });
-      return make("label", {}, box, ` ${name}`);
+      return make("div", {}, make("label", {}, box, ` ${name}`), make("span", { class: "note" }, `: ${about}`));
     });
-    const legend = make("legend", {}, "Controllers, each with the same wearer and noise");
-    return make("fieldset", {}, legend, make("div", { class: "row" }, ...boxes));
+    const legend = make("legend", {}, "Controllers");
+    const note = "Each has its own copy of the same wearer, with the same noise. A change starts again.";
+    return make("fieldset", {}, legend, ...boxes, make("p", { class: "note" }, note));
   }
 
   private controls(): HTMLElement {
@@ -220,22 +231,25 @@ class Scene {
         change: (v) => { this.external_nm = v / 1000; },
       }),
       slider({
-        label: "Lost references",
+        label: "References lost on the way to the device",
         min: 0, max: 95, step: 5, value: 0,
         format: (v) => `${v} %`,
         change: (v) => { this.dropped = v / 100; },
       }),
     ];
-    return make("div", { class: "scene-controls" }, reference.element, ...sliders.map((s) => s.element));
+    const note = "Pulse rate, phase, strength and delay belong to the setup: a change starts the session again.";
+    const all = make("div", { class: "scene-controls" }, reference.element, ...sliders.map((s) => s.element));
+    return make("div", {}, make("p", { class: "note" }, note), all);
   }
 
   private values(): HTMLElement {
-    const head = make("tr", {}, ...["channel", "name", "amplitude"].map((text) => make("th", { scope: "col" }, text)));
+    const titles = ["channel", "muscle", "amplitude", "width", "rate"];
+    const head = make("tr", {}, ...titles.map((text) => make("th", { scope: "col" }, text)));
     return make(
       "details",
-      {},
-      make("summary", {}, "Amplitudes as a table"),
-      make("table", {}, make("thead", {}, head), this.table),
+      { open: true },
+      make("summary", {}, "What each channel emits"),
+      make("div", { class: "scroll" }, make("table", {}, make("thead", {}, head), this.table)),
     );
   }
 
@@ -317,23 +331,29 @@ class Scene {
     this.busy = true;
     const steps: { to_us: number; send?: Setpoints }[] = [];
     const end_us = this.now_us + length_us;
+    // References are sent on a fixed grid, so that the result does not depend on the frames.
     while (this.now_us + STEP_US <= end_us) {
       const [deg, rate] = this.wantedAt(this.now_us / 1e6);
       const send: Setpoints = { external_nm: this.external_nm };
       if (this.draw() >= this.dropped) {
         send.angle_deg = [deg, rate];
-        send.ma = FREE_CHANNELS.map((channel) => [channel, this.free_ma]);
       }
+      // A request of its own, so that a refused amplitude does not hold back the reference.
+      const ma: [number, number][] = FREE_CHANNELS.map((channel) => [channel, this.free_ma]);
+      steps.push({ to_us: this.now_us + 1, send: { ma } });
       this.now_us += STEP_US;
       steps.push({ to_us: this.now_us, send });
       this.times.push(this.now_us / 1e6);
       this.wanted.push(deg);
     }
     try {
+      let refused: string | undefined;
       for (const trace of this.traces) {
-        this.take(trace, await this.simulator.course(trace.id, steps));
+        const news = await this.simulator.course(trace.id, steps);
+        this.take(trace, news);
+        refused ??= news.findLast((item) => item.refused)?.refused;
       }
-      this.problem.hidden = true;
+      this.showRefusal(refused);
     } catch (error) {
       this.tell(error);
       this.running = false;
@@ -347,11 +367,20 @@ class Scene {
     this.busy = false;
   }
 
+  // Shows why the amplitudes of the sliders are refused; the device keeps the latest that it accepted.
+  private showRefusal(refused: string | undefined): void {
+    this.problem.hidden = refused === undefined;
+    const first = refused?.split("; E").at(0);
+    this.problem.textContent = `Refused, and the amplitudes before remain. ${first ?? ""}`;
+  }
+
   private take(trace: Trace, news: News[]): void {
-    for (const item of news) {
+    for (const [i, item] of news.entries()) {
       const angles = item.samples?.true_deg ?? [];
       trace.deg = angles.findLast((deg) => deg !== null) ?? trace.deg;
-      trace.angles.push(trace.deg);
+      if (i % 2 === 1) {
+        trace.angles.push(trace.deg); // two steps for each reference
+      }
       trace.output.add(item.edges ?? [], (item.t_s ?? 0) * 1e6 - 1000);
       if (item.end) {
         throw new CallError(item.end.error ?? "the session has ended");
@@ -367,7 +396,9 @@ class Scene {
     const rows = output.channels.map((channel, i) => {
       const value = amplitudes[i];
       const text = value === null ? "no pulses" : `${value.toFixed(2)} ${channel.unit}`;
-      return make("tr", {}, ...[String(channel.number), channel.name, text].map((t) => make("td", {}, t)));
+      const rate = `${Math.round(1e6 / channel.period_us)} Hz`;
+      const cells = [String(channel.number), channel.name, text, `${channel.width_us} µs`, rate];
+      return make("tr", {}, ...cells.map((t) => make("td", {}, t)));
     });
     this.table.replaceChildren(...rows);
   }
@@ -391,17 +422,18 @@ class Scene {
 
   private frame(at_ms: number): void {
     requestAnimationFrame((next) => this.frame(next));
-    const passed = Math.min(at_ms - this.frame_ms, LONGEST_FRAME_MS);
-    if (!this.running || !this.shown || this.busy) {
-      this.frame_ms = this.busy ? this.frame_ms : at_ms;
+    const passed_ms = Math.min(at_ms - this.frame_ms, LONGEST_FRAME_MS);
+    this.frame_ms = at_ms;
+    if (!this.running || !this.shown) {
+      this.owed_us = 0;
       return;
     }
-    const length_us = passed * 1000 * this.speed;
-    if (length_us < STEP_US) {
-      return; // wait until a step is full
+    this.owed_us = Math.min(this.owed_us + passed_ms * 1000 * this.speed, MOST_OWED_US);
+    if (!this.busy && this.owed_us >= STEP_US) {
+      const length_us = Math.floor(this.owed_us / STEP_US) * STEP_US;
+      this.owed_us -= length_us;
+      void this.advance(length_us + STEP_US / 2);
     }
-    this.frame_ms = at_ms;
-    void this.advance(length_us);
   }
 
   private async single(): Promise<void> {

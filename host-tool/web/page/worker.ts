@@ -41,7 +41,14 @@ async function answer(message: Message): Promise<unknown> {
     case "course": {
       const news = [];
       for (const { to_us, send } of message.steps ?? []) {
-        news.push(module.json({ verb: "advance", id: message.id, to_us: Math.round(to_us), send }));
+        const advance = { verb: "advance", id: message.id, to_us: Math.round(to_us) };
+        try {
+          news.push(module.json({ ...advance, send }));
+        } catch (error) {
+          // A refused setpoint: nothing of it is played, and time goes on.
+          const refused = (error as { message: string }).message;
+          news.push({ ...(module.json(advance) as object), refused });
+        }
       }
       return news;
     }
