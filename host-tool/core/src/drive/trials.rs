@@ -89,6 +89,7 @@ impl TrialLog {
 
     #[cfg(not(feature = "report"))]
     fn write_summary(&self) -> Result<(), RecordError> {
-        crate::record::write_summary(self.place.dir(), &self.run.ending)
+        use crate::record::FileSystem;
+        crate::record::write_summary(&FileSystem, self.place.dir(), &self.run.ending)
     }
 }

@@ -2,12 +2,11 @@
 
 use super::declaration::{Declaration, RandomField, Uniformity};
 use hal_sim::random::{unit, word};
+use host_core::session::noise_seed;
 use toml::Value;
 
-/// Random stream from which the wearers' values are generated; their noise has the stream
-/// [`NOISE`].
+/// Random stream from which the wearers' values are generated; [`noise_seed`] has that of their noise.
 const WEARERS: u64 = 0x1AB0;
-const NOISE: u64 = 0x1AB1;
 
 /// A unit of a sweep: one wearer at one point of the grid.
 #[derive(Clone, PartialEq, Debug)]
@@ -43,7 +42,7 @@ pub fn unit_of(d: &Declaration, seed: u64, draws: u64, index: u64) -> Unit {
         index,
         wearer,
         fields,
-        seed: word(word(seed, NOISE), wearer),
+        seed: noise_seed(seed, wearer),
     }
 }
 
