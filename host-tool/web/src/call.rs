@@ -1,10 +1,11 @@
 //! Requests of the page, and their answers.
 
+use crate::draw::Draw;
 use crate::error::CallError;
 use crate::models::Train;
 use crate::playback::{Action, Opening, Playback, Setpoints};
 use crate::playbacks::Playbacks;
-use crate::{catalogue, check, models};
+use crate::{catalogue, check, draw, models};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -36,6 +37,8 @@ pub enum Call {
     File { id: u32, path: String },
     /// Forgets a session and its record.
     Drop { id: u32 },
+    /// Session of a random wearer of a study.
+    Draw { draw: Draw },
     /// Response of a muscle to a train.
     Response { train: Train },
 }
@@ -88,6 +91,7 @@ impl Page {
                 self.playbacks.remove(id);
                 json!({})
             }
+            Call::Draw { draw } => draw::replay(&draw)?,
             Call::Response { train } => models::response(&train)?,
             Call::File { .. } => json!({}), // answered with bytes
         })

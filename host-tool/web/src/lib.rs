@@ -17,6 +17,8 @@ mod catalogue;
 mod check;
 #[cfg(feature = "sessions")]
 mod describe;
+#[cfg(feature = "sessions")]
+mod draw;
 mod error;
 #[cfg(feature = "integrators")]
 mod integrate;
@@ -28,6 +30,8 @@ mod models;
 mod playback;
 #[cfg(feature = "sessions")]
 mod playbacks;
+#[cfg(feature = "sessions")]
+mod tap;
 
 #[cfg(feature = "sessions")]
 use call::Page;

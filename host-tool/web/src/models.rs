@@ -55,7 +55,7 @@ pub fn response(train: &Train) -> Result<Value, CallError> {
         tau1_s: tau1_ms * 1e-3,
         tau2_s: tau2_ms * 1e-3,
     };
-    let duration_us = (train.duration_s * 1e6) as u64; // at most 5e6
+    let duration_us = (train.duration_s * 1e6).round() as u64; // at most 5e6
     let times_s: Vec<f64> = train.pulses_us.iter().map(|at| *at as f64 / 1e6).collect();
     let ours = device_response(&muscle, &train.pulses_us, duration_us, 1_000);
     let exact = reference_response(&parameters, &times_s, train.duration_s, 1e-3);

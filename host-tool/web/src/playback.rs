@@ -4,6 +4,7 @@ use crate::check;
 use crate::describe::describe;
 use crate::error::CallError;
 use crate::memory::Memory;
+use crate::tap::{Tap, numbers};
 use firmware::link::Request;
 use hal_sim::trace::Trace;
 use host_core::clock::Moment;
@@ -14,8 +15,8 @@ use host_core::record::{
 };
 use host_core::report::{Report, write_on};
 use host_core::run::{
-    Attachments, Control, DeviceName, FullestPeriod, Observation, Observer, Outputs, RunError,
-    SessionFile, StepEnd, StepLimit, Stepper, begin_trial,
+    Attachments, Control, DeviceName, FullestPeriod, Observation, Observer, RunError, SessionFile,
+    StepEnd, StepLimit, Stepper, begin_trial,
 };
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -42,14 +43,34 @@ pub struct Opening {
     /// Controller in place of the file's own.
     #[serde(default)]
     law: Option<String>,
-    /// Seed of the simulated wearer.
-    seed: u64,
+    /// Seed of the simulated wearer: a number, or a text if it is larger than a JavaScript number
+    /// holds.
+    seed: Seed,
     /// Whether the page sends the setpoints; the session then has no length and no record.
     #[serde(default)]
     live: bool,
     /// Present time, ms since 1970 in UTC, for the record.
     #[serde(default)]
     now_ms: u64,
+}
+
+/// Seed of 64 bits.
+#[derive(Deserialize, Debug)]
+#[serde(untagged)]
+enum Seed {
+    Number(u64),
+    Text(String),
+}
+
+impl Seed {
+    fn read(&self) -> Result<u64, CallError> {
+        match self {
+            Self::Number(seed) => Ok(*seed),
+            Self::Text(text) => text.trim().parse().map_err(|_| {
+                CallError::new(format!("the seed {text:?} is no whole number of 64 bits"))
+            }),
+        }
+    }
 }
 
 /// Setpoints from the page.
@@ -78,21 +99,25 @@ pub enum Action {
     Stop,
 }
 
+type PageStepper = Stepper<'static, Box<dyn Port>>;
+
 /// A session with its simulated wearer.
 pub struct Playback {
     /// `None` when the session has ended.
-    stepper: Option<Box<Stepper<'static, Box<dyn Port>>>>,
+    stepper: Option<Box<PageStepper>>,
     run: Run,
     files: Memory,
-    fullest: Option<Period>,
+    tap: Tap,
+    /// Start of the trains in the port's time, µs.
+    started_us: u64,
     latest: LatestAmplitudes,
     is_live: bool,
     /// Samples that the page has not received yet.
     feed: Feed,
     /// Number of events that the page has received.
     events: usize,
-    /// Time up to which the page has received edges, µs after the start of the trains.
-    edges_us: u64,
+    /// Events that came while the device stopped.
+    late: Vec<(f64, String)>,
 }
 
 /// Samples that have arrived.
@@ -114,31 +139,6 @@ impl Observer for Feed {
     }
 }
 
-/// Receiver of outputs that its owner can still read.
-#[derive(Clone)]
-struct Period(Arc<Mutex<FullestPeriod>>);
-
-impl Outputs for Period {
-    fn receive(&mut self, piece: &Trace, epoch_us: u64) {
-        let mut period = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        period.receive(piece, epoch_us);
-    }
-
-    fn end(&mut self, now_us: u64) {
-        let mut period = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        period.end(now_us);
-    }
-}
-
-/// Drops the output of an endless session, which has no record.
-struct Dropped;
-
-impl Outputs for Dropped {
-    fn receive(&mut self, _: &Trace, _: u64) {}
-
-    fn end(&mut self, _: u64) {}
-}
-
 impl Playback {
     /// Configures, arms and starts the session, and describes it.
     ///
@@ -147,6 +147,7 @@ impl Playback {
     /// device.
     pub fn open(opening: &Opening) -> Result<(Self, Value), CallError> {
         let file = check::read(&opening.name, &opening.text, opening.law.as_deref())?;
+        let seed = opening.seed.read()?;
         let session = &file.session;
         let description = describe(session);
         if !opening.live && session.duration_us > LONGEST_RECORD_S * 1_000_000 {
@@ -155,7 +156,7 @@ impl Playback {
                  record; shorten `duration_s`, or use `flexor run`"
             )));
         }
-        let port = DeviceName::Native.open(session, opening.seed);
+        let port = DeviceName::Native.open(session, seed);
         let port = port.map_err(CallError::new)?;
         let files = Memory::default();
         let device = DeviceName::Native.to_string();
@@ -167,23 +168,22 @@ impl Playback {
             since_1970: std::time::Duration::from_millis(opening.now_ms),
             local_offset_s: 0,
         };
-        let run = Run::begin(&session.title, &device, Some(opening.seed), plan, start);
+        let run = Run::begin(&session.title, &device, Some(seed), plan, start);
         let duration_us = session.duration_us;
         let (recorder, fullest): (Option<Recorder>, _) = match opening.live {
             true => (None, None),
             false => {
                 let begun = begin_record(&files, &run, &file).map_err(CallError::new)?;
-                let period = FullestPeriod::new(session, duration_us / 2);
-                (Some(begun), Some(Period(Arc::new(Mutex::new(period)))))
+                (
+                    Some(begun),
+                    Some(FullestPeriod::new(session, duration_us / 2)),
+                )
             }
         };
-        let feed = Feed::default();
+        let (feed, tap) = (Feed::default(), Tap::new(fullest));
         let attached = Attachments {
             recorder: recorder.map(|recorder| Box::new(Box::new(recorder)) as _),
-            outputs: Some(match &fullest {
-                Some(period) => Box::new(period.clone()) as _,
-                None => Box::new(Dropped) as _,
-            }),
+            outputs: Some(Box::new(tap.clone())),
             observer: Box::new(feed.clone()),
         };
         let telemetry = Request::Subscribe {
@@ -198,12 +198,13 @@ impl Playback {
             stepper: Some(Box::new(stepper)),
             run,
             files,
-            fullest,
+            tap,
+            started_us: 0,
             latest: LatestAmplitudes::default(),
             is_live: opening.live,
             feed,
             events: 0,
-            edges_us: 0,
+            late: Vec::new(),
         };
         let begun = playback.begin(telemetry);
         match begun {
@@ -236,13 +237,23 @@ impl Playback {
         };
         let stepped = stepper.step(StepLimit::Time(to_us));
         let mut answer = self.news();
-        let ended = match stepped {
-            Ok(StepEnd::Over) => self.end(Ok(())),
-            Err(error) => self.end(Err(error)),
-            Ok(_) => return answer,
-        };
-        if let Some(answer) = answer.as_object_mut() {
-            answer.insert("end".to_owned(), json!({ "error": ended }));
+        match stepped {
+            Ok(StepEnd::Over) => answer["end"] = json!({ "error": self.end(Ok(())) }),
+            Err(error) => answer["end"] = json!({ "error": self.end(Err(error)) }),
+            Ok(_) => {}
+        }
+        if self.stepper.is_some() {
+            answer["samples"] = columns(&self.feed.take());
+            return answer;
+        }
+        // The device emits, and reports, until its outputs are disconnected.
+        let rest = self.tap.take_edges(&Trace::default(), u64::MAX);
+        if let Some(edges) = answer["edges"].as_array_mut() {
+            edges.extend(numbers(rest, self.started_us).into_iter().map(Value::from));
+        }
+        answer["samples"] = columns(&self.feed.take());
+        if let Some(events) = answer["events"].as_array_mut() {
+            events.extend(self.late.drain(..).map(|(t_s, text)| json!([t_s, text])));
         }
         answer
     }
@@ -300,25 +311,28 @@ impl Playback {
         &self.files
     }
 
-    /// Returns what happened since the last call.
+    /// Returns time, edges and events since the last call.
     fn news(&mut self) -> Value {
         let Some(stepper) = &mut self.stepper else {
             return json!({});
         };
         let time_us = stepper.time_us();
-        let samples = self.feed.take();
         let events = stepper.trial().events.iter().skip(self.events);
         let events: Vec<_> = events.cloned().collect();
         self.events += events.len();
-        let edges = edges(stepper, &mut self.edges_us, time_us);
+        self.started_us = stepper.port().now_us().saturating_sub(time_us);
+        let settled_us = self.started_us + time_us.saturating_sub(SETTLED_US);
+        let edges = match stepper.port().world() {
+            Some(world) => self.tap.take_edges(&world.recorder.trace, settled_us),
+            None => Vec::new(),
+        };
         if self.is_live {
             stepper.forget_rows();
             self.events = 0;
         }
         json!({
             "t_s": time_us as f64 / 1e6,
-            "samples": columns(&samples),
-            "edges": edges,
+            "edges": numbers(edges, self.started_us),
             "events": events,
         })
     }
@@ -328,11 +342,11 @@ impl Playback {
         let stepper = self.stepper.take()?;
         let (outcome, _, attached) = stepper.close_keeping_attachments(ran);
         let mut trial = outcome.trial;
+        self.late = trial.events.iter().skip(self.events).cloned().collect();
         let mut reason = outcome.error.map(|error| error.to_string());
-        if let (Some(mut recorder), Some(period)) = (attached.recorder, self.fullest.take()) {
-            let period = period.0.lock().unwrap_or_else(PoisonError::into_inner);
-            trial.edges = period.clone().into_edges();
-            drop(period);
+        let fullest = self.tap.take_period();
+        if let (Some(mut recorder), Some(fullest)) = (attached.recorder, fullest) {
+            trial.edges = fullest.into_edges();
             let closed = recorder
                 .record_edges(&trial.edges)
                 .and_then(|()| recorder.finish(&trial.counters, trial.duration_s))
@@ -358,33 +372,6 @@ fn begin_record(files: &Memory, run: &Run, file: &SessionFile) -> Result<Recorde
     write_run_on(files, Path::new(RECORD), run)?;
     let disk = Box::new(files.clone());
     Recorder::create_on(disk, Path::new(RECORD), 0, &begin_trial(file))
-}
-
-/// Returns the settled edges since the last call, four numbers each: time in µs after the start of
-/// the trains, channel from 1, state, and amplitude code.
-fn edges(
-    stepper: &mut Stepper<'static, Box<dyn Port>>,
-    from_us: &mut u64,
-    time_us: u64,
-) -> Vec<u64> {
-    let started_us = stepper.port().now_us().saturating_sub(time_us);
-    let to_us = time_us.saturating_sub(SETTLED_US);
-    let Some(world) = stepper.port().world() else {
-        return Vec::new();
-    };
-    let trace = &world.recorder.trace;
-    let begin_us = started_us + *from_us;
-    let settled = trace
-        .edges_from(begin_us)
-        .take_while(|edge| edge.t_us < started_us + to_us);
-    let numbers = settled.flat_map(|edge| {
-        let channel = u64::from(edge.channel) + 1;
-        let code = u64::from(edge.dac_code);
-        [edge.t_us - started_us, channel, edge.state as u64, code]
-    });
-    let numbers = numbers.collect();
-    *from_us = to_us.max(*from_us);
-    numbers
 }
 
 /// Returns samples as columns.
