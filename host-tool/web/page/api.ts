@@ -133,7 +133,8 @@ export class Simulator {
   open(session: {
     name: string;
     text: string;
-    seed: number;
+    // A whole number of 64 bits; as a text if it is larger than a JavaScript number holds.
+    seed: number | string;
     law?: string;
     live?: boolean;
   }): Promise<{ id: number; session: SessionInfo }> {
@@ -171,6 +172,17 @@ export class Simulator {
     duration_s: number;
   }): Promise<{ t_s: number[]; device_n: number[]; exact_n: number[] }> {
     return this.call({ verb: "response", train });
+  }
+
+  // Session of a random wearer of a study, and the seed of its noise: fields of draws.csv with their
+  // values, seed of the study, and number of the wearer, all as texts.
+  draw(request: {
+    text: string;
+    fields: [string, string][];
+    seed: string;
+    wearer: string;
+  }): Promise<{ text: string; seed: string }> {
+    return this.call({ verb: "draw", draw: request });
   }
 
   // Force by an integrator of the accuracy–speed chart; its module is loaded at the first call.

@@ -36,14 +36,14 @@ export async function zipRecord(
 }
 
 // Returns the name of the folder that `flexor run` gives a record: words of the title, and the
-// local time.
-export function folderName(title: string, time: Date): string {
+// local time. The name of a record of an edited text says so.
+export function folderName(title: string, time: Date, isEdited: boolean): string {
   const words = title.toLowerCase().split(/[^\p{Alphabetic}\p{N}]+/u).filter(Boolean);
   const slug = [...words.join("-")].slice(0, 40).join("").replace(/-+$/, "") || "run";
   const two = (number: number): string => String(number).padStart(2, "0");
   const day = [time.getFullYear(), two(time.getMonth() + 1), two(time.getDate())].join("-");
   const clock = [time.getHours(), time.getMinutes(), time.getSeconds()].map(two).join("");
-  return `${slug}-${day}-${clock}`;
+  return [slug, ...(isEdited ? ["edited"] : []), day, clock].join("-");
 }
 
 export function download(blob: Blob, name: string): void {

@@ -4,8 +4,9 @@
 import { HighlightStyle, StreamLanguage, syntaxHighlighting } from "@codemirror/language";
 import { toml } from "@codemirror/legacy-modes/mode/toml";
 import { type Diagnostic, lintGutter, setDiagnostics } from "@codemirror/lint";
-import { type Text } from "@codemirror/state";
-import { EditorView, lineNumbers } from "@codemirror/view";
+import { search, searchKeymap } from "@codemirror/search";
+import { EditorState, type Extension, type Text } from "@codemirror/state";
+import { EditorView, keymap, lineNumbers } from "@codemirror/view";
 import { tags } from "@lezer/highlight";
 import { minimalSetup } from "codemirror";
 import type { Mistake } from "./api";
@@ -37,45 +38,68 @@ const theme = EditorView.theme({
     maxWidth: "min(30rem, 90vw)",
   },
   ".cm-diagnostic-error": { borderLeftColor: "var(--warn)" },
+  ".cm-panels": { backgroundColor: "var(--panel)", color: "var(--ink)" },
+  ".cm-panels.cm-panels-top": { borderBottom: "1px solid var(--line)" },
+  ".cm-textfield, .cm-button": { backgroundImage: "none", backgroundColor: "var(--paper)" },
+  ".cm-searchMatch": { backgroundColor: "var(--selection)" },
+  ".cm-searchMatch-selected": { outline: "2px solid var(--accent)" },
 });
 
 export class Editor {
   private readonly view: EditorView;
 
+  private readonly extensions: Extension;
+
   constructor(parent: HTMLElement, text: string, label: string, change: () => void) {
-    this.view = new EditorView({
-      parent,
-      doc: text,
-      extensions: [
-        EditorView.cspNonce.of("flexor"),
-        minimalSetup,
-        lineNumbers(),
-        lintGutter(),
-        StreamLanguage.define(toml),
-        syntaxHighlighting(colors),
-        theme,
-        EditorView.domEventHandlers({ beforeinput: replaceSelection }),
-        EditorView.contentAttributes.of({
-          "aria-label": label,
-          spellcheck: "false",
-          tabindex: "0",
-        }),
-        EditorView.updateListener.of((update) => {
-          if (update.docChanged) {
-            change();
-          }
-        }),
-      ],
-    });
+    this.extensions = [
+      EditorView.cspNonce.of("flexor"),
+      minimalSetup,
+      lineNumbers(),
+      lintGutter(),
+      search({ top: true }),
+      keymap.of(searchKeymap),
+      StreamLanguage.define(toml),
+      syntaxHighlighting(colors),
+      theme,
+      EditorView.domEventHandlers({ beforeinput: replaceSelection }),
+      EditorView.contentAttributes.of({
+        "aria-label": label,
+        spellcheck: "false",
+        tabindex: "0",
+      }),
+      EditorView.updateListener.of((update) => {
+        if (update.docChanged) {
+          change();
+        }
+      }),
+    ];
+    this.view = new EditorView({ parent, doc: text, extensions: this.extensions });
   }
 
   get text(): string {
     return this.view.state.doc.toString();
   }
 
+  // Shows another text; its history of changes begins empty.
   set text(text: string) {
-    const changes = { from: 0, to: this.view.state.doc.length, insert: text };
-    this.view.dispatch({ changes, selection: { anchor: 0 }, scrollIntoView: true });
+    this.view.setState(EditorState.create({ doc: text, extensions: this.extensions }));
+  }
+
+  // Changes the text where `text` differs; this can be undone.
+  edit(text: string): void {
+    const old = this.text;
+    const shorter = Math.min(old.length, text.length);
+    let from = 0;
+    while (from < shorter && old[from] === text[from]) {
+      from++;
+    }
+    let same = 0;
+    while (same < shorter - from && old.at(-1 - same) === text.at(-1 - same)) {
+      same++;
+    }
+    const changes = { from, to: old.length - same, insert: text.slice(from, text.length - same) };
+    const effects = EditorView.scrollIntoView(from, { y: "center" });
+    this.view.dispatch({ changes, effects, userEvent: "input" });
   }
 
   // Marks the mistakes that have a place.

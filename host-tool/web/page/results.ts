@@ -1,15 +1,11 @@
-// Plots and events of a run.
+// Plots, pulses and events of a run.
 
 import type { News, Samples, SessionInfo } from "./api";
 import { make } from "./dom";
-import { Plot, type Line } from "./plots";
-
-type Value = number | null;
-
-// Largest number of points of a line. Longer runs are plotted with every 2nd, 4th, … sample.
-const MOST_POINTS = 5_000;
-// Largest number of events in the list.
-const MOST_EVENTS = 500;
+import type { Line } from "./plots";
+import { EventList } from "./session_events";
+import { Curves, type Value } from "./session_plots";
+import { PulseLanes, PulseTable } from "./session_pulses";
 
 const COLORS = ["s1", "s2", "s3", "s4"];
 // Lines of the same color differ in their dashes.
@@ -18,114 +14,104 @@ const DASHES: { name: string; dash?: number[] }[] = [
   { name: ", dashed", dash: [8, 4] },
   { name: ", dotted", dash: [2, 3] },
 ];
-
-// A plot with its points so far.
-class Curves {
-  readonly plot: Plot;
-  private times: number[] = [];
-  private columns: Value[][];
-  private stride = 1;
-  private count = 0;
-  private hasChanged = false;
-
-  constructor(
-    options: { title: string; unit: string; lines: Line[] },
-    private readonly pick: (samples: Samples) => Value[][],
-  ) {
-    this.plot = new Plot({ ...options, height: 220 });
-    this.columns = options.lines.map(() => []);
-  }
-
-  add(samples: Samples): void {
-    const picked = this.pick(samples);
-    for (const [i, time] of samples.t_s.entries()) {
-      if (this.count++ % this.stride === 0) {
-        this.times.push(time);
-        this.columns.forEach((column, k) => column.push(picked[k]?.[i] ?? null));
-        this.hasChanged = true;
-      }
-      if (this.times.length > MOST_POINTS) {
-        const isKept = (_: unknown, place: number): boolean => place % 2 === 0;
-        this.times = this.times.filter(isKept);
-        this.columns = this.columns.map((column) => column.filter(isKept));
-        this.stride *= 2;
-      }
-    }
-  }
-
-  draw(): void {
-    if (this.hasChanged) {
-      this.plot.set(this.times, ...this.columns);
-      this.hasChanged = false;
-    }
-  }
-}
+// Smallest movement of a limb that is plotted in a session without a joint, °.
+const MOVEMENT_DEG = 0.1;
 
 export class Results {
   readonly element: HTMLElement;
   private readonly curves: Curves[] = [];
   private readonly plots = make("div", { class: "run-plots" });
-  private readonly events = make("ol", { class: "events" });
-  private readonly noEvents = make("p", { class: "note" }, "No events so far.");
-  private hasAngles = false;
+  private readonly events = new EventList();
+  private readonly table: PulseTable;
+  private readonly lanes: PulseLanes;
+  // Plot of the angle that appears once the limb moves.
+  private angles: Curves | null = null;
+  private firstAngle: Value = null;
   private lastDraw = 0;
   private readonly interval_ms: number;
 
   constructor(info: SessionInfo) {
     const isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.interval_ms = isCalm ? 1_000 : 100;
+    this.table = new PulseTable(info);
+    this.lanes = new PulseLanes(info);
     if (info.has_joint || info.has_wall) {
       this.addAngles(info.has_wall ? "position of the wall" : "reference");
+    } else {
+      const lines = [{ label: "true (simulated)", color: "s1" }];
+      const options = { title: "Joint angle", unit: "angle (°)", lines };
+      this.angles = new Curves(options, (samples) => [samples.true_deg]);
     }
     this.addAmplitudes(info);
     this.addForces(info);
     if (info.has_limb) {
       this.addHand(info.body === "arm");
     }
-    const attributes = { tabindex: "0", role: "region", "aria-label": "Events" };
-    const list = make(
+    this.element = make(
       "div",
-      { class: "scroll events-box", ...attributes },
-      this.noEvents,
-      this.events,
+      {},
+      this.table.element,
+      this.plots,
+      this.lanes.element,
+      this.events.element,
     );
-    this.element = make("div", {}, this.plots, make("h3", {}, "Events"), list);
   }
 
   // Adds what happened, and draws it if the last drawing is long enough ago, or if it `isLast`.
   add(news: News, isLast: boolean): void {
     const { samples } = news;
     if (samples && samples.t_s.length > 0) {
-      if (!this.hasAngles && samples.true_deg.some((angle) => angle !== null)) {
-        this.addAngles("reference");
-      }
       this.curves.forEach((curves) => curves.add(samples));
+      this.followAngle(samples);
     }
+    this.table.add(news);
+    this.lanes.add(news);
     for (const [time_s, text] of news.events ?? []) {
-      this.addEvent(time_s, text);
+      this.events.add(time_s, text);
     }
     const now = performance.now();
     if (isLast || now - this.lastDraw > this.interval_ms) {
       this.lastDraw = now;
-      this.curves.forEach((curves) => curves.draw());
+      this.draw();
     }
   }
 
   addEvent(time_s: number, text: string): void {
-    this.noEvents.hidden = true;
-    if (this.events.childElementCount >= MOST_EVENTS) {
-      this.events.firstElementChild?.remove();
+    this.events.add(time_s, text);
+  }
+
+  // Shows the end of the run, with the pulses that summary.json counts.
+  end(summary: string | null): void {
+    this.events.end();
+    if (summary !== null) {
+      this.table.addRecord(summary);
     }
-    const time = make("span", { class: "event-time" }, `${time_s.toFixed(3)} s`);
-    const row = make("li", {}, time, " ", text);
-    row.dataset.time = String(time_s);
-    let later: Element | null = null;
-    let before = this.events.lastElementChild;
-    while (before instanceof HTMLElement && Number(before.dataset.time) > time_s) {
-      later = before;
-      before = before.previousElementSibling;
+  }
+
+  draw(): void {
+    this.curves.forEach((curves) => curves.draw());
+    this.table.show();
+    this.lanes.draw();
+  }
+
+  redrawLanes(): void {
+    this.lanes.draw();
+  }
+
+  private followAngle(samples: Samples): void {
+    if (!this.angles) {
+      return;
     }
-    this.events.insertBefore(row, later);
+    this.angles.add(samples);
+    for (const angle of samples.true_deg) {
+      this.firstAngle ??= angle;
+      if (angle !== null && Math.abs(angle - (this.firstAngle ?? angle)) > MOVEMENT_DEG) {
+        this.curves.unshift(this.angles);
+        this.plots.prepend(this.angles.element);
+        this.angles = null;
+        return;
+      }
+    }
   }
 
   private addCurves(
@@ -136,11 +122,10 @@ export class Results {
   ): void {
     const curves = new Curves({ title, unit, lines }, pick);
     this.curves.push(curves);
-    this.plots.append(make("div", {}, make("h3", {}, title), curves.plot.element));
+    this.plots.append(curves.element);
   }
 
   private addAngles(reference: string): void {
-    this.hasAngles = true;
     const lines = [
       { label: `${reference}, dashed`, color: "reference", dash: [6, 4] },
       { label: "measured", color: "s2" },
@@ -157,7 +142,7 @@ export class Results {
     for (const unit of ["mA", "V"]) {
       const places = info.channels.flatMap((channel, i) => (channel.unit === unit ? [i] : []));
       if (places.length > 0) {
-        const lines = places.map((place, i) => channelLine(info, place, i));
+        const lines = places.map((place) => channelLine(info, place));
         const quantity = unit === "mA" ? "current" : "voltage";
         this.addCurves(`Amplitudes (${quantity})`, `amplitude (${unit})`, lines, (samples) =>
           places.map((place) => samples.amplitudes[place] ?? []),
@@ -169,7 +154,7 @@ export class Results {
   private addForces(info: SessionInfo): void {
     const places = info.channels.flatMap((channel, i) => (channel.muscle ? [i] : []));
     if (places.length > 0) {
-      const lines = places.map((place, i) => channelLine(info, place, i));
+      const lines = places.map((place) => channelLine(info, place));
       const title = "Forces that the device predicts";
       this.addCurves(title, "force (N)", lines, (samples) => samples.forces_n);
     }
@@ -195,10 +180,11 @@ export class Results {
   }
 }
 
-function channelLine(info: SessionInfo, place: number, index: number): Line {
+// A channel has the same line in every plot; up to twelve channels have lines of their own.
+function channelLine(info: SessionInfo, place: number): Line {
   const { number, name } = info.channels[place];
-  const pattern = DASHES[Math.floor(index / COLORS.length) % DASHES.length];
-  const line = { label: `${number} ${name}${pattern.name}`, color: COLORS[index % COLORS.length] };
+  const pattern = DASHES[Math.floor(place / COLORS.length) % DASHES.length];
+  const line = { label: `${number} ${name}${pattern.name}`, color: COLORS[place % COLORS.length] };
   return pattern.dash ? { ...line, dash: pattern.dash } : line;
 }
 

@@ -4,25 +4,30 @@ import type { Action, News, SessionInfo, Simulator } from "./api";
 import { download, folderName, zipRecord } from "./archive";
 import { choice, make } from "./dom";
 import { Results, readMarkers } from "./results";
+import { Keys } from "./session_keys";
+import { channelOf, drivenReasons, reasonOfNoEdges } from "./session_reasons";
 
-// Time within which a repeated press of ↑ comes from a key that is held down or bounces, and time
-// for which the space bar must stay untouched before it resumes; as in `flexor run --watch`.
-const HELD_MS = 150;
-const SETTLED_MS = 500;
 // Time of a slice as fast as possible, between which the page and other requests are served.
 const SLICE_MS = 30;
+// Longest step of the simulation, µs: it keeps the output of 0.5 s for the page.
+const LONGEST_STEP_US = 250_000;
+// Words of the simulator's reason why a channel cannot be raised or lowered during the whole run.
+const NO_INTENSITY = "has no intensity";
 // Longest note of a mark, characters.
 const LONGEST_NOTE = 120;
 
 export interface Opening {
   name: string;
   text: string;
-  seed: number;
+  seed: string;
   law?: string;
 }
 
 interface Run {
   id: number;
+  text: string;
+  // Whether the text differs from the session that was chosen.
+  isEdited: boolean;
   info: SessionInfo;
   started: Date;
   time_us: number;
@@ -33,6 +38,8 @@ interface Run {
   // Number of rows of markers.csv that are in the list of events.
   markers: number;
   report: string | null;
+  // Channels that cannot be raised or lowered, with the reasons.
+  driven: Map<number, string>;
 }
 
 // Shows one run at a time. A new run replaces the previous one and its record.
@@ -41,10 +48,11 @@ export class RunPanel {
   private run: Run | null = null;
   private speed = 1;
   private isVisible = false;
-  private raised = -Infinity;
-  private spaced = -Infinity;
+  // Latest text of the editor.
+  private latest = "";
   private readonly heading = make("h2", { tabindex: "-1" }, "Run");
   private readonly status = make("p", { "aria-live": "polite" });
+  private readonly age = make("p", { class: "note", hidden: true });
   private readonly failure = make("div", { class: "trouble", role: "alert", hidden: true });
   private readonly progress = make("progress", { "aria-label": "Progress of the run", max: "1" });
   private readonly clock = make("span", { class: "mono" });
@@ -56,6 +64,7 @@ export class RunPanel {
   private readonly zip = this.button("Download record (.zip)", () => this.save());
   private readonly view = this.button("View report", () => this.openReport());
   private readonly note = make("input", { type: "text", maxlength: String(LONGEST_NOTE) });
+  private readonly drive = make("p", { class: "note", id: "run-drive", "aria-live": "polite" });
   private readonly channels: HTMLSelectElement;
   private readonly place = make("div", {});
 
@@ -76,17 +85,23 @@ export class RunPanel {
         this.speed = Number(value);
       },
     });
-    const channel = choice({ label: "Channel", values: [], value: "", change: () => undefined });
+    const change = (): void => this.showDrive();
+    const channel = choice({ label: "Channel", values: [], value: "", change });
     this.channels = channel.select;
+    for (const control of [this.raise, this.lower]) {
+      control.setAttribute("aria-describedby", this.drive.id);
+    }
     this.element = make(
       "div",
       { class: "panel run", hidden: true },
       this.heading,
+      this.age,
       this.status,
       this.failure,
       make("div", { class: "row" }, this.progress, this.clock),
       make("div", { class: "row" }, speed.element, this.pause, this.stop),
       make("div", { class: "row" }, channel.element, this.lower, this.raise),
+      this.drive,
       make("div", { class: "row" }, make("label", {}, "Note ", this.note), this.mark),
       make(
         "p",
@@ -101,7 +116,17 @@ export class RunPanel {
     new IntersectionObserver((entries) => {
       this.isVisible = entries[entries.length - 1].isIntersecting;
     }).observe(this.element);
-    document.addEventListener("keydown", (event) => this.press(event));
+    const dark = matchMedia("(prefers-color-scheme: dark)");
+    dark.addEventListener("change", () => this.run?.results.redrawLanes());
+    new Keys({
+      isActive: () => this.isRunning && this.isVisible,
+      isPaused: () => this.run?.isPaused ?? false,
+      togglePause: () => void this.togglePause(),
+      raise: () => void this.act({ raise: this.channel }),
+      lower: () => void this.act({ lower: this.channel }),
+      step: (places) => this.stepChannel(places),
+      mark: () => void this.setMark(),
+    });
   }
 
   get isRunning(): boolean {
@@ -110,11 +135,13 @@ export class RunPanel {
 
   // Opens a session and plays it. Fails with the mistakes of the session; the previous run and its
   // record then stay.
-  async start(opening: Opening): Promise<void> {
+  async start(opening: Opening, isEdited: boolean): Promise<void> {
     const { id, session } = await this.simulator.open(opening);
     const previous = this.run;
     const run: Run = {
       id,
+      text: opening.text,
+      isEdited,
       info: session,
       started: new Date(),
       time_us: 0,
@@ -124,6 +151,7 @@ export class RunPanel {
       results: new Results(session),
       markers: 0,
       report: null,
+      driven: drivenReasons(session, opening.text),
     };
     this.run = run;
     if (previous) {
@@ -133,7 +161,7 @@ export class RunPanel {
         URL.revokeObjectURL(previous.report);
       }
     }
-    this.heading.textContent = `Run: ${session.title}`;
+    this.compare(opening.text);
     this.place.replaceChildren(run.results.element);
     this.channels.replaceChildren(
       ...session.channels.map(({ number, name }) =>
@@ -145,6 +173,25 @@ export class RunPanel {
     this.showState(run, "The simulated session is running.");
     this.heading.focus();
     void this.play(run);
+  }
+
+  // Marks the run as a previous one if `text` is no longer its text.
+  compare(text: string): void {
+    const { run } = this;
+    if (!run) {
+      return;
+    }
+    const title = run.isEdited ? `${run.info.title} (edited)` : run.info.title;
+    const isOld = text !== run.text;
+    const begun = run.started.toLocaleTimeString("en-GB");
+    const name = isOld && run.isOver ? "Previous run of" : "Run:";
+    const heading = isOld ? `${name} ${title}, begun at ${begun}` : `Run: ${title}`;
+    if (this.heading.textContent !== heading) {
+      this.heading.textContent = heading;
+    }
+    this.age.hidden = !isOld;
+    this.age.textContent = "The text in the editor is another one than that of this run.";
+    this.latest = text;
   }
 
   private get channel(): number {
@@ -168,10 +215,10 @@ export class RunPanel {
         const step_us = speed === Infinity ? slice_us : Math.max(passed_us, 1_000);
         last = begin;
         const to_us = Math.min(run.time_us + step_us, end_us);
-        const news = await this.simulator.advance(run.id, to_us);
+        const pieces = await this.advance(run, to_us);
         const factor = SLICE_MS / Math.max(performance.now() - begin, 1);
-        slice_us = clamp(slice_us * clamp(factor, 0.5, 2), 2_000, 1e6);
-        this.receive(run, news, to_us);
+        slice_us = clamp(slice_us * clamp(factor, 0.5, 2), 2_000, LONGEST_STEP_US);
+        pieces.forEach((news) => this.receive(run, news, to_us));
         if (speed !== Infinity) {
           await new Promise((resolve) => setTimeout(resolve, 15));
         }
@@ -185,8 +232,20 @@ export class RunPanel {
     }
   }
 
+  private async advance(run: Run, to_us: number): Promise<News[]> {
+    if (to_us - run.time_us <= LONGEST_STEP_US) {
+      return [await this.simulator.advance(run.id, to_us)];
+    }
+    const steps: { to_us: number }[] = [];
+    for (let at = run.time_us; at < to_us; ) {
+      at = Math.min(at + LONGEST_STEP_US, to_us);
+      steps.push({ to_us: at });
+    }
+    return this.simulator.course(run.id, steps);
+  }
+
   private receive(run: Run, news: News, to_us: number): void {
-    if (run !== this.run) {
+    if (run !== this.run || run.isOver) {
       return;
     }
     const { duration_s } = run.info;
@@ -202,14 +261,23 @@ export class RunPanel {
 
   private async finish(run: Run, error: string | null, time_s: number): Promise<void> {
     run.isOver = true;
-    const stopped = run.isStopping ? "Stopped" : "Finished";
-    this.showState(run, `${stopped} after ${time_s.toFixed(1)} s. The record is complete.`);
+    const wasStopped = run.isStopping && time_s < run.info.duration_s;
+    const told = wasStopped
+      ? `Stopped after ${time_s.toFixed(1)} s. The record says that it was stopped.`
+      : `Finished after ${time_s.toFixed(1)} s. The record is complete.`;
+    this.showState(run, told);
+    this.compare(this.latest);
     if (error !== null) {
       this.showState(run, `Ended early after ${time_s.toFixed(1)} s. The record says so.`);
       this.tellFailure(error);
     }
     try {
       await this.listMarkers(run);
+      run.results.end(await this.read(run, "summary.json"));
+      const edges = await this.read(run, "edges.csv");
+      if (error === null && run === this.run && edges?.trim().split("\n").length === 1) {
+        this.showState(run, `${told} ${reasonOfNoEdges(run.info.duration_s, time_s)}`);
+      }
       const bytes = await this.simulator.file(run.id, "report.html");
       // The report opens under the policy of this page, which permits only styles with this nonce.
       const html = new TextDecoder().decode(bytes);
@@ -232,6 +300,7 @@ export class RunPanel {
     for (const control of [this.pause, this.stop, this.lower, this.raise, this.mark]) {
       control.disabled = run.isOver;
     }
+    this.showDrive();
     this.pause.textContent = run.isPaused && !run.isOver ? "Resume" : "Pause";
     this.zip.disabled = !run.isOver;
     this.view.disabled = run.report === null;
@@ -246,15 +315,43 @@ export class RunPanel {
     this.failure.hidden = false;
   }
 
+  // Enables the buttons for the intensity of the chosen channel, or says why it has none.
+  private showDrive(): void {
+    const reason = this.run?.driven.get(this.channel) ?? "";
+    const isOver = this.run?.isOver ?? true;
+    this.raise.disabled = isOver || reason !== "";
+    this.lower.disabled = isOver || reason !== "";
+    if (this.drive.textContent !== reason) {
+      this.drive.textContent = reason;
+    }
+    this.drive.hidden = reason === "";
+  }
+
+  private stepChannel(places: number): void {
+    const last = this.channels.options.length - 1;
+    this.channels.selectedIndex = clamp(this.channels.selectedIndex + places, 0, last);
+    this.status.textContent = `Channel ${this.channels.selectedOptions[0]?.textContent}`;
+    this.showDrive();
+  }
+
   private async act(action: Action): Promise<void> {
     const { run } = this;
     if (!run || run.isOver) {
+      return;
+    }
+    const channel = channelOf(action);
+    const reason = channel === null ? undefined : run.driven.get(channel);
+    if (reason !== undefined) {
+      this.status.textContent = reason;
       return;
     }
     try {
       const { paused } = await this.simulator.act(run.id, action);
       run.isPaused = paused;
       const latest = await this.listMarkers(run);
+      if (channel !== null && latest.includes(NO_INTENSITY)) {
+        run.driven.set(channel, `${latest.replace(/^\w+: c/, "C")}.`);
+      }
       if (!run.isOver) {
         this.showState(run, `${paused ? "The session is paused. Latest action: " : ""}${latest}`);
       }
@@ -284,13 +381,7 @@ export class RunPanel {
 
   // Adds the new actions in markers.csv to the list of events, and returns the latest one.
   private async listMarkers(run: Run): Promise<string> {
-    const files = await this.simulator.files(run.id);
-    const path = files.map(([name]) => name).find((name) => name.endsWith("markers.csv"));
-    if (path === undefined) {
-      return "";
-    }
-    const bytes = await this.simulator.file(run.id, path);
-    const rows = readMarkers(new TextDecoder().decode(bytes));
+    const rows = readMarkers((await this.read(run, "markers.csv")) ?? "");
     let latest = "";
     for (const { time_s, text } of rows.slice(run.markers)) {
       run.results.addEvent(time_s, text);
@@ -300,13 +391,23 @@ export class RunPanel {
     return latest;
   }
 
+  // Returns the text of a file of the record; null if there is none.
+  private async read(run: Run, name: string): Promise<string | null> {
+    const files = await this.simulator.files(run.id);
+    const path = files.map(([path]) => path).find((path) => path.endsWith(name));
+    if (path === undefined) {
+      return null;
+    }
+    return new TextDecoder().decode(await this.simulator.file(run.id, path));
+  }
+
   private async save(): Promise<void> {
     const { run } = this;
     if (!run || !run.isOver) {
       return;
     }
     this.status.textContent = "Compressing the record…";
-    const folder = folderName(run.info.title, run.started);
+    const folder = folderName(run.info.title, run.started, run.isEdited);
     try {
       const paths = (await this.simulator.files(run.id)).map(([path]) => path);
       const read = (path: string): Promise<Uint8Array> => this.simulator.file(run.id, path);
@@ -325,58 +426,6 @@ export class RunPanel {
         "The browser has not opened a new tab. Allow this page to open tabs, or download the " +
           "record, which contains report.html.",
       );
-    }
-  }
-
-  private press(event: KeyboardEvent): void {
-    const target = event.target instanceof Element ? event.target : document.body;
-    const hasModifier = event.ctrlKey || event.altKey || event.metaKey || event.defaultPrevented;
-    const isField = target.closest("input, textarea, select, [contenteditable]") !== null;
-    if (!this.isRunning || !this.isVisible || hasModifier || isField) {
-      return;
-    }
-    // The space bar presses a button that has the focus.
-    if (event.key === " " && target.closest("button, a, summary")) {
-      return;
-    }
-    if (this.actOnKey(event.key, event.repeat, performance.now())) {
-      event.preventDefault();
-    }
-  }
-
-  private actOnKey(key: string, isRepeated: boolean, now: number): boolean {
-    switch (key) {
-      case " ": {
-        const isSettled = now - this.spaced >= SETTLED_MS && !isRepeated;
-        this.spaced = now;
-        if (!this.run?.isPaused || isSettled) {
-          void (isRepeated ? null : this.togglePause());
-        }
-        return true;
-      }
-      case "ArrowUp": {
-        const isHeld = isRepeated || now - this.raised < HELD_MS;
-        this.raised = now;
-        void (isHeld ? null : this.act({ raise: this.channel }));
-        return true;
-      }
-      case "ArrowDown":
-        void this.act({ lower: this.channel });
-        return true;
-      case "ArrowLeft":
-      case "ArrowRight": {
-        const step = key === "ArrowLeft" ? -1 : 1;
-        const last = this.channels.options.length - 1;
-        this.channels.selectedIndex = clamp(this.channels.selectedIndex + step, 0, last);
-        this.status.textContent = `Channel ${this.channels.selectedOptions[0]?.textContent}`;
-        return true;
-      }
-      case "m":
-      case "M":
-        void (isRepeated ? null : this.setMark());
-        return true;
-      default:
-        return false;
     }
   }
 }

@@ -14,7 +14,8 @@ export class SessionText {
   readonly element: HTMLElement;
   private readonly area: HTMLTextAreaElement;
   private readonly box: HTMLElement;
-  private readonly list = make("ol", { class: "session-mistakes" });
+  // List of the mistakes.
+  readonly list = make("ol", { class: "session-mistakes" });
   private editor: Editor | null = null;
   private isLoading = false;
   private mistakes: Mistake[] = [];
@@ -36,7 +37,7 @@ export class SessionText {
     this.box.addEventListener("paste", (event) => this.take(event, event.clipboardData), true);
     this.box.addEventListener("drop", (event) => this.take(event, event.dataTransfer), true);
     this.box.addEventListener("dragover", (event) => event.preventDefault());
-    this.element = make("div", {}, label, this.box, this.list);
+    this.element = make("div", {}, label, this.box);
   }
 
   get text(): string {
@@ -51,6 +52,16 @@ export class SessionText {
       this.area.value = text;
     }
     this.isSetting = false;
+  }
+
+  // Changes the text as an edit that can be undone.
+  edit(text: string): void {
+    if (this.editor) {
+      this.editor.edit(text);
+    } else {
+      this.area.value = text;
+      this.options.change();
+    }
   }
 
   // Returns why the text is too long for the simulator; null if it is not.

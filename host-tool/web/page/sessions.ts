@@ -2,9 +2,16 @@
 
 import { type About, CallError, type Mistake, type SessionInfo, type Simulator } from "./api";
 import { choice, make } from "./dom";
+import { DrawsPanel } from "./draws";
+import { openingComment } from "./session_edit";
+import { QuickFields } from "./session_fields";
+import { LinkRow } from "./session_link";
+import { copyGroup, describe, groups } from "./session_list";
+import { Question } from "./session_question";
 import { RunPanel } from "./session_run";
+import { type StoredText, isReload, readStore, writeStore } from "./session_store";
 import { SessionText } from "./session_text";
-import { linkTo, parseFragment, textOfLink } from "./share";
+import { parseFragment, textOfLink } from "./share";
 
 // Time after the last change of the text, after which it is checked, ms.
 const CHECK_DELAY_MS = 300;
@@ -28,13 +35,19 @@ class SessionsPart {
   private readonly seed: HTMLInputElement;
   private readonly verdict = make("p", { "aria-live": "polite", class: "verdict" });
   private readonly notes = make("ul", { class: "note" });
+  private readonly description = make("p", { class: "note description" });
+  private readonly kept = make("p", { class: "note", "aria-live": "polite", hidden: true });
+  private readonly question = new Question();
+  private readonly fields: QuickFields;
   private readonly trouble = make("div", { class: "trouble", role: "alert", hidden: true });
   private readonly runButton: HTMLButtonElement;
-  private readonly link = make("input", { type: "text", readonly: true, class: "mono" });
-  private readonly linkRow: HTMLElement;
-  private readonly linkStatus = make("span", { "aria-live": "polite" });
-  // Name of the file that the text belongs to.
-  private name = "session.toml";
+  private readonly link = new LinkRow();
+  // The text that was chosen: name of its file, label, and the text before any edits.
+  private shown = { name: "session.toml", label: "", original: "" };
+  // Entry of the list that is chosen, to return to.
+  private entry = "";
+  private copies: StoredText[] = [];
+  private copyList = copyGroup([]);
   private isChecking = false;
   private isCheckDue = false;
   private timer = 0;
@@ -49,7 +62,8 @@ class SessionsPart {
     this.text = new SessionText({
       longest: about.longest_text,
       change: () => this.changed(),
-      receive: (name, text) => this.showOwn(name, `${name} (your file)`, text),
+      receive: (name, text) =>
+        this.replace(() => this.showOwn(name, `${name} (your file)`, text)),
       refuse: (reason) => this.tell(reason),
     });
     this.panel = new RunPanel(simulator, (isRunning) => this.showRunning(isRunning));
@@ -57,19 +71,18 @@ class SessionsPart {
       label: "Session",
       values: [],
       value: "",
-      change: (name) => void this.choose(name),
+      change: (value) => {
+        this.shipped.value = this.entry;
+        this.replace(() => this.openEntry(value));
+      },
     });
     this.shipped = shipped.select;
-    this.shipped.append(this.own, ...groups(about));
+    this.shipped.append(this.own, this.copyList, ...groups(about));
+    this.fields = new QuickFields((text) => this.text.edit(text));
     this.law = choice({ label: "Controller", values: LAWS, value: "", change: () => undefined });
     this.law.element.hidden = true;
-    this.seed = make("input", {
-      type: "number",
-      min: "0",
-      step: "1",
-      value: String(SEED),
-      class: "seed",
-    });
+    const seed = { type: "text", inputmode: "numeric", value: String(SEED), class: "seed" };
+    this.seed = make("input", seed);
     this.runButton = make(
       "button",
       { type: "button", class: "main", click: () => void this.run() },
@@ -83,12 +96,6 @@ class SessionsPart {
         void this.text.read(chosen);
       }
     });
-    this.linkRow = make(
-      "div",
-      { class: "row link-row", hidden: true },
-      make("label", {}, "Link ", this.link),
-      make("button", { type: "button", click: () => void this.copy() }, "Copy"),
-    );
     const share = make("button", { type: "button", click: () => this.share() }, "Link to share");
     root.append(
       make("h2", {}, "Play a session"),
@@ -106,8 +113,13 @@ class SessionsPart {
           { class: "panel session-choice" },
           shipped.element,
           make("div", { class: "row" }, make("label", {}, "Or open a file ", file)),
+          this.question.element,
+          this.description,
+          this.fields.element,
           this.text.element,
+          this.kept,
           this.verdict,
+          this.text.list,
           this.notes,
           make(
             "div",
@@ -116,23 +128,46 @@ class SessionsPart {
             this.law.element,
             this.runButton,
             share,
-            this.linkStatus,
+            this.link.status,
           ),
-          this.linkRow,
+          this.link.element,
           this.trouble,
         ),
         this.panel.element,
       ),
+      new DrawsPanel(simulator, (draw) => {
+        this.replace(() => {
+          this.showOwn(draw.name, draw.label, draw.text);
+          this.seed.value = draw.seed;
+        });
+        this.root.scrollIntoView();
+      }).element,
     );
   }
 
-  // Shows the session that the address names, or the first one.
+  // Shows the session that the address names, or the first one. A text that was edited before the
+  // page was loaded again comes first.
   async openAddress(isFirst: boolean): Promise<void> {
     const target = parseFragment(location.hash);
+    const stored = isFirst ? readStore() : null;
+    if (stored) {
+      this.copies = stored.copies;
+      this.listCopies();
+      const isSame = isReload() && stored.fragment === location.hash;
+      if (stored.edited && (target === null || isSame)) {
+        this.showStored(stored.edited);
+        return;
+      }
+      if (stored.edited) {
+        this.copies.push(stored.edited);
+        this.listCopies();
+        this.store();
+      }
+    }
     if (target?.kind === "text") {
       try {
         const text = textOfLink(target.data, this.about.longest_text);
-        this.showOwn("session.toml", "session from a link", text);
+        this.replace(() => this.showOwn("session.toml", "session from a link", text));
         return;
       } catch (error) {
         this.tell((error as Error).message);
@@ -140,7 +175,7 @@ class SessionsPart {
     } else if (target) {
       const name = target.name.replace(/\.toml$/, "");
       if (this.about.sessions.some((session) => session.name === name)) {
-        await this.choose(name);
+        this.replace(() => void this.choose(name));
         return;
       }
       this.tell(`There is no shipped session "${shorten(target.name)}". Choose one from the list.`);
@@ -159,6 +194,43 @@ class SessionsPart {
     }
   }
 
+  private get isEdited(): boolean {
+    return this.text.text !== this.shown.original;
+  }
+
+  // Carries out `next`, which shows another text. Edits are kept or discarded first.
+  private replace(next: () => void): void {
+    if (!this.isEdited) {
+      this.question.close();
+      next();
+      return;
+    }
+    const change = (keeps: boolean) => (): void => {
+      if (keeps) {
+        this.copies.push(this.storedText());
+        this.listCopies();
+      }
+      next();
+      this.shipped.focus();
+    };
+    this.question.ask(`The text of ${this.shown.label} is edited. Keep a copy of it in the list?`, [
+      ["Keep a copy", change(true)],
+      ["Discard", change(false)],
+      ["Stay with this text", () => this.shipped.focus()],
+    ]);
+  }
+
+  private openEntry(value: string): void {
+    const copy = value.startsWith("copy:") ? this.copies[Number(value.slice(5))] : null;
+    if (copy) {
+      this.copies = this.copies.filter((kept) => kept !== copy);
+      this.listCopies();
+      this.showStored(copy);
+    } else {
+      void this.choose(value);
+    }
+  }
+
   private async choose(name: string, clearsTrouble = true): Promise<void> {
     const load = ++this.loads;
     try {
@@ -166,7 +238,9 @@ class SessionsPart {
       if (load === this.loads) {
         this.shipped.value = name;
         this.own.hidden = true;
-        this.show(file.endsWith(".toml") ? file : `${file}.toml`, text, clearsTrouble);
+        const label = this.shipped.selectedOptions[0]?.textContent ?? name;
+        const path = file.endsWith(".toml") ? file : `${file}.toml`;
+        this.show({ name: path, label, text, original: text }, clearsTrouble);
       }
     } catch (error) {
       this.tell((error as Error).message);
@@ -175,36 +249,72 @@ class SessionsPart {
 
   // Shows a text that is not shipped.
   private showOwn(name: string, label: string, text: string): void {
+    this.showStored({ name, label, text, original: text });
+  }
+
+  private showStored(stored: StoredText): void {
     this.loads += 1;
+    this.selectOwn(stored.text === stored.original ? stored.label : `${stored.label}, edited`);
+    this.show(stored, true);
+  }
+
+  private selectOwn(label: string): void {
     this.own.textContent = label;
     this.own.hidden = false;
     this.own.selected = true;
-    this.show(name, text, true);
   }
 
-  private show(name: string, text: string, clearsTrouble: boolean): void {
-    this.name = name;
+  private show(stored: StoredText, clearsTrouble: boolean): void {
+    const { name, label, text, original } = stored;
+    this.shown = { name, label, original };
+    this.entry = this.shipped.value;
     this.text.text = text;
-    this.linkRow.hidden = true;
-    this.linkStatus.textContent = "";
+    this.fields.clear();
+    this.link.hide();
     this.law.select.value = "";
     if (clearsTrouble) {
       this.trouble.hidden = true;
     }
+    this.followText();
     this.checkAfter(0);
   }
 
   private changed(): void {
-    const chosen = this.shipped.selectedOptions[0];
-    if (chosen && chosen !== this.own) {
-      this.own.textContent = `${chosen.textContent}, edited`;
-      this.own.hidden = false;
-      this.own.selected = true;
-    }
-    this.linkRow.hidden = true;
-    this.linkStatus.textContent = "";
+    this.selectOwn(this.isEdited ? `${this.shown.label}, edited` : this.shown.label);
+    this.entry = this.shipped.value;
+    this.link.hide();
     this.trouble.hidden = true;
+    this.followText();
     this.checkAfter(CHECK_DELAY_MS);
+  }
+
+  // Updates what depends on the text.
+  private followText(): void {
+    const { text } = this.text;
+    this.description.textContent = openingComment(text);
+    this.description.hidden = this.description.textContent === "";
+    this.panel.compare(text);
+    const isStored = this.store();
+    const copies = this.copies.length > 0 ? " The list has your copies of edited texts." : "";
+    const edits = isStored
+      ? "Edited. This tab keeps the text when the page is loaded again, until it is closed."
+      : "Edited. The browser does not keep the text when the page is loaded again.";
+    this.kept.textContent = ((this.isEdited ? edits : "") + copies).trim();
+    this.kept.hidden = this.kept.textContent === "";
+  }
+
+  private storedText(): StoredText {
+    return { ...this.shown, text: this.text.text };
+  }
+
+  private store(): boolean {
+    return writeStore(this.isEdited ? this.storedText() : null, this.copies);
+  }
+
+  private listCopies(): void {
+    const list = copyGroup(this.copies);
+    this.copyList.replaceWith(list);
+    this.copyList = list;
   }
 
   private checkAfter(delay_ms: number): void {
@@ -224,7 +334,7 @@ class SessionsPart {
       return;
     }
     this.isChecking = true;
-    const { text, name } = { text: this.text.text, name: this.name };
+    const { text, name } = this.storedText();
     const isCurrent = (): boolean => text === this.text.text;
     try {
       const info = await this.simulator.check(name, text);
@@ -256,6 +366,7 @@ class SessionsPart {
     }
     this.verdict.classList.toggle("trouble", info === null);
     this.text.show(mistakes);
+    this.fields.show(this.text.text, info);
     this.notes.replaceChildren(...(info?.notes ?? []).map((note) => make("li", {}, note)));
     this.notes.hidden = !info?.notes.length;
     if (info) {
@@ -267,14 +378,14 @@ class SessionsPart {
     if (this.isStarting || this.panel.isRunning) {
       return;
     }
-    const seed = Number(this.seed.value);
+    const seed = this.seed.value.trim();
     const reason = this.text.tooLong();
     if (reason !== null) {
       this.tell(reason);
       return;
     }
-    if (this.seed.value.trim() === "" || !Number.isSafeInteger(seed) || seed < 0) {
-      this.tell(`The seed must be a whole number from 0 to ${Number.MAX_SAFE_INTEGER}.`);
+    if (!/^\d{1,20}$/.test(seed) || BigInt(seed) >= 1n << 64n) {
+      this.tell("The seed must be a whole number from 0 to 18446744073709551615 (64 bits).");
       this.seed.focus();
       return;
     }
@@ -282,14 +393,15 @@ class SessionsPart {
     this.trouble.hidden = true;
     this.runButton.textContent = "Starting…";
     const law = this.law.element.hidden ? "" : this.law.select.value;
-    const { text, name } = { text: this.text.text, name: this.name };
+    const { text, name } = this.storedText();
     try {
-      await this.panel.start({ name, text, seed, ...(law ? { law } : {}) });
+      await this.panel.start({ name, text, seed, ...(law ? { law } : {}) }, this.isEdited);
     } catch (error) {
       const mistakes = error instanceof CallError ? error.mistakes : [];
       if (mistakes.length > 0) {
         this.showError(error);
-        this.tell("The session was not run, because it has mistakes; they are listed here.");
+        this.panel.compare(""); // what is shown is an earlier run
+        this.tell("The session was not run, because it has mistakes; they are listed above.");
       } else {
         this.tell((error as Error).message);
       }
@@ -310,26 +422,10 @@ class SessionsPart {
       if (reason !== null) {
         throw new Error(reason);
       }
-      this.link.value = linkTo(this.text.text);
-      this.linkRow.hidden = false;
-      this.linkStatus.textContent = "The link contains the text of the session.";
-      this.link.focus();
-      this.link.select();
+      this.link.show(this.text.text);
     } catch (error) {
-      this.linkRow.hidden = true;
-      this.linkStatus.textContent = "";
+      this.link.hide();
       this.tell((error as Error).message);
-    }
-  }
-
-  private async copy(): Promise<void> {
-    try {
-      await navigator.clipboard.writeText(this.link.value);
-      this.linkStatus.textContent = "Copied.";
-    } catch {
-      this.link.focus();
-      this.link.select();
-      this.linkStatus.textContent = "The browser does not permit copying; use Ctrl+C.";
     }
   }
 
@@ -345,37 +441,6 @@ export function mountSessions(root: HTMLElement, simulator: Simulator, about: Ab
   part.prepare();
   addEventListener("hashchange", () => void part.openAddress(false));
   document.addEventListener("part", () => part.prepare());
-}
-
-// Returns the shipped sessions, those of a folder as a group.
-function groups(about: About): HTMLElement[] {
-  const folders = new Map<string, HTMLElement>();
-  const single: HTMLElement[] = [];
-  for (const { name, title } of about.sessions) {
-    const option = make("option", { value: name }, `${title} (${name.split("/").pop()})`);
-    const folder = name.includes("/") ? name.split("/")[0] : "";
-    if (folder === "") {
-      single.push(option);
-      continue;
-    }
-    const group = folders.get(folder) ?? make("optgroup", { label: folder });
-    folders.set(folder, group);
-    group.append(option);
-  }
-  return [...single, ...folders.values()];
-}
-
-function describe(info: SessionInfo): string {
-  const channels = info.channels.length === 1 ? "1 channel" : `${info.channels.length} channels`;
-  const bodies = {
-    finger: "a simulated finger",
-    elbow: "a simulated elbow",
-    hand: "a simulated hand",
-    arm: "a simulated arm",
-    still: "simulated electrodes on a limb that does not move",
-  };
-  const body = info.body ? bodies[info.body] : "dummy loads";
-  return `No mistakes: "${info.title}", ${info.duration_s} s, ${channels}, on ${body}.`;
 }
 
 function shorten(name: string): string {
