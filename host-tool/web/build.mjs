@@ -150,5 +150,6 @@ for (const name of Object.keys(outputs)) {
   const isEditor = editor.has(name) && !first.has(name);
   sizes[isEditor ? "editor" : "page"] += brotli(readFileSync(join(options.out, name)));
 }
-out("sizes.json", JSON.stringify(sizes, null, 2) + "\n");
+const lines = Object.entries(sizes).map(([name, size]) => `"${name}" = ${size}\n`);
+out("sizes.toml", lines.join(""));
 console.log(JSON.stringify(sizes));

@@ -11,7 +11,7 @@ const FRAME = { left: 66, right: 744, top: 14, bottom: 346 };
 const CYCLES = [4.3, 7.3];
 const ERRORS = [-8.5, 2.3];
 // Error that the device aims for, %.
-const GOAL_PCT = 0.02;
+export const GOAL_PCT = 0.02;
 // Distance at which a click chooses a mark.
 const REACH = 14;
 

@@ -4,6 +4,18 @@ import { EDGE_STATES, CallError, Mistake, SessionInfo, Simulator } from "./api";
 import { choice, make } from "./dom";
 import { Edge, drawPulse } from "./pulse_drawing";
 import {
+  CODES,
+  FIELDS,
+  FULL_SCALE_MA,
+  FieldName,
+  LIMITS,
+  PulseValues,
+  flaw,
+  notesOf,
+  sessionLines,
+} from "./pulse_session";
+import { stackTable } from "./understand_layout";
+import {
   Latest,
   NumberField,
   fitWidth,
@@ -13,83 +25,13 @@ import {
   status,
 } from "./understand_tools";
 
-export interface PulseValues {
-  shape: string;
-  amplitude_ma: number;
-  width_us: number;
-  gap_us: number;
-  ground_us: number;
-  frequency_hz: number;
-  area_mm2: number;
-  max_current_ma: number;
-  max_charge_uc: number;
-  max_rms_ma: number;
-}
-
-type FieldName = Exclude<keyof PulseValues, "shape">;
-const FULL_SCALE_MA = 100;
 // Largest rms current density under an electrode, mA/cm².
 const DENSITY = 2;
+// Shortest grounding after a monophasic pulse, µs.
+const LEAST_GROUNDING_US = 1000;
 
-const FIELDS: [FieldName, string, string, number][] = [
-  ["amplitude_ma", "Amplitude", "mA", 20],
-  ["width_us", "Width of a phase", "µs", 200],
-  ["gap_us", "Gap between the phases", "µs", 100],
-  ["ground_us", "Grounding after the pulse", "µs, 0 for none", 0],
-  ["frequency_hz", "Pulse rate", "Hz", 50],
-];
-const LIMITS: [FieldName, string, string, number][] = [
-  ["max_current_ma", "Largest current", "mA", 50],
-  ["max_charge_uc", "Largest charge of a phase", "µC", 10],
-  ["max_rms_ma", "Largest rms current", "mA", 10],
-  ["area_mm2", "Area of the electrode", "mm²", 800],
-];
-// Keys of the session file, by which mistakes name these fields.
-const KEYS: Record<FieldName, string> = {
-  amplitude_ma: "channel.limit",
-  width_us: "channel.train.width_us",
-  gap_us: "channel.train.gap_us",
-  ground_us: "channel.train.ground_us",
-  frequency_hz: "channel.train.frequency_hz",
-  area_mm2: "channel.area_mm2",
-  max_current_ma: "wearer.max_current_ma",
-  max_charge_uc: "wearer.max_charge_uc",
-  max_rms_ma: "wearer.max_rms_ma",
-};
-
-// Lines of the session text, each with the field that it holds.
-function sessionLines(values: PulseValues): [string, FieldName | "shape" | null][] {
-  const amplitude = toml(values.amplitude_ma);
-  return [
-    ['title = "A pulse"', null],
-    ["duration_s = 10.0", null],
-    ["[wearer]", null],
-    [`max_current_ma = ${toml(values.max_current_ma)}`, "max_current_ma"],
-    [`max_charge_uc = ${toml(values.max_charge_uc)}`, "max_charge_uc"],
-    [`max_rms_ma = ${toml(values.max_rms_ma)}`, "max_rms_ma"],
-    ["[[channel]]", null],
-    ["number = 1", null],
-    ['name = "pulse"', null],
-    [`stage = { kind = "current", full_scale_ma = ${FULL_SCALE_MA}.0 }`, null],
-    [`limit = ${amplitude}`, "amplitude_ma"],
-    [`start = ${amplitude}`, "amplitude_ma"],
-    [`area_mm2 = ${toml(values.area_mm2)}`, "area_mm2"],
-    ["[channel.train]", null],
-    [`shape = "${values.shape}"`, "shape"],
-    [`width_us = ${toml(values.width_us)}`, "width_us"],
-    [`gap_us = ${toml(values.gap_us)}`, "gap_us"],
-    [`ground_us = ${toml(values.ground_us)}`, "ground_us"],
-    [`frequency_hz = ${toml(values.frequency_hz)}`, "frequency_hz"],
-    ["[setpoints]", null],
-    ['kind = "amplitudes"', null],
-    [`values = [{ channel = 1, value = ${amplitude} }]`, "amplitude_ma"],
-    ["rate_hz = 50", null],
-  ];
-}
-
-// A number as TOML, which calls what is not a number `nan`.
-function toml(value: number): string {
-  return Number.isFinite(value) ? String(value) : "nan";
+function isBiphasic(shape: string): boolean {
+  return shape.startsWith("biphasic");
 }
 
 export function mountPulse(root: HTMLElement, simulator: Simulator): void {
@@ -112,12 +54,18 @@ export function mountPulse(root: HTMLElement, simulator: Simulator): void {
     return { shape, ...Object.fromEntries(names) } as PulseValues;
   };
   const ask = (): void => runs.ask(update);
-  let shown: { values: PulseValues; edges: Edge[] | null } | null = null;
+  let shown: { values: PulseValues; edges: Edge[] | null; refused: Set<string> } | null = null;
   let width = 640;
   const redraw = (): void => {
-    if (shown) {
-      picture.replaceChildren(drawPulse(shown.values, shown.edges, width));
+    if (!shown) {
+      return;
     }
+    const { values, edges, refused } = shown;
+    const flawed = flawedField(values);
+    const text = `Nothing is drawn: “${flawed?.[0]}” is ${flawed?.[1]}.`;
+    picture.replaceChildren(
+      flawed ? make("p", {}, text) : drawPulse(values, edges, refused, width),
+    );
   };
   fitWidth(picture, 290, 960, (next) => {
     width = next;
@@ -130,6 +78,26 @@ export function mountPulse(root: HTMLElement, simulator: Simulator): void {
       return field.element;
     }),
   );
+
+  // A monophasic pulse has no gap, and has to be grounded. Gap and grounding of the biphasic
+  // pulse come back with it.
+  const kept: [FieldName, string][] = [];
+  const chooseShape = (next: string): void => {
+    const field = (name: FieldName): HTMLInputElement => fields.get(name)!.input;
+    if (isBiphasic(shape) && !isBiphasic(next)) {
+      kept.length = 0;
+      kept.push(["gap_us", field("gap_us").value], ["ground_us", field("ground_us").value]);
+      field("gap_us").value = "0";
+      if (!(Number(field("ground_us").value) >= LEAST_GROUNDING_US)) {
+        field("ground_us").value = String(LEAST_GROUNDING_US);
+      }
+    } else if (!isBiphasic(shape) && isBiphasic(next)) {
+      kept.forEach(([name, value]) => (field(name).value = value));
+    }
+    field("gap_us").disabled = !isBiphasic(next);
+    shape = next;
+    ask();
+  };
   const shapes = choice({
     label: "Shape",
     values: [
@@ -139,10 +107,7 @@ export function mountPulse(root: HTMLElement, simulator: Simulator): void {
       ["monophasic-anodic", "monophasic, anodic"],
     ],
     value: shape,
-    change: (value) => {
-      shape = value;
-      ask();
-    },
+    change: chooseShape,
   });
 
   const update = async (isStale: () => boolean): Promise<void> => {
@@ -168,17 +133,30 @@ export function mountPulse(root: HTMLElement, simulator: Simulator): void {
     if (isStale()) {
       return;
     }
-    showMistakes(mistakes, lines, fields, shapeNotes);
-    shown = { values, edges };
+    const noted = notesOf(values, mistakes, lines);
+    showMistakes(noted, fields, shapeNotes);
+    shown = { values, edges, refused: new Set(noted.keys()) };
     redraw();
     explained.replaceChildren(...explain(values, edges));
-    limits.replaceChildren(limitTable(values, mistakes));
-    const notes = info?.notes.map((note) => ` ${note}.`).join("") ?? "";
-    const rules = [...new Set(mistakes.map((mistake) => mistake.number))].join(", ");
-    verdict.textContent =
-      info !== null
-        ? `✓ The device accepts this pulse.${notes}${failure}`
-        : `✗ The device refuses this pulse: ${failure || `${rules}, shown beside the controls`}.`;
+    const rows = limitRows(values, mistakes);
+    const asked = "this pulse, as requested";
+    const heads = ["limit of", asked, "allowed", "result (rule)", "computed as"];
+    const cells = rows.map((row) => row.cells);
+    limits.replaceChildren(stackTable("Limits", heads, cells));
+    if (info !== null) {
+      const notes = info.notes.map((note) => ` ${note}.`).join("");
+      verdict.textContent = `✓ The device accepts this pulse.${notes}${failure}`;
+      return;
+    }
+    const rules = [...new Set(mistakes.map((mistake) => mistake.number))];
+    const further = rows.filter((row) => row.isExceeded && !rules.includes(row.number)).length;
+    const names = further === 1 ? "further limit" : "further limits";
+    const beside = failure === "" ? [", ", linkToMistake(root)] : [failure];
+    verdict.replaceChildren(
+      `✗ The device refuses this pulse: ${rules.join(", ")}`,
+      ...beside,
+      further > 0 ? `, and ${further} ${names} in the table.` : ".",
+    );
   };
 
   root.append(
@@ -200,6 +178,12 @@ export function mountPulse(root: HTMLElement, simulator: Simulator): void {
         shapes.element,
         shapeNotes,
         ...panels[0],
+        make(
+          "p",
+          { class: "note" },
+          "A monophasic pulse has no gap, and is grounded for at least " +
+            `${LEAST_GROUNDING_US} µs so that its charge flows back.`,
+        ),
       ),
       make("div", { class: "panel" }, make("h3", {}, "Limits of the wearer"), ...panels[1], limits),
     ),
@@ -208,10 +192,31 @@ export function mountPulse(root: HTMLElement, simulator: Simulator): void {
       "p",
       { class: "note" },
       `Simulated, on a current stage of ${FULL_SCALE_MA} mA full scale. The verdict is that of ` +
-        "flexor check.",
+        "flexor check, which names one broken limit at a time; the table compares all of them.",
     ),
   );
   ask();
+}
+
+// The label of a field that cannot be computed with, and why.
+function flawedField(values: PulseValues): [string, string] | null {
+  const field = [...FIELDS, ...LIMITS].find(([name]) => flaw(values[name]) !== "");
+  return field ? [field[1], flaw(values[field[0]])] : null;
+}
+
+// Leads to the first refused field. The fragment of the address names the part, and stays.
+function linkToMistake(root: HTMLElement): HTMLElement {
+  const click = (event: Event): void => {
+    event.preventDefault();
+    const invalid = root.querySelector<HTMLElement>('input[aria-invalid="true"]');
+    const field = invalid ?? root.querySelector<HTMLElement>("select");
+    field?.focus();
+    field?.scrollIntoView({ block: "center" });
+  };
+  // Focus at the press of the mouse could scroll the link away before the click.
+  const mousedown = (event: Event): void => event.preventDefault();
+  const attributes = { href: "#understand/pulse", click, mousedown };
+  return make("a", attributes, "shown beside the controls");
 }
 
 // Runs the session for two periods and returns the edges of its second pulse.
@@ -225,7 +230,7 @@ async function play(simulator: Simulator, text: string, info: SessionInfo): Prom
     for (let at = 0; at + 3 < numbers.length; at += 4) {
       const [t_us, , state, code] = numbers.slice(at, at + 4);
       if (t_us >= period_us && t_us < 2 * period_us) {
-        const amplitude_ma = (code / 65535) * FULL_SCALE_MA;
+        const amplitude_ma = (code / CODES) * FULL_SCALE_MA;
         edges.push({ t_us: t_us - period_us, state: EDGE_STATES[state], amplitude_ma });
       }
     }
@@ -236,29 +241,10 @@ async function play(simulator: Simulator, text: string, info: SessionInfo): Prom
 }
 
 function showMistakes(
-  mistakes: Mistake[],
-  lines: [string, FieldName | "shape" | null][],
+  noted: Map<string, string[]>,
   fields: Map<FieldName, NumberField>,
   shapeNotes: HTMLElement,
 ): void {
-  const noted = new Map<string, string[]>();
-  const note = (name: string, text: string): void => {
-    const texts = noted.get(name) ?? [];
-    // A value that occurs twice in the text is mistaken twice.
-    if (!texts.some((known) => known.slice(0, 6) === text.slice(0, 6))) {
-      noted.set(name, [...texts, text]);
-    }
-  };
-  for (const { number, line, message, help } of mistakes) {
-    const name = line === null ? null : lines[line - 1]?.[1];
-    note(name ?? "shape", `✗ ${number}: ${message}${help ? ` — ${help}` : ""}`);
-    // The other fields that the rule names.
-    for (const [other, key] of Object.entries(KEYS)) {
-      if (other !== name && message.includes(`\`${key.replace("channel.area", "area")}\``)) {
-        note(other, `✗ ${number}: this limit is exceeded`);
-      }
-    }
-  }
   const fill = (place: HTMLElement, name: string): boolean => {
     const texts = noted.get(name) ?? [];
     place.replaceChildren(...texts.map((text) => make("p", {}, text)));
@@ -271,66 +257,86 @@ function showMistakes(
 }
 
 function rmsOf({ amplitude_ma, width_us, frequency_hz, shape }: PulseValues): number {
-  const phases = shape.startsWith("biphasic") ? 2 : 1;
+  const phases = isBiphasic(shape) ? 2 : 1;
   return amplitude_ma * Math.sqrt(phases * width_us * 1e-6 * frequency_hz);
 }
 
 function explain(values: PulseValues, edges: Edge[] | null): HTMLElement[] {
-  if (!edges) {
-    return [make("p", {}, "Dashed: the pulse as requested, which the device does not output.")];
+  if (flawedField(values)) {
+    return [];
   }
-  const charge = (values.amplitude_ma * values.width_us) / 1000;
-  const isBiphasic = values.shape.startsWith("biphasic");
+  if (!edges) {
+    const text = "Dashed, in scale: the pulse as requested, which the device does not output.";
+    return [make("p", {}, text)];
+  }
+  const amplitude = show(edges[0]?.amplitude_ma ?? 0);
+  const charge = ((edges[0]?.amplitude_ma ?? 0) * values.width_us) / 1000;
   const polarity = values.shape.includes("anodic") ? "anodic" : "cathodic";
-  const gap_us = isBiphasic && edges.length > 2 ? edges[2].t_us - edges[1].t_us : 0;
+  const gap_us = isBiphasic(values.shape) && edges.length > 2 ? edges[2].t_us - edges[1].t_us : 0;
   const first =
-    `The first phase is ${polarity}: ${show(values.amplitude_ma)} mA for ` +
-    `${show(values.width_us)} µs carry ${show(values.amplitude_ma)} × ` +
+    `The first phase is ${polarity}: ${amplitude} mA for ` +
+    `${show(values.width_us)} µs carry ${amplitude} × ` +
     `${show(values.width_us)} / 1000 = ${show(charge)} µC.`;
-  const second = isBiphasic
+  const second = isBiphasic(values.shape)
     ? ` After a gap of ${gap_us} µs the second phase returns the same charge.` +
       (values.gap_us < gap_us ? " The device keeps a gap of at least 5 µs." : "")
     : " There is no second phase: the grounding afterwards lets the charge flow back.";
   const period_ms = 1000 / values.frequency_hz;
   const rest = ` The next pulse begins ${show(period_ms)} ms after this one.`;
-  return [make("p", {}, first + second + rest)];
+  const rounded =
+    amplitude === show(values.amplitude_ma)
+      ? ""
+      : `The device rounds down to the steps of its converter, ${show(FULL_SCALE_MA / CODES)} ` +
+        `mA: of the requested ${show(values.amplitude_ma)} mA it outputs ${amplitude} mA.`;
+  return [make("p", {}, first + second + rest), ...(rounded ? [make("p", {}, rounded)] : [])];
 }
 
-function limitTable(values: PulseValues, mistakes: Mistake[]): HTMLElement {
-  const charge = (values.amplitude_ma * values.width_us) / 1000;
+interface LimitRow {
+  number: string;
+  isExceeded: boolean;
+  cells: string[];
+}
+
+function limitRows(values: PulseValues, mistakes: Mistake[]): LimitRow[] {
+  const { amplitude_ma, width_us, frequency_hz } = values;
+  const charge = (amplitude_ma * width_us) / 1000;
   const rms = rmsOf(values);
-  const phases = values.shape.startsWith("biphasic") ? "2 × " : "";
-  const rows: [string, string, number, number, string, string][] = [
-    ["E450", "Current", values.amplitude_ma, values.max_current_ma, "mA", "amplitude"],
-    ["E451", "Charge of a phase", charge, values.max_charge_uc, "µC", "amplitude × width"],
-    ["E452", "Rms current", rms, values.max_rms_ma, "mA", `amplitude × √(${phases}width × rate)`],
+  const factor = isBiphasic(values.shape) ? "2 × " : "";
+  const density = (values.area_mm2 / 100) * DENSITY;
+  const rmsRule = `amplitude × √(${factor}width × rate)`;
+  const ofRms = [amplitude_ma, width_us, frequency_hz];
+  // Each with the values from which the number of the pulse is computed.
+  const rows: [string, string, number[], number, number, string, string][] = [
+    ["E450", "Current", [amplitude_ma], amplitude_ma, values.max_current_ma, "mA", "amplitude"],
+    [
+      "E451",
+      "Charge of a phase",
+      [amplitude_ma, width_us],
+      charge,
+      values.max_charge_uc,
+      "µC",
+      "amplitude × width",
+    ],
+    ["E452", "Rms current", ofRms, rms, values.max_rms_ma, "mA", rmsRule],
     [
       "E454",
       "Rms under the electrode",
+      ofRms,
       rms,
-      (values.area_mm2 / 100) * DENSITY,
+      density,
       "mA",
       `the same, at most ${DENSITY} mA/cm²`,
     ],
   ];
-  const body = rows.map(([number, name, value, limit, unit, rule]) => {
+  return rows.map(([number, name, parts, value, limit, unit, rule]) => {
     const isNamed = mistakes.some((mistake) => mistake.number === number);
-    const symbol = isNamed || value > limit ? "✗ above" : "✓ within";
-    const [is, allowed] = [`${show(value, 4)} ${unit}`, `${show(limit, 4)} ${unit}`];
-    const texts = [is, allowed, `${symbol} (${number})`, rule];
-    const cells = texts.map((text) => make("td", {}, text));
-    return make("tr", {}, make("th", { scope: "row" }, name), ...cells);
+    const flaws = parts.map(flaw).filter((text) => text !== "");
+    const text = (number: number, flawed: string): string =>
+      flawed === "" ? `${show(number, 4)} ${unit}` : flawed;
+    const [is, allowed] = [text(value, flaws[0] ?? ""), text(limit, flaw(limit))];
+    const isKnown = flaws.length === 0 && flaw(limit) === "";
+    const isExceeded = isKnown && (isNamed || value > limit);
+    const result = !isKnown ? "✗ cannot be compared" : isExceeded ? "✗ above" : "✓ within";
+    return { number, isExceeded, cells: [name, is, allowed, `${result} (${number})`, rule] };
   });
-  const names = ["limit of", "this pulse", "allowed", "result (rule)", "computed as"];
-  const heads = names.map((text) => make("th", { scope: "col" }, text));
-  return make(
-    "div",
-    { class: "scroll", tabindex: "0", role: "group", "aria-label": "Table of limits" },
-    make(
-      "table",
-      {},
-      make("thead", {}, make("tr", {}, ...heads)),
-      make("tbody", {}, ...body),
-    ),
-  );
 }

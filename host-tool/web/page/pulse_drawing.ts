@@ -1,6 +1,6 @@
 // Drawing of a pulse over time, with its phases and their charge.
 
-import type { PulseValues } from "./pulse";
+import type { FieldName, PulseValues } from "./pulse_session";
 import { draw, drawing, show } from "./understand_tools";
 
 // Change of a channel's output: from `t_us` on it has this state and amplitude.
@@ -13,89 +13,100 @@ export interface Edge {
 interface Phase {
   from_us: number;
   to_us: number;
-  // Negative in a cathodic phase.
-  current_ma: number;
+  name: "cathodic" | "anodic";
+  amplitude_ma: number;
 }
 
 const HEIGHT = 300;
-const FRAME = { left: 52, top: 34, bottom: 252 };
+const FRAME = { left: 58, top: 34, bottom: 252 };
 // Space at the right.
 const MARGIN = 16;
 
-// Draws the pulse that the device outputs, or, without edges, the requested one.
+// Draws the pulse that the device outputs, or, without edges, the requested one, whose refused
+// fields are marked.
 export function drawPulse(
   values: PulseValues,
   edges: Edge[] | null,
+  refused: Set<string>,
   width: number,
 ): SVGSVGElement {
   const right = width - MARGIN;
   const phases = edges ? phasesOf(edges) : requested(values);
-  const isBiphasic = values.shape.startsWith("biphasic");
   const end_us = phases.at(-1)?.to_us ?? 1;
-  const grounded = edges?.find((edge) => edge.state === "grounded");
   const span_us = end_us * 1.25 + 20;
-  const peak = Math.max(...phases.map((phase) => Math.abs(phase.current_ma)), 1e-6);
+  const peak = Math.max(...phases.map((phase) => phase.amplitude_ma)) || 1;
   const middle = (FRAME.top + FRAME.bottom) / 2;
   const x = (us: number): number => FRAME.left + (us / span_us) * (right - FRAME.left);
   const y = (ma: number): number => middle - (ma / peak) * ((FRAME.bottom - FRAME.top) / 2 - 14);
   const charge = (phase: Phase): number =>
-    (Math.abs(phase.current_ma) * (phase.to_us - phase.from_us)) / 1000;
-  const name = (phase: Phase): string => (phase.current_ma < 0 ? "cathodic" : "anodic");
+    (phase.amplitude_ma * (phase.to_us - phase.from_us)) / 1000;
+  const lengthOf = (phase: Phase): string => show(phase.to_us - phase.from_us, 6);
+  const mark = (name: FieldName): string => (refused.has(name) ? ", refused" : "");
 
   const title = phases
-    .map((phase) => {
-      const length = phase.to_us - phase.from_us;
-      return `${name(phase)} phase of ${length} µs, ${show(charge(phase))} µC`;
-    })
+    .map((phase) => `${phase.name} phase of ${lengthOf(phase)} µs, ${show(charge(phase))} µC`)
     .join(", then ");
   const svg = drawing(width, HEIGHT, `${edges ? "Pulse" : "Pulse that is not output"}: ${title}`);
+  const isRefused = refused.has("amplitude_ma");
+  const unit =
+    `current (mA)${edges ? "" : ", requested, not output"}` +
+    (isRefused ? "; amplitude refused" : "");
   svg.append(
     draw("rect", { x: 0, y: 0, width, height: HEIGHT, class: "ground" }),
     draw("line", { x1: FRAME.left, x2: right, y1: middle, y2: middle, class: "axis" }),
-    draw("text", { x: 4, y: 18 }, `current (mA)${edges ? "" : ", requested, not output"}`),
-    draw("text", { x: right, y: HEIGHT - 8, "text-anchor": "end" }, "time (µs)"),
+    draw("text", { x: 4, y: 18 }, unit),
+    draw("text", { x: right, y: HEIGHT - 4, "text-anchor": "end" }, "time (µs)"),
   );
   for (const ma of [peak, 0, -peak]) {
     const label = draw("text", { x: FRAME.left - 8, y: y(ma) + 4, "text-anchor": "end" }, show(ma));
     svg.append(label);
   }
   for (const [index, phase] of phases.entries()) {
-    const top = Math.min(y(phase.current_ma), middle);
+    const isBelow = phase.name === "cathodic";
+    const edge = y(isBelow ? -phase.amplitude_ma : phase.amplitude_ma);
     const length = x(phase.to_us) - x(phase.from_us);
-    const height = Math.abs(y(phase.current_ma) - middle);
+    const height = Math.abs(edge - middle);
     const center = x((phase.from_us + phase.to_us) / 2);
-    const inside = phase.current_ma < 0 ? middle + height / 2 : middle - height / 2;
-    const outside = phase.current_ma < 0 ? middle - 10 : middle + 20;
-    const isWide = length > 70;
+    const inside = isBelow ? middle + height / 2 : middle - height / 2;
+    const outside = isBelow ? middle - 10 : middle + 20;
+    const isWide = length > 70 && height > 30;
+    // Both texts stay inside the drawing.
+    const place = (half: number): number =>
+      Math.min(Math.max(center, FRAME.left + half), right - half);
     svg.append(
       draw("rect", {
         x: x(phase.from_us),
-        y: top,
+        y: Math.min(edge, middle),
         width: length,
         height,
         class: `phase${index === 0 ? " first" : " second"}${edges ? "" : " refused"}`,
       }),
       draw(
         "text",
-        { x: center, y: (isWide ? inside : outside) + 4, "text-anchor": "middle", class: "charge" },
+        {
+          x: isWide ? center : place(30),
+          y: (isWide ? inside : outside) + 4,
+          "text-anchor": "middle",
+          class: "charge",
+        },
         `${show(charge(phase))} µC`,
       ),
       draw(
         "text",
         {
-          x: Math.max(center, FRAME.left + 40),
-          y: phase.current_ma < 0 ? FRAME.bottom : FRAME.top + 2,
+          x: place(refused.has("width_us") ? 85 : 55),
+          y: isBelow ? FRAME.bottom : FRAME.top + 2,
           "text-anchor": "middle",
         },
-        `${name(phase)}, ${phase.to_us - phase.from_us} µs`,
+        `${phase.name}, ${lengthOf(phase)} µs${mark("width_us")}`,
       ),
     );
   }
   ticks(svg, phases, x);
-  if (isBiphasic && phases.length > 1) {
+  if (phases.length > 1) {
     const [from, to] = [phases[0].to_us, phases[1].from_us];
     const at = x((from + to) / 2);
-    const up = phases[0].current_ma < 0;
+    const up = phases[0].name === "cathodic";
     const level = up ? middle + 44 : middle - 34;
     svg.append(
       draw("line", {
@@ -107,45 +118,84 @@ export function drawPulse(
       }),
       draw(
         "text",
-        { x: at - 4, y: level, class: "halo" },
-        `gap ${to - from} µs`,
+        { x: at - 4, y: level, class: "halo", ...(at > width / 2 ? { "text-anchor": "end" } : {}) },
+        `gap ${show(to - from, 6)} µs${mark("gap_us")}`,
       ),
     );
   }
-  if (grounded) {
-    const from = x(grounded.t_us);
-    svg.append(
-      draw("rect", {
-        x: from,
-        y: middle - 4,
-        width: right - from,
-        height: 8,
-        class: "grounded",
-      }),
-      draw("text", { x: right, y: middle - 10, "text-anchor": "end" }, "grounded"),
-    );
-  }
+  drawGrounding(svg, groundingOf(values, edges, end_us), refused, { x, right, middle });
   return svg;
 }
 
+interface Grounding {
+  from_us: number;
+  length_us: number;
+  isOutput: boolean;
+}
+
+function groundingOf(
+  values: PulseValues,
+  edges: Edge[] | null,
+  end_us: number,
+): Grounding | null {
+  if (!edges) {
+    const length_us = values.ground_us;
+    return length_us > 0 ? { from_us: end_us, length_us, isOutput: false } : null;
+  }
+  const index = edges.findIndex((edge) => edge.state === "grounded");
+  if (index < 0) {
+    return null;
+  }
+  const from_us = edges[index].t_us;
+  const to_us = edges[index + 1]?.t_us ?? from_us + values.ground_us;
+  return { from_us, length_us: to_us - from_us, isOutput: true };
+}
+
+function drawGrounding(
+  svg: SVGSVGElement,
+  grounding: Grounding | null,
+  refused: Set<string>,
+  place: { x: (us: number) => number; right: number; middle: number },
+): void {
+  if (!grounding) {
+    return;
+  }
+  const { x, right, middle } = place;
+  const { from_us, length_us, isOutput } = grounding;
+  const from = x(from_us);
+  const to = Math.min(x(from_us + length_us), right);
+  const goesOn = x(from_us + length_us) > right;
+  const text =
+    `grounded, ${show(length_us, 6)} µs${goesOn ? " →" : ""}` +
+    (refused.has("ground_us") ? ", refused" : "");
+  svg.append(
+    draw("rect", {
+      x: from,
+      y: middle - 4,
+      width: Math.max(0, to - from),
+      height: 8,
+      class: `grounded${isOutput ? "" : " refused"}`,
+    }),
+    draw("text", { x: right, y: middle + 34, "text-anchor": "end", class: "halo" }, text),
+  );
+}
+
 function phasesOf(edges: Edge[]): Phase[] {
-  return edges.flatMap((edge, index) => {
-    const to = edges[index + 1]?.t_us ?? edge.t_us;
-    const sign = edge.state === "cathodic" ? -1 : edge.state === "anodic" ? 1 : 0;
-    const current_ma = sign * edge.amplitude_ma;
-    return sign === 0 ? [] : [{ from_us: edge.t_us, to_us: to, current_ma }];
+  return edges.flatMap(({ t_us, state, amplitude_ma }, index) => {
+    const to_us = edges[index + 1]?.t_us ?? t_us;
+    return state === "cathodic" || state === "anodic"
+      ? [{ from_us: t_us, to_us, name: state, amplitude_ma }]
+      : [];
   });
 }
 
-function requested(values: PulseValues): Phase[] {
-  const number = (value: number): number => (Number.isFinite(value) && value > 0 ? value : 0);
-  const width = Math.min(number(values.width_us), 5000);
-  const gap = Math.min(number(values.gap_us), 5000);
-  const sign = values.shape.includes("anodic") ? 1 : -1;
-  const current = sign * number(values.amplitude_ma);
-  const first = { from_us: 0, to_us: width, current_ma: current };
-  const second = { from_us: width + gap, to_us: 2 * width + gap, current_ma: -current };
-  return values.shape.startsWith("biphasic") ? [first, second] : [first];
+function requested({ shape, amplitude_ma, width_us, gap_us }: PulseValues): Phase[] {
+  const names = ["cathodic", "anodic"] as const;
+  const [one, other] = shape.includes("anodic") ? [names[1], names[0]] : names;
+  const from_us = width_us + gap_us;
+  const first = { from_us: 0, to_us: width_us, name: one, amplitude_ma };
+  const second = { from_us, to_us: from_us + width_us, name: other, amplitude_ma };
+  return shape.startsWith("biphasic") ? [first, second] : [first];
 }
 
 function ticks(svg: SVGSVGElement, phases: Phase[], x: (us: number) => number): void {
@@ -153,10 +203,12 @@ function ticks(svg: SVGSVGElement, phases: Phase[], x: (us: number) => number): 
   for (const us of phases.flatMap((phase) => [phase.from_us, phase.to_us])) {
     const at = x(us);
     const y = FRAME.bottom;
+    const text = show(us, 6);
+    const half = text.length * 3.6;
     svg.append(draw("line", { x1: at, x2: at, y1: y + 8, y2: y + 14, class: "axis" }));
-    if (at - taken > 34) {
-      svg.append(draw("text", { x: at, y: y + 28, "text-anchor": "middle" }, String(us)));
-      taken = at;
+    if (at - half > taken + 4) {
+      svg.append(draw("text", { x: at, y: y + 28, "text-anchor": "middle" }, text));
+      taken = at + half;
     }
   }
 }

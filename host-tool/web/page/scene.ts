@@ -5,7 +5,9 @@ import { choice, make, slider } from "./dom";
 import { Finger } from "./hand";
 import { Lanes, Output } from "./lanes";
 import { Plot } from "./plots";
+import { Random, Reference } from "./scene_reference";
 import { FREE_CHANNELS, type Parameters, sceneText } from "./scene_session";
+import { AmplitudeTable } from "./scene_table";
 
 // Controllers, by their names in session files.
 const CONTROLLERS = [
@@ -35,7 +37,7 @@ interface Trace {
 
 class Scene {
   private readonly parameters: Parameters = { rate_hz: 50, phase_us: 2000, strength: 1, delay_ms: 25 };
-  private reference = { kind: "sine", offset_deg: 45, swing_deg: 35, period_s: 5 };
+  private readonly reference = new Reference();
   private free_ma = 10;
   private external_nm = 0;
   private dropped = 0;
@@ -55,7 +57,7 @@ class Scene {
   private frame_ms = 0;
   // Simulated time that has passed on the clock and is not simulated yet, µs.
   private owed_us = 0;
-  private random = SEED;
+  private random = new Random(SEED);
 
   private readonly play = make("button", { class: "main", click: () => this.toggle() });
   private readonly step = make("button", { click: () => void this.single() }, "Step 20 ms");
@@ -66,7 +68,7 @@ class Scene {
   private plot: Plot | null = null;
   private readonly wide = new Lanes("Output of the ten channels over 100 ms", 100_000, "ms");
   private readonly fine = new Lanes("Output of the ten channels over 3 ms from a pulse on", 3_000, "µs");
-  private readonly table = make("tbody");
+  private readonly table = new AmplitudeTable();
 
   constructor(root: HTMLElement, private readonly simulator: Simulator) {
     root.append(
@@ -110,7 +112,7 @@ class Scene {
             "line: disconnected.",
           ),
         ),
-        make("div", { class: "panel" }, make("h2", {}, "The latest pulse, 3 ms"), this.fine.element, this.values()),
+        make("div", { class: "panel" }, make("h2", {}, "The latest pulse, 3 ms"), this.fine.element, this.table.element),
       ),
     );
     this.showButtons();
@@ -178,7 +180,7 @@ class Scene {
       ],
       value: "sine",
       change: (value) => {
-        this.reference.kind = value;
+        this.reference.isSine = value === "sine";
       },
     });
     const sliders = [
@@ -242,17 +244,6 @@ class Scene {
     return make("div", {}, make("p", { class: "note" }, note), all);
   }
 
-  private values(): HTMLElement {
-    const titles = ["channel", "muscle", "amplitude", "width", "rate"];
-    const head = make("tr", {}, ...titles.map((text) => make("th", { scope: "col" }, text)));
-    return make(
-      "details",
-      { open: true },
-      make("summary", {}, "What each channel emits"),
-      make("div", { class: "scroll" }, make("table", {}, make("thead", {}, head), this.table)),
-    );
-  }
-
   // Starts the session again, once for each controller.
   private async open(): Promise<void> {
     const turn = ++this.turn;
@@ -271,7 +262,7 @@ class Scene {
     this.times = [];
     this.wanted = [];
     this.now_us = 0;
-    this.random = SEED;
+    this.random = new Random(SEED);
     this.fingers.replaceChildren();
     const text = sceneText(this.parameters);
     try {
@@ -304,25 +295,6 @@ class Scene {
     }
   }
 
-  private wantedAt(t_s: number): [number, number] {
-    const { kind, offset_deg, swing_deg, period_s } = this.reference;
-    if (kind === "hold") {
-      return [offset_deg, 0];
-    }
-    // The finger's range of angles is 0° to 100°.
-    const swing = Math.min(swing_deg, offset_deg - 2, 98 - offset_deg);
-    const phase = (2 * Math.PI * t_s) / period_s;
-    return [offset_deg - swing * Math.cos(phase), ((swing * 2 * Math.PI) / period_s) * Math.sin(phase)];
-  }
-
-  // Uniform random number, the same in every run; xorshift32.
-  private draw(): number {
-    this.random ^= this.random << 13;
-    this.random ^= this.random >>> 17;
-    this.random ^= this.random << 5;
-    return (this.random >>> 0) / 2 ** 32;
-  }
-
   // Lets `length_us` of simulated time pass.
   private async advance(length_us: number): Promise<void> {
     if (this.busy || this.traces.length === 0) {
@@ -333,9 +305,9 @@ class Scene {
     const end_us = this.now_us + length_us;
     // References are sent on a fixed grid, so that the result does not depend on the frames.
     while (this.now_us + STEP_US <= end_us) {
-      const [deg, rate] = this.wantedAt(this.now_us / 1e6);
+      const [deg, rate] = this.reference.at(this.now_us / 1e6);
       const send: Setpoints = { external_nm: this.external_nm };
-      if (this.draw() >= this.dropped) {
+      if (this.random.next() >= this.dropped) {
         send.angle_deg = [deg, rate];
       }
       // A request of its own, so that a refused amplitude does not hold back the reference.
@@ -388,19 +360,8 @@ class Scene {
     }
     const amplitudes = news.at(-1)?.samples?.amplitudes;
     if (trace === this.traces[0] && amplitudes && amplitudes.length > 0) {
-      this.fill(trace.output, amplitudes.map((column) => column.at(-1) ?? null));
+      this.table.show(trace.output.channels, amplitudes.map((column) => column.at(-1) ?? null));
     }
-  }
-
-  private fill(output: Output, amplitudes: (number | null)[]): void {
-    const rows = output.channels.map((channel, i) => {
-      const value = amplitudes[i];
-      const text = value === null ? "no pulses" : `${value.toFixed(2)} ${channel.unit}`;
-      const rate = `${Math.round(1e6 / channel.period_us)} Hz`;
-      const cells = [String(channel.number), channel.name, text, `${channel.width_us} µs`, rate];
-      return make("tr", {}, ...cells.map((t) => make("td", {}, t)));
-    });
-    this.table.replaceChildren(...rows);
   }
 
   private drawAll(): void {

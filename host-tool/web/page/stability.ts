@@ -6,8 +6,10 @@ import { Simulator } from "./api";
 import { choice, make, slider } from "./dom";
 import { Plot } from "./plots";
 import { Outcome, playLoss, playStrength } from "./stability_live";
-import { MapClass, mapDrawing, mapLegend, mapSelection } from "./stability_map";
+import { liveText, verdict } from "./stability_text";
+import { MapClass, mapDrawing, mapKeys, mapLegend, mapSelection } from "./stability_map";
 import { MapCell, StabilityMap, parseMap } from "./tables";
+import { terms } from "./understand_layout";
 import { Latest, facts, messageOf, show, status } from "./understand_tools";
 
 interface Study {
@@ -16,7 +18,13 @@ interface Study {
   // What the number of a cell is, and its largest value that holds, °.
   quantity: string;
   limit_deg: number;
+  // Whether a live run is judged by its swing, as a held angle, or by its error.
+  judgesSwing: boolean;
+  // Name of the largest swing or error of a live run.
+  largestName: string;
   downTitle: string;
+  // The same beside the drawing, with its unit.
+  downAxis: string;
   downName: (name: string) => string;
   acrossTitle: string;
   acrossUnit: string;
@@ -28,7 +36,7 @@ interface Study {
 const GAIN_DELAY: Study = {
   map: parseMap(gainDelayText),
   classes: [
-    { mark: "·", upTo: 0.5, fails: false, color: "k1" },
+    { mark: "0", upTo: 0.5, fails: false, color: "k1" },
     { mark: "1", upTo: 1, fails: false, color: "k3" },
     { mark: "2", upTo: 2, fails: false, color: "k5" },
     { mark: "5", upTo: 5, fails: true, color: "k6" },
@@ -37,11 +45,14 @@ const GAIN_DELAY: Study = {
   ],
   quantity: "swing of the angle, peak to peak over the last 5 of 20 s",
   limit_deg: 2,
+  judgesSwing: true,
+  largestName: "Largest swing within a second, after the first",
   downTitle: "Torque of the muscles relative to the file's wearer",
+  downAxis: "torque (× file's wearer)",
   downName: (name) => `${name} ×`,
   acrossTitle: "Added delay",
   acrossUnit: "ms",
-  chosen: { panel: 0, row: 3, column: 15 },
+  chosen: { panel: 0, row: 3, column: 4 },
   summary:
     "Three controllers hold 30° on fingers that are stronger, weaker or slower than the " +
     "wearer file states. If the angle swings by more than 2° in the end, the cell fails.",
@@ -59,7 +70,7 @@ const GAIN_DELAY: Study = {
 const LOSS: Study = {
   map: parseMap(lossText),
   classes: [
-    { mark: "·", upTo: 0.5, fails: false, color: "k1" },
+    { mark: "0", upTo: 0.5, fails: false, color: "k1" },
     { mark: "1", upTo: 1, fails: false, color: "k2" },
     { mark: "2", upTo: 1.5, fails: false, color: "k4" },
     { mark: "3", upTo: 2, fails: false, color: "k5" },
@@ -69,11 +80,14 @@ const LOSS: Study = {
   ],
   quantity: "RMSE against the reference over 10 to 30 s",
   limit_deg: 2,
+  judgesSwing: false,
+  largestName: "Largest error, 10 to 30 s",
   downTitle: "Longest extrapolation",
+  downAxis: "extrapolation (ms)",
   downName: (name) => (name === "hold" ? "hold the last setpoint" : `${name} ms`),
   acrossTitle: "Setpoints lost",
   acrossUnit: "%",
-  chosen: { panel: 1, row: 5, column: 16 },
+  chosen: { panel: 1, row: 5, column: 10 },
   summary:
     "The host sends the reference, 45 ± 40° at 0.2 Hz, 90 times a second, and a share of " +
     "these setpoints is lost at random. The device holds the last one, or extrapolates it for " +
@@ -89,6 +103,34 @@ const LOSS: Study = {
     "result depends much on the seed. For the setpoint track alone, the live number is the " +
     "error of the reference that the device reports, under the default controller.",
 };
+
+const MARKS_TEXT =
+  "The mark of a cell is a class of its number (QUANTITY), not the number itself. Click a cell, " +
+  "or move through a map with the arrow keys.";
+
+const TERMS: [string, string][] = [
+  [
+    "Super-twisting",
+    "a nonlinear controller whose root and sign of the error resist disturbances of bounded " +
+      "rate; with the lag and delay of a muscle it ends in a small steady oscillation",
+  ],
+  [
+    "Default controller",
+    "super-twisting with feed-forward, a predictor of the delay, and learning, as a wearer file " +
+      "configures them; super-twisting alone has no wearer file",
+  ],
+  ["PID", "acts on the error, its integral and its rate; the usual controller of industry"],
+  [
+    "Paper's controller",
+    "super-twisting as Hamana 2022 prints it, with the sign of one equation reversed; these two " +
+      "maps do not have it",
+  ],
+  [
+    "Theory",
+    "a calculation without simulation: for strength and delay the describing function, which " +
+      "predicts steady oscillations; for lost setpoints the expected error of the setpoints",
+  ],
+];
 
 export function mountStability(root: HTMLElement, simulator: Simulator): void {
   const runs = new Latest(300);
@@ -143,6 +185,7 @@ export function mountStability(root: HTMLElement, simulator: Simulator): void {
           ? await playStrength(
               simulator,
               { panel, gain: Number(name), delay_ms: across },
+              shown.limit_deg,
               isStale,
               progress,
             )
@@ -156,7 +199,8 @@ export function mountStability(root: HTMLElement, simulator: Simulator): void {
         return;
       }
       plot(result);
-      live.textContent = liveText(result, shown);
+      const cell = shown.map.panels[panel].rows[row].cells[column];
+      live.textContent = liveText(result, cell, shown);
       const events = result.events.map(([t_s, text]) =>
         make("li", {}, `${show(t_s)} s: ${text}`),
       );
@@ -164,8 +208,10 @@ export function mountStability(root: HTMLElement, simulator: Simulator): void {
         label,
         deg === null ? "–" : `${show(deg)}°`,
       ]);
+      const { largest } = result;
+      const size = largest ? `${show(largest.deg)}° at ${show(largest.t_s)} s` : "–";
       outcome.replaceChildren(
-        facts(numbers),
+        facts([...numbers, [shown.largestName, size]]),
         ...(result.note ? [make("p", { class: "note" }, result.note)] : []),
         ...(events.length > 0
           ? [make("p", {}, "The device reported:"), make("ul", {}, ...events)]
@@ -225,13 +271,19 @@ export function mountStability(root: HTMLElement, simulator: Simulator): void {
     drawings = map.panels.map((panel, index) =>
       mapDrawing(study, panel, (row, column) => choose({ panel: index, row, column })),
     );
-    drawings.forEach((svg, index) => svg.setAttribute("data-panel", String(index)));
+    drawings.forEach((svg, index) => {
+      svg.setAttribute("data-panel", String(index));
+      mapKeys(svg, next, (row, column) => choose({ panel: index, row, column }));
+    });
     picture.replaceChildren(
       ...drawings.map((svg, index) =>
         make("figure", {}, make("figcaption", {}, map.panels[index].title), svg),
       ),
     );
-    legend.replaceChildren(mapLegend(study.classes));
+    legend.replaceChildren(
+      make("p", { class: "note" }, MARKS_TEXT.replace("QUANTITY", study.quantity)),
+      mapLegend(study.classes),
+    );
     controls.replaceChildren(controller.element, rows.element, columns.element, ...seedControl());
     choose({});
   };
@@ -273,6 +325,8 @@ export function mountStability(root: HTMLElement, simulator: Simulator): void {
       make("div", { class: "panel" }, make("h3", {}, "Chosen cell"), controls, stated),
       make("div", { class: "panel" }, make("h3", {}, "Live trace"), trace, live, outcome),
     ),
+    make("h3", {}, "Words"),
+    terms(TERMS),
     make("h3", {}, "How the live trace differs from the map"),
     differences,
     make(
@@ -285,10 +339,6 @@ export function mountStability(root: HTMLElement, simulator: Simulator): void {
 }
 
 export type { Study };
-
-function verdict(fails: boolean): string {
-  return fails ? "✗ fails" : "✓ holds";
-}
 
 function chosenCell({ map, chosen }: Study): MapCell {
   return map.panels[chosen.panel].rows[chosen.row].cells[chosen.column];
@@ -306,20 +356,8 @@ function stateOf(study: Study): HTMLElement[] {
   return [
     facts([
       ["Map", `${show(cell.number)}°, ${verdict(cell.fails)} (${limit})`],
-      ["Theory", `${theory}${disagrees ? " ● disagrees" : ""}`],
+      ["Theory", `${theory}${disagrees ? " ● map disagrees with theory" : ""}`],
     ]),
     make("p", { class: "note" }, `Number of the map: ${study.quantity}.`),
   ];
-}
-
-function liveText(result: Outcome, study: Study): string {
-  const cell = chosenCell(study);
-  const map = `The map: ${show(cell.number)}°, ${verdict(cell.fails)}.`;
-  if (result.error) {
-    return `✗ The device ended the session. ${map} ${result.error}`;
-  }
-  const deg = result.numbers[0][1];
-  const measured = deg === null ? "–" : `${show(deg)}°`;
-  const fails = deg === null || deg > study.limit_deg;
-  return `Live, of the whole device: ${measured}, ${verdict(fails)}. ${map}`;
 }

@@ -10,6 +10,14 @@ export interface Outcome {
   followed: (number | null)[];
   // In degrees; the first is judged as in the map.
   numbers: [string, number | null][];
+  // Time from which the angle stays within the limit of the swing, s; null if it never does, or
+  // where the study does not judge that.
+  settled_s: number | null;
+  // Largest swing within a second, after the first, and the end of that second; where a moving
+  // reference is followed, the largest error of the time that is judged.
+  largest: { deg: number; t_s: number } | null;
+  // Feedback gains in %, as the device reported them, with their times.
+  gains: [number, number][];
   events: [number, string][];
   // Further text about the run.
   note: string;
@@ -90,7 +98,8 @@ ${parts.body}`;
 
 function empty(): Outcome {
   const columns = { t_s: [], reference: [], angle: [], followed: [] };
-  return { ...columns, numbers: [], events: [], note: "", error: null };
+  const judged = { numbers: [], settled_s: null, largest: null, gains: [] };
+  return { ...columns, ...judged, events: [], note: "", error: null };
 }
 
 function collect(
@@ -106,7 +115,13 @@ function collect(
     outcome.angle.push(samples.true_deg[index]);
     outcome.followed.push(follows ? samples.target_deg[index] : null);
   });
-  outcome.events.push(...(news.events ?? []));
+  for (const [t_s, text] of news.events ?? []) {
+    outcome.events.push([t_s, text]);
+    const gain = /feedback at (\d+) %/.exec(text);
+    if (gain) {
+      outcome.gains.push([t_s, Number(gain[1])]);
+    }
+  }
   outcome.error = news.end?.error ?? outcome.error;
 }
 
@@ -119,10 +134,25 @@ function swing(outcome: Outcome, from_s: number, to_s: number): number | null {
   return angles.length > 0 ? Math.max(...angles) - Math.min(...angles) : null;
 }
 
+// Time after which the angle swings by at most `limit_deg`, if that is before `latest_s`.
+function settlingTime(outcome: Outcome, limit_deg: number, latest_s: number): number | null {
+  let [least, most] = [Infinity, -Infinity];
+  for (let index = outcome.angle.length - 1; index >= 0; index--) {
+    const deg = outcome.angle[index] ?? NaN;
+    [least, most] = [Math.min(least, deg), Math.max(most, deg)];
+    if (most - least > limit_deg) {
+      const t_s = outcome.t_s[index];
+      return t_s <= latest_s ? t_s : null;
+    }
+  }
+  return 0;
+}
+
 // Holds 30° on a finger of other strength and delay. Returns null if a newer run is wanted.
 export async function playStrength(
   simulator: Simulator,
   cell: { panel: number; gain: number; delay_ms: number },
+  limit_deg: number,
   isStale: () => boolean,
   progress: (outcome: Outcome) => void,
 ): Promise<Outcome | null> {
@@ -156,12 +186,16 @@ delay_ms = ${DELAY_MS + cell.delay_ms}
   } finally {
     await simulator.drop(id);
   }
-  const seconds = Array.from({ length: duration_s - 1 }, (_, index) =>
-    swing(outcome, index + 1, index + 2),
-  );
+  for (let t_s = 2; t_s <= duration_s; t_s++) {
+    const deg = swing(outcome, t_s - 1, t_s) ?? 0;
+    if (deg > (outcome.largest?.deg ?? -1)) {
+      outcome.largest = { deg, t_s };
+    }
+  }
+  const rest_s = duration_s - 5;
+  outcome.settled_s = outcome.error ? null : settlingTime(outcome, limit_deg, rest_s);
   outcome.numbers = [
-    ["Swing over the last 5 s", outcome.error ? null : swing(outcome, duration_s - 5, duration_s)],
-    ["Largest swing within a second, after the first", Math.max(...seconds.map((deg) => deg ?? 0))],
+    ["Swing over the last 5 s", outcome.error ? null : swing(outcome, rest_s, duration_s)],
   ];
   return outcome;
 }
@@ -228,6 +262,13 @@ export async function playLoss(
   ];
   // The first panel is about the setpoints alone.
   outcome.numbers = cell.panel === 0 ? numbers.reverse() : numbers;
+  const judged = cell.panel === 0 ? outcome.followed : outcome.angle;
+  outcome.t_s.forEach((t_s, index) => {
+    const deg = Math.abs((judged[index] ?? NaN) - reference(t_s));
+    if (t_s >= 10 && deg > (outcome.largest?.deg ?? 0)) {
+      outcome.largest = { deg, t_s };
+    }
+  });
   outcome.note = `This page sent ${sent} of ${duration_s * SETPOINTS_HZ} setpoints.`;
   return outcome;
 }

@@ -3,17 +3,10 @@
 import { Simulator } from "./api";
 import { choice, make, slider } from "./dom";
 import { Plot } from "./plots";
-import {
-  Latest,
-  draw,
-  drawing,
-  facts,
-  fitWidth,
-  messageOf,
-  placeIn,
-  show,
-  status,
-} from "./understand_tools";
+import { PulseAxis } from "./train_axis";
+import { ForceRow, forceTable, rowsOf } from "./train_table";
+import { ScaledPlot, terms } from "./understand_layout";
+import { Latest, fitWidth, messageOf, show, status } from "./understand_tools";
 
 // A in N/s, K, and τc, τ1 and τ2 in ms.
 export type Muscle = [number, number, number, number, number];
@@ -43,24 +36,54 @@ const DECAY_MS = 600;
 const MOST_PULSES = 200;
 // Calcium of the model that the fixed point of the device can hold, in pulses.
 const MOST_CALCIUM = 24;
-// Place of the axis of pulses in its drawing.
-const AXIS = { left: 16, line: 62, height: 92 };
+
+// The model: dC/dt = pulses − C/τc, x = C/(C + K), dF/dt = A·x − F/(τ1 + τ2·x).
+const TERMS: [string, string][] = [
+  ["A", "how fast the force grows at full activation (x = 1), in newtons per second"],
+  ["K", "calcium at which activation is one half; each pulse adds 1, so a small K saturates soon"],
+  ["τc", "time in which the calcium of a pulse falls to 37 %"],
+  ["τ1", "time in which the force falls to 37 % once the calcium is gone"],
+  ["τ2", "what full activation adds to that time: bound cross-bridges hold the force for longer"],
+];
 
 export function mountTrain(root: HTMLElement, simulator: Simulator): void {
   let subject = 0;
   let times_ms: number[] = [];
   const runs = new Latest(120);
 
-  const force = new Plot({
+  const common = { unit: "force (N)", height: 240 };
+  const exactLine = { label: "exact", color: "s2", width: 4 };
+  const deviceLine = { label: "device's fixed point", color: "s1", dash: [6, 4] };
+  const forcePlot = new Plot({
+    ...common,
     title: "Force of the muscle over time, by the device's model and exact",
-    unit: "force (N)",
-    lines: [
-      { label: "exact", color: "s2", width: 4 },
-      { label: "device's fixed point", color: "s1", dash: [6, 4] },
-    ],
-    height: 240,
+    lines: [exactLine, deviceLine],
   });
-  const difference = new Plot({
+  const comparisonPlot = new Plot({
+    ...common,
+    title: "Force of the muscle over time, and with a regular first interval",
+    lines: [
+      exactLine,
+      deviceLine,
+      { label: "exact, regular first interval", color: "s3", width: 2 },
+    ],
+  });
+  const force = make("div", {}, forcePlot.element);
+  const plot = (rows: ForceRow[], regularRows: ForceRow[] | null): void => {
+    const longest = regularRows && regularRows.length > rows.length ? regularRows : rows;
+    const t_s = longest.map((row) => row.t_s);
+    const exact = t_s.map((_, index) => rows[index]?.exact_n ?? null);
+    const device = t_s.map((_, index) => rows[index]?.device_n ?? null);
+    const shown = regularRows ? comparisonPlot : forcePlot;
+    if (force.firstChild !== shown.element) {
+      force.replaceChildren(shown.element);
+    }
+    const other = regularRows && t_s.map((_, index) => regularRows[index]?.exact_n ?? null);
+    shown.set(t_s, exact, device, ...(other ? [other] : []));
+    const error = rows.map((row) => (row.device_n - row.exact_n) * 1000);
+    difference.set(rows.map((row) => row.t_s), error);
+  };
+  const difference = new ScaledPlot({
     title: "Difference of the two forces over time",
     unit: "mN",
     lines: [{ label: "device − exact", color: "s4" }],
@@ -68,35 +91,60 @@ export function mountTrain(root: HTMLElement, simulator: Simulator): void {
   });
   const result = make("div", {});
   const notice = status();
-  const axis = drawing(300, AXIS.height, "Times of the pulses");
-  axis.classList.add("editable");
-  const around = make("div", {});
-  around.append(axis);
-  fitWidth(around, 260, 900, (width) => {
-    axis.setAttribute("width", String(width));
-    axis.setAttribute("viewBox", `0 0 ${width} ${AXIS.height}`);
-    drawPulses(axis, times_ms);
-  });
+  const dropped = make("p", { class: "note", "aria-live": "polite" });
+  const axis = new PulseAxis(LATEST_MS, (times) => changeByHand(times, false));
+  const around = make("div", {}, axis.element);
+  fitWidth(around, 260, 900, (width) => axis.resize(width));
 
-  const regular = { rate_hz: 30, count: 15, first_ms: 1000 / 30, isRegular: true };
-  const fill = (): void => {
+  // Values of the sliders; `isOwn` while the times were edited and the sliders say nothing.
+  const regular = { rate_hz: 30, count: 15, first_ms: 33, isRegular: true, isOwn: false };
+  const regularTimes = (isRegular: boolean): number[] => {
     const period_ms = 1000 / regular.rate_hz;
-    const first_ms = regular.isRegular ? period_ms : regular.first_ms;
+    const first_ms = isRegular ? period_ms : regular.first_ms;
     const starts = Array.from({ length: regular.count }, (_, index) =>
       index === 0 ? 0 : first_ms + (index - 1) * period_ms,
     );
-    change(starts.map((ms) => Math.round(ms * 1000) / 1000).filter((ms) => ms <= LATEST_MS));
+    return starts.map((ms) => Math.round(ms * 1000) / 1000).filter((ms) => ms <= LATEST_MS);
+  };
+  const fill = (): void => {
+    regular.isOwn = false;
+    const times = regularTimes(regular.isRegular);
+    change(times);
+    axis.show(times, axisLength(times));
+    refresh();
+  };
+  // `rescales`: whether the axis may get another length.
+  const changeByHand = (times: number[], rescales: boolean): void => {
+    regular.isOwn = true;
+    change(times);
+    axis.show(times, rescales ? axisLength(times) : undefined);
+    refresh();
+  };
+  // Makes the sliders say what is used.
+  const refresh = (): void => {
+    rate.set(regular.rate_hz);
+    number.set(regular.count);
+    first.set(regular.first_ms);
+    const isShort = !regular.isOwn && times_ms.length < regular.count;
+    dropped.textContent = isShort
+      ? `Only the ${times_ms.length} of ${regular.count} pulses within ` +
+        `${LATEST_MS / 1000} s are used; the force is shown for ${DECAY_MS} ms after the last.`
+      : "";
   };
   const first = slider({
     label: "First interval",
     min: 3,
     max: 100,
     step: 1,
-    value: 33,
-    format: (value) =>
-      regular.isRegular
-        ? "as the others"
-        : `${value} ms${value < 1000 / regular.rate_hz ? " (doublet)" : ""}`,
+    value: regular.first_ms,
+    format: (value) => {
+      const isDoublet = value < 1000 / regular.rate_hz;
+      return regular.isOwn
+        ? "own times"
+        : regular.isRegular
+          ? "as the others"
+          : `${value} ms${isDoublet ? " (doublet)" : ""}`;
+    },
     change: (value) => {
       regular.first_ms = value;
       fill();
@@ -109,7 +157,6 @@ export function mountTrain(root: HTMLElement, simulator: Simulator): void {
       regular.isRegular = !(event.target as HTMLInputElement).checked;
       first.input.disabled = regular.isRegular;
       regular.first_ms = regular.isRegular ? regular.first_ms : 8;
-      first.set(regular.first_ms);
       fill();
     },
   });
@@ -120,10 +167,9 @@ export function mountTrain(root: HTMLElement, simulator: Simulator): void {
     max: 100,
     step: 1,
     value: regular.rate_hz,
-    format: (value) => `${value} Hz`,
+    format: (value) => (regular.isOwn ? "own times" : `${value} Hz`),
     change: (value) => {
       regular.rate_hz = value;
-      first.set(regular.first_ms);
       fill();
     },
   });
@@ -133,7 +179,12 @@ export function mountTrain(root: HTMLElement, simulator: Simulator): void {
     max: 100,
     step: 1,
     value: regular.count,
-    format: String,
+    format: (value) =>
+      regular.isOwn
+        ? `${times_ms.length} (own times)`
+        : times_ms.length < value
+          ? `${value}, ${times_ms.length} used`
+          : String(value),
     change: (value) => {
       regular.count = value;
       fill();
@@ -153,7 +204,7 @@ export function mountTrain(root: HTMLElement, simulator: Simulator): void {
       mistake.textContent = isWrong ? `✗ ${read}` : "";
       field.setAttribute("aria-invalid", String(isWrong));
       if (!isWrong) {
-        change(read);
+        changeByHand(read, true);
       }
     },
   });
@@ -163,21 +214,17 @@ export function mountTrain(root: HTMLElement, simulator: Simulator): void {
     field.value = times.join(" ");
     field.removeAttribute("aria-invalid");
     mistake.textContent = "";
-    drawPulses(axis, times);
     runs.ask(compute);
   };
 
-  axis.addEventListener("click", (event) => {
-    const { x } = placeIn(axis, event);
-    const length_ms = axisLength(times_ms);
-    const ms_per_unit = length_ms / (axis.viewBox.baseVal.width - 2 * AXIS.left);
-    const at_ms = (x - AXIS.left) * ms_per_unit;
-    const near_ms = 6 * ms_per_unit;
-    const hit = times_ms.find((ms) => Math.abs(ms - at_ms) <= near_ms);
-    const place = Math.min(Math.max(Math.round(at_ms), 0), LATEST_MS);
-    const rest = times_ms.filter((ms) => ms !== (hit ?? place));
-    change(hit === undefined ? [...rest, place].sort((a, b) => a - b) : rest);
-  });
+  const ask = async (times: number[], length_s: number): Promise<ForceRow[]> =>
+    rowsOf(
+      await simulator.response({
+        muscle: SUBJECTS[subject],
+        pulses_us: times.map((ms) => Math.round(ms * 1000)),
+        duration_s: length_s,
+      }),
+    );
 
   const compute = async (isStale: () => boolean): Promise<void> => {
     const calcium = largestCalcium(times_ms, SUBJECTS[subject][2]);
@@ -185,27 +232,31 @@ export function mountTrain(root: HTMLElement, simulator: Simulator): void {
       notice.textContent =
         `✗ The pulses follow each other too fast: calcium would reach ${show(calcium)} pulses, ` +
         `and the model of the device holds less than ${MOST_CALCIUM}. Move pulses apart.`;
-      force.set([], [], []);
-      difference.set([], []);
+      plot([], null);
       result.replaceChildren();
       return;
     }
     try {
-      const answer = await simulator.response({
-        muscle: SUBJECTS[subject],
-        pulses_us: times_ms.map((ms) => Math.round(ms * 1000)),
-        duration_s: (Math.ceil(times_ms.at(-1) ?? 0) + DECAY_MS) / 1000,
-      });
+      const hasOwnInterval = !regular.isOwn && !regular.isRegular && times_ms.length > 1;
+      const others_ms = hasOwnInterval ? regularTimes(true) : null;
+      const length = (times: number[]): number => Math.ceil(times.at(-1) ?? 0) + DECAY_MS;
+      const length_s = Math.max(length(times_ms), length(others_ms ?? [])) / 1000;
+      const times = times_ms;
+      const rows = await ask(times, length_s);
+      // Of a train that is too fast in itself, there is nothing to compare with.
+      const isFast = largestCalcium(others_ms ?? [], SUBJECTS[subject][2]) >= MOST_CALCIUM;
+      const others = others_ms && !isFast ? await ask(others_ms, length_s) : null;
       if (isStale()) {
         return;
       }
-      const { t_s, device_n, exact_n } = answer;
-      force.set(t_s, exact_n, device_n);
-      difference.set(t_s, device_n.map((n, index) => (n - exact_n[index]) * 1000));
-      notice.textContent = `Peak force by the device: ${show(Math.max(0, ...device_n), 4)} N.`;
-      result.replaceChildren(table(t_s, device_n, exact_n, times_ms));
+      plot(rows, others);
+      const peak = rows.reduce((largest, row) => Math.max(largest, row.device_n), 0);
+      notice.textContent = `Peak force by the device: ${show(peak, 4)} N.`;
+      result.replaceChildren(forceTable(rows, others, times));
     } catch (error) {
-      notice.textContent = messageOf(error);
+      notice.textContent = `✗ ${messageOf(error)}`;
+      plot([], null);
+      result.replaceChildren();
     }
   };
 
@@ -227,7 +278,8 @@ export function mountTrain(root: HTMLElement, simulator: Simulator): void {
       {},
       "Each pulse releases calcium, and calcium makes force: the plot shows the force that the " +
         "device predicts in its fixed-point arithmetic beside the exact solution of the same " +
-        "equations. A doublet, two pulses close together at the start, raises the force sooner.",
+        "equations. A doublet, two pulses close together at the start, raises the force sooner; " +
+        "with an own first interval, the plot also has the train with a regular one.",
     ),
     make(
       "div",
@@ -237,8 +289,10 @@ export function mountTrain(root: HTMLElement, simulator: Simulator): void {
         { class: "panel" },
         subjects.element,
         described,
+        make("details", {}, make("summary", {}, "What A, K, τc, τ1 and τ2 are"), terms(TERMS)),
         rate.element,
         number.element,
+        dropped,
         make(
           "div",
           { class: "row" },
@@ -253,10 +307,10 @@ export function mountTrain(root: HTMLElement, simulator: Simulator): void {
           "p",
           { class: "note", id: "train-help" },
           `Numbers from 0 to ${LATEST_MS}, with spaces between them. Or click on the axis: on a ` +
-            "pulse to remove it, elsewhere to add one.",
+            "pulse to remove it, elsewhere to add one; the axis keeps its scale meanwhile.",
         ),
       ),
-      make("div", { class: "panel" }, around, force.element, difference.element, notice, result),
+      make("div", { class: "panel" }, around, force, difference.element, notice, result),
     ),
     make(
       "p",
@@ -304,82 +358,4 @@ function largestCalcium(times: number[], tau: number): number {
 
 function axisLength(times: number[]): number {
   return (times.at(-1) ?? 0) + DECAY_MS;
-}
-
-function drawPulses(svg: SVGSVGElement, times: number[]): void {
-  const length = axisLength(times);
-  const width = svg.viewBox.baseVal.width;
-  const right = width - AXIS.left;
-  const x = (ms: number): number => AXIS.left + (ms / length) * (right - AXIS.left);
-  const parts: SVGElement[] = [
-    draw("rect", { x: 0, y: 0, width, height: AXIS.height, class: "ground" }),
-    draw("line", { x1: AXIS.left, x2: right, y1: AXIS.line, y2: AXIS.line, class: "axis" }),
-  ];
-  const step = [50, 100, 200, 500, 1000].find((ms) => (length / ms) * 70 <= width) ?? 1000;
-  for (let ms = 0; ms <= length; ms += step) {
-    parts.push(
-      draw("line", { x1: x(ms), x2: x(ms), y1: AXIS.line, y2: AXIS.line + 5, class: "axis" }),
-      draw("text", { x: x(ms), y: AXIS.line + 20, "text-anchor": "middle" }, `${ms} ms`),
-    );
-  }
-  for (const ms of times) {
-    parts.push(draw("line", { x1: x(ms), x2: x(ms), y1: 16, y2: AXIS.line, class: "pulse" }));
-  }
-  svg.replaceChildren(...parts);
-  svg.setAttribute("aria-label", `Times of ${times.length} pulses`);
-}
-
-function table(t_s: number[], device: number[], exact: number[], times: number[]): HTMLElement {
-  const peakOf = (forces: number[]): number => Math.max(0, ...forces);
-  const integralOf = (forces: number[]): number => {
-    let sum = 0;
-    for (let i = 1; i < forces.length; i++) {
-      sum += ((forces[i] + forces[i - 1]) / 2) * (t_s[i] - t_s[i - 1]);
-    }
-    return sum;
-  };
-  // The train lasts as long after its last pulse as its last interval.
-  const last = times.at(-1) ?? 0;
-  const interval = times.length > 1 ? last - (times.at(-2) ?? 0) : 0;
-  const end = Math.min((last + interval) / 1000, t_s.at(-1) ?? 0);
-  const begin = Math.max(0, end - 0.2);
-  const meanOf = (forces: number[]): number => {
-    const chosen = forces.filter((_, i) => t_s[i] >= begin && t_s[i] <= end);
-    return chosen.reduce((sum, n) => sum + n, 0) / Math.max(1, chosen.length);
-  };
-  const row = (name: string, unit: string, of: (forces: number[]) => number): HTMLElement => {
-    const [a, b] = [of(device), of(exact)];
-    const error = b > 0 ? `${show(((a - b) / b) * 100, 2)} %` : "–";
-    const cells = [`${show(a, 4)} ${unit}`, `${show(b, 4)} ${unit}`, error];
-    const data = cells.map((text) => make("td", {}, text));
-    return make("tr", {}, make("th", { scope: "row" }, name), ...data);
-  };
-  const heads = ["", "device", "exact", "difference"].map((text) =>
-    text === "" ? make("td", {}) : make("th", { scope: "col" }, text),
-  );
-  const at = t_s[exact.indexOf(peakOf(exact))] ?? 0;
-  return make(
-    "div",
-    {},
-    make(
-      "div",
-      { class: "scroll", tabindex: "0", role: "group", "aria-label": "Table of forces" },
-      make(
-        "table",
-        {},
-        make("thead", {}, make("tr", {}, ...heads)),
-        make(
-          "tbody",
-          {},
-          row("Peak force", "N", peakOf),
-          row("Mean of the train's last 200 ms", "N", meanOf),
-          row("Force–time integral", "N·s", integralOf),
-        ),
-      ),
-    ),
-    facts([
-      ["Time of the peak", `${Math.round(at * 1000)} ms`],
-      ["Last 200 ms", `${show(begin * 1000, 4)} to ${show(end * 1000, 4)} ms`],
-    ]),
-  );
 }

@@ -61,6 +61,9 @@ export function fitWidth(
 
 // Rounds to `digits` significant digits; very small and very large numbers get a power of ten.
 export function show(value: number, digits = 3): string {
+  if (Number.isNaN(value)) {
+    return "not a number";
+  }
   if (!Number.isFinite(value)) {
     return "∞";
   }

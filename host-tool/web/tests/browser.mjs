@@ -10,7 +10,7 @@ export const options = Object.fromEntries(
   process.argv.slice(2).flatMap((word, i, all) => (word.startsWith("--") ? [[word.slice(2), all[i + 1]]] : [])),
 );
 
-export const load = createRequire(pathToFileURL(join(options.tools, "any.js")).href);
+export const load = createRequire(pathToFileURL(join(options.tools ?? ".", "any.js")).href);
 
 const TYPES = {
   ".html": "text/html; charset=utf-8",

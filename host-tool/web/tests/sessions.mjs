@@ -3,7 +3,7 @@
 
 import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
-import { mkdirSync, readFileSync, readdirSync, rmSync } from "node:fs";
+import { mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { join, relative } from "node:path";
 import { attempt, check, finish, launch, options, serve } from "./browser.mjs";
 
@@ -24,6 +24,21 @@ function call(request, isFile = false) {
     throw new Error(new TextDecoder().decode(answer));
   }
   return isFile ? Buffer.from(answer) : JSON.parse(new TextDecoder().decode(answer));
+}
+
+// All edges of a session, taken in slices of simulated time.
+function edgesOf(name, slice_us) {
+  const { text } = call({ verb: "session", name });
+  const { id } = call({ verb: "open", session: { name, text, seed: 1 } });
+  const edges = [];
+  let news = {};
+  for (let to_us = slice_us; !news.end; to_us += slice_us) {
+    news = call({ verb: "advance", id, to_us });
+    edges.push(...news.edges);
+  }
+  const summary = JSON.parse(call({ verb: "file", id, path: "summary.json" }, true));
+  call({ verb: "drop", id });
+  return { edges, pulses: summary.trials[0].pulses };
 }
 
 function play(name) {
@@ -124,6 +139,77 @@ try {
   server.close();
   await browser.close();
 }
+
+await attempt("edges do not depend on the slices, and are those of the record's pulses", () => {
+  const [fine, coarse] = [10_000, 3_000_000].map((slice_us) => edgesOf("reciprocal", slice_us));
+  if (fine.edges.join() !== coarse.edges.join()) {
+    return `${fine.edges.length / 4} edges in fine slices, ${coarse.edges.length / 4} in coarse ones`;
+  }
+  // A biphasic pulse has one cathodic phase.
+  let pulses = 0;
+  for (let i = 0; i < fine.edges.length; i += 4) {
+    pulses += fine.edges[i + 2] === 1 && fine.edges[i + 3] > 0 ? 1 : 0;
+  }
+  return pulses === fine.pulses ? "" : `${pulses} pulses of ${fine.pulses}`;
+});
+
+// A random wearer of a study, replayed from draws.csv, sweep.json and a recorded session.toml.
+const STUDY = `
+name = "replayed"
+title = "Replayed"
+source = "no paper"
+session = "open_finger.toml"
+seed = 4902
+draws = 3
+measures = ["peak_deg"]
+[[factor]]
+name = "voltage"
+[[factor.level]]
+name = "low"
+set = { "setpoints.values" = [{ channel = 1, value = 25.5 }, { channel = 2, value = 0.0 }] }
+[[factor.level]]
+name = "high"
+set = { "setpoints.values" = [{ channel = 1, value = 27.5 }, { channel = 2, value = 0.0 }] }
+[[draw]]
+field = "body.flexor_nm"
+low = 0.1
+high = 0.6
+source = "assumed"
+[[draw]]
+field = "body.delay_ms"
+low = 10
+high = 60
+even = "whole"
+source = "assumed"
+`;
+await attempt("a random wearer of a study moves as in the study", () => {
+  const dir = join(options.out, "study");
+  mkdirSync(dir, { recursive: true });
+  writeFileSync(join(dir, "open_finger.toml"), call({ verb: "session", name: "open_finger" }).text);
+  writeFileSync(join(dir, "replayed.toml"), STUDY);
+  const study = join(dir, "out");
+  execFileSync(options.program, ["experiment", join(dir, "replayed.toml"), "--out", study], { stdio: "pipe" });
+  const files = folder(study);
+  const seed = String(files["sweep.json"]).match(/"seed":\s*(\d+)/)[1];
+  const [head, ...rows] = String(files["draws.csv"]).trim().split("\n").map((line) => line.replaceAll('"', "").split(","));
+  const place = head.indexOf("condition");
+  for (const row of rows) {
+    const session = Object.keys(files).find((path) => path.includes(`-${row[place]}`) && path.endsWith("session.toml"));
+    const fields = head.slice(2, place).map((name, i) => [name, row[i + 2]]);
+    const draw = call({ verb: "draw", draw: { text: String(files[session]), fields, seed, wearer: row[1] } });
+    const { id } = call({ verb: "open", session: { name: "wearer", text: draw.text, seed: draw.seed } });
+    let [peak, news] = [-Infinity, {}];
+    for (let to_us = SLICE_US; !news.end; to_us += SLICE_US) {
+      news = call({ verb: "advance", id, to_us });
+      peak = Math.max(peak, ...news.samples.true_deg);
+    }
+    call({ verb: "drop", id });
+    if (peak !== Number(row[place + 1])) {
+      return `wearer ${row[1]}, ${row[place]}: ${peak}° instead of ${row[place + 1]}°`;
+    }
+  }
+  return rows.length === 6 ? "" : `${rows.length} rows`;
+});
 
 // Speed, printed and not judged: the same session by the native program and here.
 for (const name of ["ten_channels_and_hand", "ten_channels_and_finger", "full_load"]) {
