@@ -209,9 +209,10 @@ fn sizes(page: &Path) -> anyhow::Result<Report> {
             false => Report::fail(vec![format!("{name}: {size} bytes, at most {limit}")]),
         });
     }
-    report
-        .lines
-        .push(format!("note: compressed, bytes: {measured}"));
+    let sizes = measured.iter();
+    let sizes: Vec<String> = sizes.map(|(name, size)| format!("{name} {size}")).collect();
+    let note = format!("note: compressed, bytes: {}", sizes.join(", "));
+    report.lines.push(note);
     Ok(report)
 }
 
