@@ -6,8 +6,9 @@
 //! installed from Debian's packages if they are missing.
 
 use super::Workspace;
-use super::command::{Finished, cargo, execute};
+use super::command::{Finished, cargo, execute, execute_with};
 use super::console::Console;
+use super::release::without_folders;
 use super::report::Report;
 use super::setup::{ensure_installed, obtain_target};
 use anyhow::{Context, ensure};
@@ -166,7 +167,9 @@ fn build_module(
         "--features",
         feature,
     ];
-    let built = execute(at, console, "cargo", &words)?;
+    let flags = without_folders(&at.root);
+    let variables = [("CARGO_ENCODED_RUSTFLAGS", &*flags)];
+    let built = execute_with(at, console, "cargo", &words, &variables)?;
     if !built.success {
         return Ok(built.report(&format!("cargo build -p flexor-web, {feature}")));
     }

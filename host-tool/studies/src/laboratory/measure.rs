@@ -3,7 +3,7 @@
 use firmware::safety::StageSpec;
 use host_core::analysis::{WallContact, force_metrics, metrics_without_lag, wall_contacts};
 use host_core::record::Trial;
-use host_core::session::Session;
+use host_core::session::{BodySpec, Session};
 
 /// Definition of a measure: a number that is computed from a trial.
 pub struct Measure {
@@ -24,6 +24,8 @@ pub struct Measure {
 pub enum Needs {
     /// No part: every session has the measure.
     Nothing,
+    /// A simulated limb that can move.
+    Limb,
     /// A reference angle.
     Reference,
     /// A channel under force control.
@@ -38,6 +40,7 @@ impl Needs {
     pub fn is_met(self, session: &Session) -> bool {
         match self {
             Self::Nothing => true,
+            Self::Limb => !matches!(session.body, None | Some(BodySpec::Still { .. })),
             Self::Reference => session.joint.is_some(),
             Self::Force => session.channels.iter().any(|c| c.force.is_some()),
             Self::Wall => session.wall.is_some(),
@@ -49,6 +52,7 @@ impl Needs {
     pub const fn words(self) -> &'static str {
         match self {
             Self::Nothing => "nothing",
+            Self::Limb => "a simulated limb that moves (`[body]`)",
             Self::Reference => "a reference angle (`[joint]`)",
             Self::Force => "a channel with `force`",
             Self::Wall => "a virtual wall (`[wall]`)",
@@ -68,7 +72,7 @@ pub const MEASURES: &[Measure] = &[
     Measure { id: "swing_deg", quantity: "peak-to-peak swing over the last 2 s of the push", unit: "°", needs: Needs::Wall, of: |_, trial| Some(visit(trial)?.swing_deg()) },
     Measure { id: "turns", quantity: "reversals of at least 0.5°", unit: "", needs: Needs::Wall, of: |_, trial| Some(last_hit(trial)?.turns as f64) },
     Measure { id: "settling_s", quantity: "time from the first reversal until within 1° of the final angle", unit: "s", needs: Needs::Wall, of: |_, trial| Some(visit(trial)?.settling_s()) },
-    Measure { id: "peak_deg", quantity: "largest true angle", unit: "°", needs: Needs::Nothing, of: |_, trial| trial.samples.iter().filter_map(|sample| sample.true_deg).reduce(f64::max) },
+    Measure { id: "peak_deg", quantity: "largest true angle", unit: "°", needs: Needs::Limb, of: |_, trial| trial.samples.iter().filter_map(|sample| sample.true_deg).reduce(f64::max) },
     Measure { id: "charge_mc", quantity: "charge of all first phases", unit: "mC", needs: Needs::Nothing, of: |session, trial| Some(delivered_dose(session, trial).0) },
     Measure { id: "energy_mj", quantity: "energy into 1 kΩ (assumed) or a voltage stage's load", unit: "mJ", needs: Needs::Nothing, of: |session, trial| Some(delivered_dose(session, trial).1) },
 ];

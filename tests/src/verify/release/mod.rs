@@ -222,7 +222,7 @@ impl Release {
 
 /// Returns flags of the compiler, as cargo encodes them, that replace the folders of this computer
 /// in the messages of panics.
-fn without_folders(root: &Path) -> String {
+pub(super) fn without_folders(root: &Path) -> String {
     let home = std::env::var_os("HOME")
         .map(PathBuf::from)
         .unwrap_or_default();
