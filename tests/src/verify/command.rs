@@ -5,6 +5,7 @@ use super::console::Console;
 use super::report::Report;
 use anyhow::Context;
 use std::io::{BufRead, BufReader, pipe};
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
@@ -116,6 +117,21 @@ pub(super) fn cargo(
 fn is_progress_line(line: &str) -> bool {
     let first = line.split_whitespace().next();
     first.is_some_and(|first| CHATTER.split(' ').any(|word| word == first))
+}
+
+/// Returns flags of the compiler, as cargo encodes them, that replace the folders of this computer
+/// in the messages of panics.
+pub(super) fn without_folders(root: &Path) -> String {
+    let home = std::env::var_os("HOME")
+        .map(PathBuf::from)
+        .unwrap_or_default();
+    let cargo = std::env::var_os("CARGO_HOME").map_or(home.join(".cargo"), PathBuf::from);
+    let folders = [(root, "flexor"), (&cargo, "cargo")];
+    let flags = folders.map(|(folder, name)| {
+        let folder = folder.display();
+        format!("--remap-path-prefix={folder}={name}")
+    });
+    flags.join("\u{1f}")
 }
 
 #[cfg(test)]

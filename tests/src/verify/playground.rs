@@ -6,9 +6,8 @@
 //! installed from Debian's packages if they are missing.
 
 use super::Workspace;
-use super::command::{Finished, cargo, execute, execute_with};
+use super::command::{Finished, cargo, execute, execute_with, without_folders};
 use super::console::Console;
-use super::release::without_folders;
 use super::report::Report;
 use super::setup::{ensure_installed, obtain_target};
 use anyhow::{Context, ensure};

@@ -10,7 +10,7 @@ mod program;
 mod third_party;
 
 use super::Workspace;
-use super::command::{Finished, execute_with};
+use super::command::{Finished, execute_with, without_folders};
 use super::console::Console;
 use super::python::environment::{Environment, Interpreter};
 use super::report::Report;
@@ -20,7 +20,7 @@ use distribution::{Distribution, Kind};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Largest size of a wheel, in bytes.
 const MAX_WHEEL_BYTES: u64 = 2_500_000;
@@ -220,21 +220,6 @@ impl Release {
     }
 }
 
-/// Returns flags of the compiler, as cargo encodes them, that replace the folders of this computer
-/// in the messages of panics.
-pub(super) fn without_folders(root: &Path) -> String {
-    let home = std::env::var_os("HOME")
-        .map(PathBuf::from)
-        .unwrap_or_default();
-    let cargo = std::env::var_os("CARGO_HOME").map_or(home.join(".cargo"), PathBuf::from);
-    let folders = [(root, "flexor"), (&cargo, "cargo")];
-    let flags = folders.map(|(folder, name)| {
-        let folder = folder.display();
-        format!("--remap-path-prefix={folder}={name}")
-    });
-    flags.join("\u{1f}")
-}
-
 /// Returns the packages that build and check distributions, with their versions.
 fn packages(project: &str) -> anyhow::Result<Vec<String>> {
     let project: Project = toml::from_str(project).context("pyproject.toml")?;
@@ -246,6 +231,7 @@ fn packages(project: &str) -> anyhow::Result<Vec<String>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::path::Path;
 
     #[test]
     fn every_tool_of_a_release_has_a_version() {

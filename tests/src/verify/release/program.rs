@@ -5,8 +5,8 @@
 //! `flexor-VERSION-x86_64-windows.zip` and `SHA256SUMS`. Two builds of one commit in two folders give
 //! equal files: paths are removed from the programs, and archives have the commit's time.
 
-use super::{third_party, without_folders};
-use crate::verify::command::{execute, execute_with};
+use super::third_party;
+use crate::verify::command::{execute, execute_with, without_folders};
 use crate::verify::console::Console;
 use crate::verify::image::{Image, TARGET as CHIP};
 use crate::verify::python::environment::Interpreter;
