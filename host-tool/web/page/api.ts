@@ -40,6 +40,8 @@ export interface Mistake {
 
 export interface About {
   program: { version: string; git: string | null; schema: string };
+  // Largest format of a record that the page understands.
+  record_format: number;
   longest_text: number;
   sessions: { name: string; title: string }[];
   wearers: string[];

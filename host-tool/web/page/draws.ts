@@ -34,6 +34,8 @@ export class DrawsPanel {
 
   constructor(
     private readonly simulator: Simulator,
+    // Largest format of a record that is understood.
+    private readonly format: number,
     private readonly receive: (session: ReplayedSession) => void,
   ) {
     const files = make("input", { type: "file", multiple: true, accept: ".csv,.json,.toml" });
@@ -79,6 +81,13 @@ export class DrawsPanel {
         if (file.name.endsWith(".csv")) {
           this.draws = parseDraws(text);
         } else if (file.name.endsWith(".json")) {
+          const format = Number(text.match(/"format":\s*(\d+)/)?.[1] ?? 0);
+          if (format > this.format) {
+            throw new Error(
+              `${file.name} was written by a newer program: its record has format ${format}, and ` +
+                `this page reads up to format ${this.format}`,
+            );
+          }
           // Seeds have 64 bits, more than a JavaScript number.
           const seed = text.match(/"seed":\s*(\d+)/);
           if (!seed) {

@@ -135,7 +135,7 @@ class SessionsPart {
         ),
         this.panel.element,
       ),
-      new DrawsPanel(simulator, (draw) => {
+      new DrawsPanel(simulator, about.record_format, (draw) => {
         this.replace(() => {
           this.showOwn(draw.name, draw.label, draw.text);
           this.seed.value = draw.seed;

@@ -3,7 +3,7 @@
 use crate::error::CallError;
 use firmware::link::SCHEMA;
 use hal_sim::input::LONGEST_TYPED;
-use host_core::record::Program;
+use host_core::record::{FORMAT, Program};
 use host_core::session::{SHIPPED, Session};
 use serde_json::{Value, json};
 
@@ -17,6 +17,7 @@ pub fn built_in() -> Value {
     json!({
         "program": Program::current(),
         "schema": format!("{SCHEMA:#018x}"),
+        "record_format": FORMAT,
         "longest_text": LONGEST_TYPED,
         "sessions": sessions.collect::<Vec<_>>(),
         "wearers": wearers.map(|(file, _)| stem(file)).collect::<Vec<_>>(),

@@ -245,6 +245,18 @@ await test("a text of 100 MB is refused in place", async (open) => {
   return told.includes("MB") ? "" : told;
 });
 
+await test("a record of a newer program and a broken draws.csv are told in place", async (open) => {
+  const page = await open("sessions/open_finger");
+  await page.getByText("Replay a random wearer of a study").click();
+  const files = page.getByLabel("Files", { exact: true });
+  const told = page.locator("#sessions-part details .trouble:not([hidden])");
+  const file = (name, text) => ({ name, mimeType: "text/plain", buffer: Buffer.from(text) });
+  await files.setInputFiles([file("run.json", '{ "format": 99, "seed": 1 }')]);
+  await told.filter({ hasText: "newer program" }).waitFor();
+  await files.setInputFiles([file("draws.csv", "unit,wearer,condition,peak_deg\n0,0\n")]);
+  await told.filter({ hasText: "row 1" }).waitFor();
+});
+
 await test("a browser without WebAssembly is told", async () => {
   const context = await browser.newContext();
   const page = await context.newPage();

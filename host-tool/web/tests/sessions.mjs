@@ -7,8 +7,6 @@ import { mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from "nod
 import { join, relative } from "node:path";
 import { attempt, check, finish, launch, options, serve } from "./browser.mjs";
 
-// Facts about the host, in which records may differ.
-const HOST_FACTS = ["host"];
 const SLICE_US = 50_000;
 
 const wasm = await WebAssembly.instantiate(readFileSync(join(options.page, "flexor.wasm")), {});
@@ -61,9 +59,12 @@ function folder(dir) {
   return Object.fromEntries(paths.filter((path) => path !== ".lock").map((path) => [path, readFileSync(join(dir, path))]));
 }
 
+// Facts about the host, and the checkout of the build, may differ.
 function withoutHost(bytes) {
   const run = JSON.parse(bytes);
-  HOST_FACTS.forEach((key) => delete run[key]);
+  delete run.host;
+  delete run.program.git;
+  delete run.program.modified;
   return JSON.stringify(run);
 }
 
