@@ -229,5 +229,11 @@ export class Simulator {
   }
 }
 
-// States of a channel's output switches, as edges name them by number.
+// Numbers of the states of a channel's output switches in edges, and the largest amplitude code.
+export const CATHODIC = 1;
+export const ANODIC = 2;
+export const GROUNDED = 3;
+export const FULL_CODE = 65_535;
+
+// Names of the states, by their numbers.
 export const EDGE_STATES = ["isolated", "cathodic", "anodic", "grounded"] as const;

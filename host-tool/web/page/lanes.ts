@@ -1,15 +1,11 @@
 // Pulse lanes: the output of each channel over time, as on an oscilloscope.
 
-import type { Channel } from "./api";
+import { ANODIC, CATHODIC, type Channel, FULL_CODE, GROUNDED } from "./api";
 import { color } from "./plots";
 
-const CATHODIC = 1;
-const ANODIC = 2;
-const GROUNDED = 3;
 const LANE = 20;
 const LABEL = 22;
 const AXIS = 18;
-const FULL_CODE = 65535;
 
 // A stretch of time in which a channel has one state.
 interface Stretch {

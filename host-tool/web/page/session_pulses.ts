@@ -1,12 +1,9 @@
 // Output of the channels in a run: a table of their pulses, and lanes of the latest ones.
 
-import type { Channel, News, SessionInfo } from "./api";
+import { ANODIC, CATHODIC, type Channel, FULL_CODE, type News, type SessionInfo } from "./api";
 import { make } from "./dom";
 import { Lanes, Output } from "./lanes";
 
-const CATHODIC = 1;
-const ANODIC = 2;
-const FULL_CODE = 65_535;
 const WIDE_US = 100_000;
 const FINE_US = 3_000;
 // Time before the latest pulse in its lanes, µs.
